@@ -11,10 +11,10 @@ NPM = $(NODE) $(NODE_HOME)/lib/node_modules/npm/bin/npm-cli.js
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help serve test fuzz bench format clients console chromium lock
+.PHONY: help serve test fuzz bench format documents clients console chromium lock
 
 help: ## Show the targets
-	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 11
 
 serve: $(VENV)/.runtime ## Start the gateway with a simulated line on http://127.0.0.1:8420
 	$(BIN)/motion-gateway serve --demo
@@ -36,6 +36,13 @@ bench: $(VENV)/.development ## Measure, each figure against its yardstick
 format: $(VENV)/.development ## Write the code as the tests want it
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+documents: $(VENV)/.development ## Write the pages anew that are made of the code
+	$(BIN)/python -m api.asyncapi
+	$(BIN)/python -m protocols.reference > docs/commands.md
+	$(BIN)/python -m gateway.core.fence > docs/fence.md
+	$(BIN)/python -m tests.bit_flips.page > docs/bit-flips.md
+	$(BIN)/python -m tests.catalogue.page > docs/faults.md
 
 clients: $(VENV)/.development $(TYPESCRIPT)/node_modules ## Write the OpenAPI documents and the generated parts of the clients anew
 	$(BIN)/python -m api.openapi

@@ -27,8 +27,8 @@ from api.bodies import groups, info, memories, moves, patterns, programs, settin
 from api.common import problems, schemas
 from api.common.access import Access
 from api.common.entrance import Entrance, open_to
+from api.common.idempotent_requests import IdempotentRequests
 from api.common.proxies import Proxies
-from api.common.repeats import Repeats
 from api.common.request_ids import RequestIds
 from api.common.route_index import RouteIndex
 from api.common.routes import unguarded
@@ -61,12 +61,13 @@ class Application(FastAPI):
         """Put the ids around everything, the answer to a fault of the gateway itself included."""
         plant, server = self.state.plant, self.state.plant.config.server
         origins, journal = server.allowed_origins, plant.journal
+        idempotent = partial(IdempotentRequests, Keys(plant, journal), self.state.access) if journal else None
         entrance = Entrance(
             SameSite(server.names, origins),
             RouteIndex(self.router.routes, self.router),
             self.exception_handlers,
             for_pages=open_to(origins) if origins else None,
-            repeated=partial(Repeats, Keys(plant, journal), self.state.access) if journal else None,
+            idempotent=idempotent,
         )
         stack = RequestIds(entrance, self.state.traffic)
         return Proxies(stack, server) if Proxies.concern(server) else stack

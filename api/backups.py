@@ -1,11 +1,14 @@
 """Backups over HTTP: read as text, compared, brought back; a restore is a record, followed to its end."""
 
 import asyncio
-from typing import Annotated
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from typing import Annotated, Any, Final
 
 from fastapi import Query, Request, Response
-from pydantic import Field
+from pydantic import BaseModel, Field
 
+from api.common.parameters import taking
 from api.common.problems import DECLARED
 from api.common.requests import (
     BodyId,
@@ -22,11 +25,13 @@ from api.common.requests import (
 from api.common.strict_json import StrictRequest, StrictRoute
 from api.robots.paths import RobotId
 from gateway.core.backup_record import Backup, BackupComparison
+from gateway.core.origin import Origin
 from gateway.core.records import RequestModel, example
 from gateway.core.restore_record import Restore, RestorePlan
 from gateway.core.rights import Right
 from gateway.operations import backups
 from gateway.operations.backups import Reading, Wanted
+from gateway.plant import Plant
 
 MAX_BACKUP_BYTES = 2_097_152
 """A line of 120 bodies, each with a table of 200 positions."""
@@ -120,6 +125,67 @@ BEGUN = {
 }
 
 
+@dataclass(frozen=True)
+class Records:
+    """The records of one kind of long work, and how what is under way is cancelled."""
+
+    of: str
+    model: type[BaseModel]
+    get: Callable[[Plant, str, str, float], Awaitable[BaseModel]]
+    cancel: Callable[[Plant, Origin, str], Awaitable[BaseModel]]
+    may_cancel: Right
+    when_cancelled: str
+
+    def add_routes(self, who: str, path: str, **names: Any) -> None:
+        """Add the routes of the records of somebody's work; `path` is his, with the `names` in it."""
+        record_id = f"{self.of}_id"
+
+        async def get(request: Request, wait: float | None = None, **values: str) -> Response:
+            waited_s, found = wait_s(request, wait), values.pop(record_id)
+            record = await self.get(plant_of(request), path.format(**values), found, waited_s)
+            return json_response(record, headers=wait_headers(waited_s))
+
+        async def cancel(request: Request, **values: str) -> Response:
+            return json_response(
+                await self.cancel(plant_of(request), origin_of(request), path.format(**values))
+            )
+
+        router.add(
+            "GET",
+            f"{path}/{self.of}s/{{{record_id}}}",
+            Right.VIEW,
+            taking(get, {**names, record_id: str, "wait": Wait}),
+            name=f"get_{who}_{self.of}{'_record' if self is BACKUPS else ''}",
+            description=FOUND.format(self.of),
+            response_model=self.model,
+        )
+        router.add(
+            "DELETE",
+            f"{path}/{self.of}s/current",
+            self.may_cancel,
+            taking(cancel, names),
+            name=f"cancel_{who}_{self.of}",
+            description=self.when_cancelled,
+            response_model=self.model,
+        )
+
+
+FOUND: Final = "Get a {}, at once or when it is over; `current` is the one under way, or the last."
+NO_MORE: Final = "Read no more."
+BACKUPS: Final = Records("backup", Backup, backups.get_backup, backups.cancel_backup, Right.VIEW, NO_MORE)
+COMPARISONS: Final = Records(
+    "comparison", BackupComparison, backups.get_comparison, backups.cancel_comparison, Right.SETUP, NO_MORE
+)
+RESTORES: Final = Records(
+    "restore",
+    Restore,
+    backups.get,
+    backups.cancel,
+    Right.SETUP,
+    "Write no more; what differs is still read and told, unless it is cancelled once more.",
+)
+
+
 # bodies
 
 
@@ -138,18 +204,7 @@ async def start_body_backup(request: Request, body_id: BodyId, wait: Wait = None
     return await _reading(request, backups.of_body(plant_of(request), body_id), wait)
 
 
-@router.get("/bodies/{body_id}/backups/{backup_id}", Right.VIEW, response_model=Backup)
-async def get_body_backup_record(
-    request: Request, body_id: BodyId, backup_id: str, wait: Wait = None
-) -> Response:
-    """Get a backup, at once or when it is over; `current` is the one under way, or the last."""
-    return await _read(request, f"/bodies/{body_id}", backup_id, wait)
-
-
-@router.delete("/bodies/{body_id}/backups/current", Right.VIEW, response_model=Backup)
-async def cancel_body_backup(request: Request, body_id: BodyId) -> Response:
-    """Read no more."""
-    return await _given_up(request, f"/bodies/{body_id}")
+BACKUPS.add_routes("body", "/bodies/{body_id}", body_id=BodyId)
 
 
 @router.post(
@@ -166,16 +221,7 @@ async def restore_body(
     return await _begun(request, target, wanted, wait)
 
 
-@router.get("/bodies/{body_id}/restores/{restore_id}", Right.VIEW, response_model=Restore)
-async def get_body_restore(request: Request, body_id: BodyId, restore_id: str, wait: Wait = None) -> Response:
-    """Get a restore, at once or when it is over; `current` is the one under way, or the last."""
-    return await _restore(request, f"/bodies/{body_id}", restore_id, wait)
-
-
-@router.delete("/bodies/{body_id}/restores/current", Right.SETUP, response_model=Restore)
-async def cancel_body_restore(request: Request, body_id: BodyId) -> Response:
-    """Write no more; what differs is still read and told, unless it is cancelled once more."""
-    return await _cancelled(request, f"/bodies/{body_id}")
+RESTORES.add_routes("body", "/bodies/{body_id}", body_id=BodyId)
 
 
 @router.post(
@@ -196,18 +242,7 @@ async def compare_body(
     return await _comparing(request, await _for_body(request, body_id, wanted), wait)
 
 
-@router.get("/bodies/{body_id}/comparisons/{comparison_id}", Right.VIEW, response_model=BackupComparison)
-async def get_body_comparison(
-    request: Request, body_id: BodyId, comparison_id: str, wait: Wait = None
-) -> Response:
-    """Get a comparison, at once or when it is over; `current` is the one under way, or the last."""
-    return await _compared(request, f"/bodies/{body_id}", comparison_id, wait)
-
-
-@router.delete("/bodies/{body_id}/comparisons/current", Right.SETUP, response_model=BackupComparison)
-async def cancel_body_comparison(request: Request, body_id: BodyId) -> Response:
-    """Read no more."""
-    return await _compared_no_more(request, f"/bodies/{body_id}")
+COMPARISONS.add_routes("body", "/bodies/{body_id}", body_id=BodyId)
 
 
 # lines
@@ -233,18 +268,7 @@ async def start_line_backup(
     return await _reading(request, backups.of_line(plant_of(request), line_id, _chosen(bodies)), wait)
 
 
-@router.get("/lines/{line_id}/backups/{backup_id}", Right.VIEW, response_model=Backup)
-async def get_line_backup_record(
-    request: Request, line_id: LineId, backup_id: str, wait: Wait = None
-) -> Response:
-    """Get a backup, at once or when it is over; `current` is the one under way, or the last."""
-    return await _read(request, f"/lines/{line_id}", backup_id, wait)
-
-
-@router.delete("/lines/{line_id}/backups/current", Right.VIEW, response_model=Backup)
-async def cancel_line_backup(request: Request, line_id: LineId) -> Response:
-    """Read no more."""
-    return await _given_up(request, f"/lines/{line_id}")
+BACKUPS.add_routes("line", "/lines/{line_id}", line_id=LineId)
 
 
 @router.post(
@@ -258,16 +282,7 @@ async def restore_line(
     return await _begun(request, target, wanted, wait)
 
 
-@router.get("/lines/{line_id}/restores/{restore_id}", Right.VIEW, response_model=Restore)
-async def get_line_restore(request: Request, line_id: LineId, restore_id: str, wait: Wait = None) -> Response:
-    """Get a restore, at once or when it is over; `current` is the one under way, or the last."""
-    return await _restore(request, f"/lines/{line_id}", restore_id, wait)
-
-
-@router.delete("/lines/{line_id}/restores/current", Right.SETUP, response_model=Restore)
-async def cancel_line_restore(request: Request, line_id: LineId) -> Response:
-    """Write no more; what differs is still read and told, unless it is cancelled once more."""
-    return await _cancelled(request, f"/lines/{line_id}")
+RESTORES.add_routes("line", "/lines/{line_id}", line_id=LineId)
 
 
 @router.post(
@@ -284,18 +299,7 @@ async def compare_line(
     return await _comparing(request, await _for_line(request, line_id, wanted), wait)
 
 
-@router.get("/lines/{line_id}/comparisons/{comparison_id}", Right.VIEW, response_model=BackupComparison)
-async def get_line_comparison(
-    request: Request, line_id: LineId, comparison_id: str, wait: Wait = None
-) -> Response:
-    """Get a comparison, at once or when it is over; `current` is the one under way, or the last."""
-    return await _compared(request, f"/lines/{line_id}", comparison_id, wait)
-
-
-@router.delete("/lines/{line_id}/comparisons/current", Right.SETUP, response_model=BackupComparison)
-async def cancel_line_comparison(request: Request, line_id: LineId) -> Response:
-    """Read no more."""
-    return await _compared_no_more(request, f"/lines/{line_id}")
+COMPARISONS.add_routes("line", "/lines/{line_id}", line_id=LineId)
 
 
 # robots
@@ -313,18 +317,7 @@ async def start_robot_backup(request: Request, robot_id: RobotId, wait: Wait = N
     return await _reading(request, backups.of_robot(plant_of(request), robot_id), wait)
 
 
-@router.get("/robots/{robot_id}/backups/{backup_id}", Right.VIEW, response_model=Backup)
-async def get_robot_backup_record(
-    request: Request, robot_id: RobotId, backup_id: str, wait: Wait = None
-) -> Response:
-    """Get a backup, at once or when it is over; `current` is the one under way, or the last."""
-    return await _read(request, f"/robots/{robot_id}", backup_id, wait)
-
-
-@router.delete("/robots/{robot_id}/backups/current", Right.VIEW, response_model=Backup)
-async def cancel_robot_backup(request: Request, robot_id: RobotId) -> Response:
-    """Read no more."""
-    return await _given_up(request, f"/robots/{robot_id}")
+BACKUPS.add_routes("robot", "/robots/{robot_id}", robot_id=RobotId)
 
 
 @router.post(
@@ -341,18 +334,7 @@ async def restore_robot(
     return await _begun(request, target, wanted, wait)
 
 
-@router.get("/robots/{robot_id}/restores/{restore_id}", Right.VIEW, response_model=Restore)
-async def get_robot_restore(
-    request: Request, robot_id: RobotId, restore_id: str, wait: Wait = None
-) -> Response:
-    """Get a restore, at once or when it is over; `current` is the one under way, or the last."""
-    return await _restore(request, f"/robots/{robot_id}", restore_id, wait)
-
-
-@router.delete("/robots/{robot_id}/restores/current", Right.SETUP, response_model=Restore)
-async def cancel_robot_restore(request: Request, robot_id: RobotId) -> Response:
-    """Write no more; what differs is still read and told, unless it is cancelled once more."""
-    return await _cancelled(request, f"/robots/{robot_id}")
+RESTORES.add_routes("robot", "/robots/{robot_id}", robot_id=RobotId)
 
 
 @router.post(
@@ -369,18 +351,7 @@ async def compare_robot(
     return await _comparing(request, await _for_robot(request, robot_id, wanted), wait)
 
 
-@router.get("/robots/{robot_id}/comparisons/{comparison_id}", Right.VIEW, response_model=BackupComparison)
-async def get_robot_comparison(
-    request: Request, robot_id: RobotId, comparison_id: str, wait: Wait = None
-) -> Response:
-    """Get a comparison, at once or when it is over; `current` is the one under way, or the last."""
-    return await _compared(request, f"/robots/{robot_id}", comparison_id, wait)
-
-
-@router.delete("/robots/{robot_id}/comparisons/current", Right.SETUP, response_model=BackupComparison)
-async def cancel_robot_comparison(request: Request, robot_id: RobotId) -> Response:
-    """Read no more."""
-    return await _compared_no_more(request, f"/robots/{robot_id}")
+COMPARISONS.add_routes("robot", "/robots/{robot_id}", robot_id=RobotId)
 
 
 async def _for_body(request: Request, body_id: str, wanted: BodyComparisonRequest) -> Wanted:
@@ -413,30 +384,10 @@ async def _reading(request: Request, reading: Reading, wait: float | None) -> Re
     return begun_response(begun, f"{begun.target}/backups", waited_s)
 
 
-async def _read(request: Request, target: str, backup_id: str, wait: float | None) -> Response:
-    waited_s = wait_s(request, wait)
-    found = await backups.get_backup(plant_of(request), target, backup_id, waited_s)
-    return json_response(found, headers=wait_headers(waited_s))
-
-
-async def _given_up(request: Request, target: str) -> Response:
-    return json_response(await backups.cancel_backup(plant_of(request), origin_of(request), target))
-
-
 async def _comparing(request: Request, target: Wanted, wait: float | None) -> Response:
     waited_s = wait_s(request, wait)
     begun = await backups.compare(plant_of(request), origin_of(request), target, waited_s)
     return begun_response(begun, f"{begun.target}/comparisons", waited_s)
-
-
-async def _compared(request: Request, target: str, comparison_id: str, wait: float | None) -> Response:
-    waited_s = wait_s(request, wait)
-    found = await backups.get_comparison(plant_of(request), target, comparison_id, waited_s)
-    return json_response(found, headers=wait_headers(waited_s))
-
-
-async def _compared_no_more(request: Request, target: str) -> Response:
-    return json_response(await backups.cancel_comparison(plant_of(request), origin_of(request), target))
 
 
 async def _begun(request: Request, target: Wanted, wanted: RestoreRequest, wait: float | None) -> Response:
@@ -445,13 +396,3 @@ async def _begun(request: Request, target: Wanted, wanted: RestoreRequest, wait:
         return json_response(await backups.plan(plant, origin, target))
     begun = await backups.start(plant, origin, target, wanted.flash, wanted.power_cycle, waited_s)
     return begun_response(begun, f"{begun.target}/restores", waited_s)
-
-
-async def _restore(request: Request, target: str, restore_id: str, wait: float | None) -> Response:
-    waited_s = wait_s(request, wait)
-    found = await backups.get(plant_of(request), target, restore_id, waited_s)
-    return json_response(found, headers=wait_headers(waited_s))
-
-
-async def _cancelled(request: Request, target: str) -> Response:
-    return json_response(await backups.cancel(plant_of(request), origin_of(request), target))

@@ -7,12 +7,12 @@ from typing import Annotated, Any, Final
 
 from fastapi import Body, Request, Response
 
+from api.common.documentation import WORDS, Responses, ends_declared, words_of
 from api.common.parameters import Endpoint, names_in, taking
 from api.common.problems import DECLARED
 from api.common.requests import BodyId, GroupId, LineId, Wait, new_router, origin_of, plant_of, wait_s
 from api.common.results import AGE_HEADER, GroupMove, GroupReply, StopResult, render
 from api.common.routes import Router
-from api.common.words import WORDS, Responses, ends_declared, words_of
 from api.resources import resource_router
 from api.robots.paths import RobotId, UnitNumber
 from gateway.core.family import Family, Place, Row

@@ -17,12 +17,12 @@ from api.common.requests import (
     LineId,
     Wait,
     begun_response,
+    content_response,
     is_seen,
     json_response,
     new_router,
     origin_of,
     plant_of,
-    told,
     wait_headers,
     wait_s,
 )
@@ -87,7 +87,7 @@ async def list_lines(request: Request) -> Response:
     """List all lines."""
     plant = plant_of(request)
     seen = [plant.info(line_id) for line_id in plant.ports() if is_seen(request, line_id)]
-    return told({"lines": seen})
+    return content_response({"lines": seen})
 
 
 @router.get("/lines/{line_id}", Right.VIEW, response_model=AnyLineInfo)

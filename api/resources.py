@@ -1,10 +1,17 @@
 """Moves and stops of families for which no routes are written by hand."""
 
 from fastapi import Request, Response
-from pydantic_core import to_json
 
 from api.common.parameters import Endpoint, names_in, taking
-from api.common.requests import Wait, json_response, new_router, plant_of, wait_headers, wait_s
+from api.common.requests import (
+    Wait,
+    content_response,
+    json_response,
+    new_router,
+    plant_of,
+    wait_headers,
+    wait_s,
+)
 from api.common.results import StopResult
 from api.common.routes import Router
 from api.stops import StopBody, perform_stop
@@ -35,7 +42,7 @@ def _endpoints(place: Place) -> tuple[Endpoint, Endpoint, Endpoint]:
     async def list_moves(request: Request, **names: object) -> Response:
         """List the newest moves, newest first."""
         newest = moves.newest(plant_of(request), place.path.format(**names), NEWEST)
-        return Response(to_json({"moves": newest}), media_type="application/json")
+        return content_response({"moves": newest})
 
     async def get_move(
         request: Request, move_id: str, wait: float | None = None, **names: object

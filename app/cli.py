@@ -6,27 +6,28 @@ from typing import Annotated
 
 import typer
 
-from app import (
-    alarming,
-    backing_up,
-    exits,
-    jogging,
+from app import exits
+from app.commands import (
+    alarms,
+    backups,
+    init,
+    jog,
     journal,
     keys,
-    leasing,
-    moving,
+    lease,
+    moves,
+    plot,
     plot_move,
-    plotting,
     program,
-    reloading,
-    serving,
-    setting_up,
-    stopping,
-    tracing,
-    watching,
+    reload,
+    serve,
+    stop,
+    trace,
+    watch,
 )
 
 app = typer.Typer(
+    cls=exits.Commands,
     help="A network gateway for RORZE and DYNAX motion controllers. It is not a safety function.",
     epilog=exits.IN_WORDS,
     no_args_is_help=True,
@@ -34,25 +35,25 @@ app = typer.Typer(
 simulate = typer.Typer(help="Run fake controllers to develop and test against.", no_args_is_help=True)
 
 for command in (
-    *(serving.serve, setting_up.init, setting_up.check),
-    *(watching.status, watching.watch, watching.scan, tracing.trace),
-    moving.send,
-    stopping.stop,
-    reloading.reload,
-    *(backing_up.backup, backing_up.diff, backing_up.restore),
+    *(serve.serve, init.init, init.check),
+    *(watch.status, watch.watch, watch.scan, trace.trace),
+    moves.send,
+    stop.stop,
+    reload.reload,
+    *(backups.backup, backups.diff, backups.restore),
 ):
     app.command()(command)
 # Negative numbers look like options: `move 3F relative -500`.
-app.command(context_settings={"ignore_unknown_options": True})(moving.move)
-app.command(context_settings={"ignore_unknown_options": True})(jogging.jog)
+app.command(context_settings={"ignore_unknown_options": True})(moves.move)
+app.command(context_settings={"ignore_unknown_options": True})(jog.jog)
 app.add_typer(simulate, name="simulate")
 app.add_typer(journal.journal, name="journal")
 app.add_typer(keys.app, name="keys")
-app.add_typer(alarming.alarms, name="alarms")
-app.add_typer(leasing.lease, name="lease")
+app.add_typer(alarms.alarms, name="alarms")
+app.add_typer(lease.lease, name="lease")
 app.add_typer(program.program, name="program")
-plotting.plot.command("move")(plot_move.move)
-app.add_typer(plotting.plot, name="plot")
+plot.plot.command("move")(plot_move.move)
+app.add_typer(plot.plot, name="plot")
 
 
 @app.command()

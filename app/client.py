@@ -1,22 +1,19 @@
 """The HTTP interface as commands use it: every failure is a sentence and an exit code."""
 
 import os
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 from uuid import uuid4
 
 import httpx
 import typer
 
 from app import exits
-from app.exits import Failure, fail
+from app.exits import Failure, Misuse
 from app.progress import Progress
 from gateway.core.errors import Ambiguous, GarbledReply, NoReply
 from gateway.core.move_record import MoveStatus
-
-T = TypeVar("T")
 
 LOCAL = "http://127.0.0.1:8420"
 KEY_VARIABLE = "MOTION_GATEWAY_KEY"
@@ -58,9 +55,9 @@ class Client:
         try:
             key = key_file.read_text("ascii").strip()
         except (OSError, UnicodeDecodeError) as error:
-            fail(f"The key file {key_file} cannot be read: {error}. Nothing was sent.", exits.USAGE)
+            raise Misuse(f"The key file {key_file} cannot be read: {error}") from None
         if not key:
-            fail(f"The key file {key_file} is empty. Nothing was sent.", exits.USAGE)
+            raise Misuse(f"The key file {key_file} is empty")
         return cls(url.rstrip("/"), _sound(key), lease)
 
     @property
@@ -76,27 +73,11 @@ class Client:
             **({"Lease-Token": self.lease} if self.lease else {}),
         }
 
-    def get(self, path: str) -> dict[str, Any]:
-        """Read something; a failure ends the command."""
-        return self.ask("GET", path)
-
-    def ask(self, method: str, path: str, content: object = None, *, wait_s: float = 0) -> dict[str, Any]:
-        """Ask the gateway; a failure ends the command with its sentence and exit code."""
-        try:
-            return self.request(method, path, content, wait_s=wait_s)
-        except Failure as failure:
-            fail(str(failure), failure.code)
-
     def request(self, method: str, path: str, content: object = None, *, wait_s: float = 0) -> dict[str, Any]:
         """Ask the gateway.
 
         :raises Failure: it was refused, or nobody knows; the sentence names the request's id.
         """
-        return self._answer(method, path, content, wait_s, _data)
-
-    def _answer(
-        self, method: str, path: str, content: object, wait_s: float, read: Callable[[httpx.Response], T]
-    ) -> T:
         headers, url = self.headers(), self.url + path
         if wait_s:
             headers["Prefer"] = f"wait={wait_s:g}"
@@ -114,7 +95,7 @@ class Client:
                 if answer.status_code == httpx.codes.UNAUTHORIZED and not self.key:
                     problem["remedy"] = f"Put your key into {KEY_VARIABLE}, or name its file by --key-file."
                 raise refusal(answer.status_code, problem, headers["X-Request-Id"])
-            return read(answer)
+            return _data(answer)
         except NEVER_REACHED as error:
             raise Failure(f"{why_not_reached(url, error)} Nothing was sent.", exits.NOT_SENT) from None
         except (httpx.HTTPError, TypeError, ValueError) as error:
@@ -132,7 +113,7 @@ class Client:
 
         They are followed for so many seconds at most. A failure ends the command.
         """
-        answer = self.ask("POST", path, content, wait_s=min(wait_s, STEP_S))
+        answer = self.request("POST", path, content, wait_s=min(wait_s, STEP_S))
         moves: list[dict[str, Any]] = answer.get("moves", [answer])
         while (wait_s := wait_s - STEP_S) > 0:
             running = [it for it in moves if not MoveStatus(it["status"]).final]
@@ -151,11 +132,11 @@ class Client:
         try:
             return self.request("GET", path, wait_s=wait_s)
         except Failure as failure:
-            fail(
+            raise Failure(
                 f"The move {move['id']} of {move['body_id']} was started, and its end was not seen: "
                 f"{failure} Read status and position before anything else.",
                 exits.UNKNOWN,
-            )
+            ) from None
 
 
 def _data(answer: httpx.Response) -> dict[str, Any]:
@@ -219,5 +200,5 @@ def exit_of_stop(stop: dict[str, Any]) -> int:
 
 def _sound(secret: str, what: str = "key") -> str:
     if not secret.isascii() or not (secret.isprintable() or not secret):
-        fail(f"The {what} has other characters than a {what} has. Nothing was sent.", exits.USAGE)
+        raise Misuse(f"The {what} has other characters than a {what} has")
     return secret

@@ -1,8 +1,9 @@
 """How a command of the command line ends: the exit codes that scripts read, and one sentence why."""
 
-from typing import NoReturn
+from typing import Any
 
 import typer
+from typer.core import TyperGroup
 
 DONE = 0
 REFUSED = 1
@@ -33,10 +34,23 @@ class Failure(Exception):
         self.code = code
 
 
-def fail(sentence: str, code: int) -> NoReturn:
-    """Say on standard error why, and end."""
-    typer.echo(sentence, err=True)
-    raise typer.Exit(code)
+class Misuse(Failure):
+    """A command was not understood, and nothing was sent; the sentence comes without its full stop."""
+
+    def __init__(self, sentence: str) -> None:
+        super().__init__(f"{sentence}. Nothing was sent.", USAGE)
+
+
+class Commands(TyperGroup):
+    """Commands that end with a sentence on standard error and its exit code where they fail."""
+
+    def invoke(self, ctx: Any) -> Any:  # typer does not export the type of what it hands in
+        """Run the command that was named."""
+        try:
+            return super().invoke(ctx)
+        except Failure as failure:
+            typer.echo(str(failure), err=True)
+            raise typer.Exit(failure.code) from None
 
 
 def worst(*codes: int) -> int:

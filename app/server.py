@@ -15,8 +15,8 @@ from pathlib import Path
 
 import uvicorn
 
+from app.access import AccessControl
 from app.descriptors import connections_possible
-from app.door import Door
 from app.systemd import Watchdog, notify, watchdog_wanted
 from app.tls import Certificate
 from gateway.access.principal import EVERYBODY, asking
@@ -37,7 +37,7 @@ STREAMS_S = 1.0
 HANDSHAKE_S = 5.0
 """How long a client may take to agree on TLS."""
 REQUESTS_S = 2.0
-"""How long requests may take to end by themselves; then the lines are closed, which answers all that wait."""
+"""How long requests may take to end; then the lines are closed, which answers all that wait."""
 
 
 class CannotListen(OSError):
@@ -57,13 +57,13 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
     """
     from api.app import create_app
 
-    door = Door(config, data)
+    access = AccessControl(config, data)
     with _listener(config.server) as listener:
         plant = Plant(config, journal=open_journal(data), lease_tokens=LeaseTokens(data), file=file)
         plant.names.keep_in(data)
-        app = create_app(plant, door.credentials)
-        server = _Server(_uvicorn_config(app, config.server, door.certificate))
-        end = _End(plant, server)
+        app = create_app(plant, access.credentials)
+        server = _Server(_uvicorn_config(app, config.server, access.certificate))
+        signals = _Signals(plant, server)
         if watchdog_wanted():
             plant.on_lines = partial(_feed_watchdog, plant)
             plant.on_lines()
@@ -74,12 +74,12 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
             gc.freeze()
             gc.enable()
             plant.watch.start()
-            scheme = "https" if door.certificate else "http"
+            scheme = "https" if access.certificate else "http"
             log.info("running on %s://%s:%d", scheme, config.server.host, listener.getsockname()[1])
-            door.open()
+            access.start()
             notify("READY=1")
             serving = asyncio.create_task(server.serve([listener]), name="server")
-            await end.told(serving)
+            await signals.wait_for_end(serving)
             notify("STOPPING=1")
             await plant.wind_down()
             plant.events.close()
@@ -87,7 +87,7 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
             await server.end_requests(serving)
         finally:
             await plant.close()
-            await door.close()
+            await access.stop()
         await serving
 
 
@@ -98,41 +98,41 @@ def _feed_watchdog(plant: Plant) -> None:
         port.on_work = partial(watchdog.worked, port.id)
 
 
-class _End:
+class _Signals:
     """The signals that tell the gateway to end, or to read its configuration again."""
 
     def __init__(self, plant: Plant, server: "_Server") -> None:
         self._plant, self._server = plant, server
-        self._told = asyncio.Event()
+        self._ending = asyncio.Event()
         self._reloads: set[asyncio.Task[None]] = set()
-        for number in _signals():
-            asyncio.get_running_loop().add_signal_handler(number, self._take, number)
+        for number in _handled():
+            asyncio.get_running_loop().add_signal_handler(number, self._handle, number)
 
-    async def told(self, serving: "asyncio.Task[None]") -> None:
+    async def wait_for_end(self, serving: "asyncio.Task[None]") -> None:
         """Wait for the first signal, or for a server that ends without one."""
-        waiting = asyncio.create_task(self._told.wait(), name="signals")
+        waiting = asyncio.create_task(self._ending.wait(), name="signals")
         await asyncio.wait({serving, waiting}, return_when=asyncio.FIRST_COMPLETED)
         waiting.cancel()
 
-    def _take(self, number: int) -> None:
+    def _handle(self, number: int) -> None:
         """A SIGHUP means the file, unless it says that the terminal has been closed."""
         if number == signal.SIGHUP and self._plant.file is not None and not _has_lost_terminal():
             task = asyncio.create_task(_reload(self._plant), name="reload")
             self._reloads.add(task)
             task.add_done_callback(self._reloads.discard)
         else:
-            self._tell(number)
+            self._end(number)
 
-    def _tell(self, number: int) -> None:
+    def _end(self, number: int) -> None:
         """End because of a signal; after a second one nobody is waited for."""
         name = signal.Signals(number).name
-        if self._told.is_set():
+        if self._ending.is_set():
             log.warning("%s again: ending without waiting any longer", name)
             self._plant.hurry()
             self._server.force_exit = True
         else:
             log.info("%s: shutting down; nothing begins to move any more", name)
-            self._told.set()
+            self._ending.set()
 
 
 async def _reload(plant: Plant) -> None:
@@ -165,7 +165,7 @@ def _has_terminal() -> bool:
 _AT_TERMINAL = _has_terminal()
 
 
-def _signals() -> list[signal.Signals]:
+def _handled() -> list[signal.Signals]:
     """Those that end the gateway; that of a closed terminal too, unless it was started with nohup."""
     ignored = signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
     return [signal.SIGINT, signal.SIGTERM, *([] if ignored else [signal.SIGHUP])]

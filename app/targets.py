@@ -4,9 +4,8 @@ import re
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from app import exits
 from app.client import Client
-from app.exits import Failure
+from app.exits import Misuse
 from gateway.core.addresses import numbered_address
 from protocols.rorze.row import FIRST_GROUP
 
@@ -43,9 +42,7 @@ class Target:
         """
         if self.unit is None and len(self.units) != 1:
             named = ", ".join(f"{self.address}/units/{number}" for number in self.units)
-            raise Failure(
-                f"Robot {self.address} has several units: say {named}. Nothing was sent.", exits.USAGE
-            )
+            raise Misuse(f"Robot {self.address} has several units: say {named}")
         return f"/{self.kind}/{self.address}/units/{self.unit or self.units[0]}"
 
 
@@ -80,15 +77,8 @@ def find(client: Client, word: str) -> Target:
     if len(found) == 1:
         return found[0]
     if found:
-        raise Failure(
-            f"{word!r} is the name of {' and '.join(it.address for it in found)}: say the address. "
-            "Nothing was sent.",
-            exits.USAGE,
-        )
-    raise Failure(
-        f"There is nothing called {word!r}; `motion-gateway status` lists what there is. Nothing was sent.",
-        exits.USAGE,
-    )
+        raise Misuse(f"{word!r} is the name of {' and '.join(it.address for it in found)}: say the address")
+    raise Misuse(f"There is nothing called {word!r}; `motion-gateway status` lists what there is")
 
 
 def _robot(robot: dict[str, Any], unit: int | None) -> Target:

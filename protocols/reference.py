@@ -18,7 +18,7 @@ Columns = Mapping[str, Callable[[Any], str]]
 _HEAD = """\
 # The command tables
 
-Written from the rows in `protocols/` by `python -m protocols.reference`; `GET /commands` gives the same with
+Written from the rows in `protocols/` by `make documents`; `GET /commands` gives the same with
 the schemas of parameters and replies. *Retry* says what comes of repeating a command when no reply came.
 The gateway repeats only `read` and software stops. `setting`: read back, and repeat what
 differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is

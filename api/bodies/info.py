@@ -13,12 +13,12 @@ from api.common.requests import (
     BodyId,
     LineId,
     age_ms_of,
+    content_response,
     is_seen,
     json_response,
     new_router,
     origin_of,
     plant_of,
-    told,
     utc_of,
 )
 from gateway.core.errors import GatewayError
@@ -326,13 +326,13 @@ async def list_bodies(request: Request, *, fresh: Fresh = False) -> Response:
         await bodies.look_at_all(plant_of(request), origin_of(request))
     rorze = plant_of(request).family(Rorze)
     seen = [_info(rorze, body) for body in rorze.bodies() if is_seen(request, body.address)]
-    return told({"bodies": seen})
+    return content_response({"bodies": seen})
 
 
 @router.get("/bodies/{body_id}", Right.VIEW, response_model=BodyInfo)
 async def get_body(request: Request, body_id: BodyId) -> Response:
     """Tell what is known of a body; nothing is sent."""
-    return told(_info(plant_of(request).family(Rorze), _body(request, body_id)))
+    return content_response(_info(plant_of(request).family(Rorze), _body(request, body_id)))
 
 
 @router.post("/bodies/{body_id}/power-cycle/acknowledge", Right.OPERATE, response_model=BodyInfo)
@@ -343,7 +343,7 @@ async def acknowledge_body_power_cycle(request: Request, body_id: BodyId) -> Res
     of its flash memory. Homing does the same as this, and so does setting its position.
     """
     await bodies.acknowledge_power_cycle(plant_of(request), origin_of(request), body_id)
-    return told(_info(plant_of(request).family(Rorze), _body(request, body_id)))
+    return content_response(_info(plant_of(request).family(Rorze), _body(request, body_id)))
 
 
 def _body(request: Request, body_id: str) -> Body:

@@ -6,6 +6,7 @@ from fastapi import Query, Request, Response
 from pydantic import BaseModel
 
 from api.bodies.info import SpeedRequest
+from api.common.documentation import ends_declared
 from api.common.requests import (
     BodyId,
     GroupId,
@@ -18,7 +19,6 @@ from api.common.requests import (
     wait_s,
 )
 from api.common.results import GroupMove, render
-from api.common.words import ends_declared
 from gateway.core.move_record import Move
 from gateway.core.rights import Right
 from gateway.operations import moves

@@ -33,7 +33,7 @@ class SignalState(BaseModel):
     on: bool
 
 
-class Told(BaseModel):
+class Reading(BaseModel):
     """What a controller has told."""
 
     body_id: str
@@ -41,19 +41,19 @@ class Told(BaseModel):
     age_ms: float = Field(description="How old the answer was when it was passed on.")
 
 
-class BodyInputs(Told):
+class BodyInputs(Reading):
     """The general inputs, after their logic (DIS) and their noise filters (DCS)."""
 
     inputs: list[SignalState]
 
 
-class BodyOutputs(Told):
+class BodyOutputs(Reading):
     """The general outputs; in servo mode output 0 is the CLR signal."""
 
     outputs: list[SignalState]
 
 
-class BodySensors(Told):
+class BodySensors(Reading):
     """The sensors, after their logic (DLS)."""
 
     sensors: SensorBits
@@ -105,14 +105,14 @@ class ErrorOutputChoice(RequestModel, json_schema_extra=example(output=7, on=Tru
 async def get_body_inputs(request: Request, body_id: BodyId) -> Response:
     """Ask the controller for all ten inputs (CID)."""
     found, at = await body_signals.inputs(plant_of(request), origin_of(request), body_id)
-    return json_response(BodyInputs(**_told(request, body_id, at), inputs=_states(found)))
+    return json_response(BodyInputs(**_reading(request, body_id, at), inputs=_states(found)))
 
 
 @router.get("/bodies/{body_id}/outputs", Right.VIEW, response_model=BodyOutputs)
 async def get_body_outputs(request: Request, body_id: BodyId) -> Response:
     """Ask the controller for all sixteen outputs (COD)."""
     found, at = await body_signals.outputs(plant_of(request), origin_of(request), body_id)
-    return json_response(BodyOutputs(**_told(request, body_id, at), outputs=_states(found)))
+    return json_response(BodyOutputs(**_reading(request, body_id, at), outputs=_states(found)))
 
 
 @router.put("/bodies/{body_id}/outputs/{output}", Right.OPERATE, response_model=SignalState)
@@ -137,7 +137,7 @@ async def pulse_body_output(
 async def get_body_sensors(request: Request, body_id: BodyId) -> Response:
     """Ask the controller for all six sensors (CLD)."""
     found, at = await body_signals.sensors(plant_of(request), origin_of(request), body_id)
-    return json_response(BodySensors(**_told(request, body_id, at), sensors=SensorBits(**found)))
+    return json_response(BodySensors(**_reading(request, body_id, at), sensors=SensorBits(**found)))
 
 
 @router.get("/bodies/{body_id}/error-outputs", Right.VIEW, response_model=BodyErrorOutputs)
@@ -164,7 +164,7 @@ async def reset_error_outputs(request: Request, body_id: BodyId) -> Response:
     return _error_outputs(request, body_id, found)
 
 
-def _told(request: Request, body_id: str, at: float) -> dict[str, Any]:
+def _reading(request: Request, body_id: str, at: float) -> dict[str, Any]:
     address = plant_of(request).family(Rorze).body(body_id).address
     return {"body_id": address, "read_at": utc_of(at), "age_ms": age_ms_of(at)}
 

@@ -13,7 +13,7 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
-from api.common.repeats import REPLAYED, has_key
+from api.common.idempotent_requests import REPLAYED, has_key
 from api.common.request_ids import HEADER, has_begun
 from api.common.route_index import RouteIndex
 from api.common.security import SameSite, refusal
@@ -35,7 +35,7 @@ def open_to(origins: Sequence[str]) -> Layer:
 
 
 class Entrance:
-    """Leads requests and WebSockets to their routes; `repeated` is for those with an Idempotency-Key."""
+    """Leads requests and WebSockets to their routes; `idempotent` is for those with an Idempotency-Key."""
 
     def __init__(
         self,
@@ -44,11 +44,11 @@ class Entrance:
         telling: Mapping[Any, Telling],
         *,
         for_pages: Layer | None = None,
-        repeated: Layer | None = None,
+        idempotent: Layer | None = None,
     ) -> None:
         self._same_site, self._routes, self._telling = same_site, routes, telling
         self._answering = for_pages(self._answer) if for_pages else self._answer
-        self._repeated = repeated(self._answering) if repeated else self._answering
+        self._idempotent = idempotent(self._answering) if idempotent else self._answering
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Refuse, or pass on."""
@@ -59,7 +59,7 @@ class Entrance:
         if reason is not None:
             await refusal(scope, reason)(scope, receive, send)
         elif has_key(scope):
-            await self._repeated(scope, receive, send)
+            await self._idempotent(scope, receive, send)
         else:
             await self._answering(scope, receive, send)
 

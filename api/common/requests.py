@@ -121,6 +121,8 @@ def begun_response(work: LongWork, place: str, waited_s: float) -> Response:
     return Response(work.model_dump_json(), status, headers, media_type="application/json")
 
 
-def told(content: object) -> Response:
+def content_response(
+    content: object, status: int = 200, headers: Mapping[str, str] | None = None
+) -> Response:
     """Answer with what the gateway itself has made, which needs no validation."""
-    return Response(to_json(content), media_type="application/json")
+    return Response(to_json(content), status, headers, media_type="application/json")

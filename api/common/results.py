@@ -1,14 +1,12 @@
 """Results of operations as responses."""
 
-from collections.abc import Mapping
 from typing import Annotated, Any, Final
 
 from fastapi import Request, Response
 from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, WithJsonSchema
-from pydantic_core import to_json
 
 from api.common.problems import Problem, instance_of, problem_of, wants_japanese
-from api.common.requests import age_ms_of, json_response, wait_headers
+from api.common.requests import age_ms_of, content_response, json_response, wait_headers
 from gateway.core.errors import GatewayError
 from gateway.core.move_record import Move
 from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Result, Stopped
@@ -73,25 +71,21 @@ def render(request: Request, result: Result | BaseModel, waited_s: float = 0.0) 
             return json_response(result.session, 201, {"Location": result.path})
         case Stopped():
             reports = {"bodies": [], "robots": [], **result.reports}
-            return _json({"confirmed": result.confirmed, **reports})
+            return content_response({"confirmed": result.confirmed, **reports})
         case _:
             return json_response(result)
-
-
-def _json(content: object, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
-    return Response(to_json(content), status, headers, media_type="application/json")
 
 
 def _answer(answer: Answer) -> Response:
     headers = None if answer.at is None else {AGE_HEADER: str(age_ms_of(answer.at))}
     if answer.listed:
-        return _json({"replies": list(answer.replies)}, headers=headers)
+        return content_response({"replies": list(answer.replies)}, headers=headers)
     return json_response(answer.replies[0], headers=headers)
 
 
 def _member_answers(request: Request, answers: MemberAnswers) -> Response:
     members = [_member(request, body_id, reply) for body_id, reply in answers.members.items()]
-    return _json({"group_id": answers.group_id, "members": members})
+    return content_response({"group_id": answers.group_id, "members": members})
 
 
 def _member(request: Request, body_id: str, reply: Reply | GatewayError) -> dict[str, Any]:
@@ -105,6 +99,6 @@ def _begun(begun: Begun, waited_s: float) -> Response:
     status = 200 if all(move.status.final for move in begun.moves) else 202
     headers = wait_headers(waited_s)
     if begun.group_id is not None:
-        return _json({"group_id": begun.group_id, "moves": list(begun.moves)}, status, headers)
+        return content_response({"group_id": begun.group_id, "moves": list(begun.moves)}, status, headers)
     headers["Location"] = f"{begun.path}/moves/{begun.moves[0].id}"
     return json_response(begun.moves[0], status, headers)

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Final
 
+from api.common.documentation import CORE, SECTIONS
 from api.common.idempotency import LONGEST_KEY, takes_key
-from api.common.words import CORE, SECTIONS
 
 Schema = dict[str, Any]
 

@@ -6,29 +6,24 @@ the order.
 """
 
 import asyncio
-import logging
 import re
 from collections import deque
 from dataclasses import dataclass
 from functools import partial
-from http import HTTPStatus
 from itertools import takewhile
 from typing import Any, ClassVar, Final
 from urllib.parse import quote, unquote
 
 import httptools
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.http.flow_control import HIGH_WATER_LIMIT, FlowControl
-from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol, RequestResponseCycle
+from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResponseCycle
 
-from api.common.problems import MEDIA_TYPE, RETRY_AFTER_S, plain_problem
-from api.common.request_ids import Headers, header_of, request_id_of
-from api.front.admission import Admission, Admitted
+from api.front.connections import Admitted, ConnectionLimit
 from api.front.drain import Drain
+from api.front.pending_requests import PendingRequest
+from api.front.refusals import Refused, refusal_in
 from api.front.stop_paths import is_stop
 from api.front.turnstile import Turnstile
-
-log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -45,109 +40,13 @@ class Limits:
     """Requests that may be sent ahead of the answers to those before them."""
 
 
-class Refused(Exception):
-    """A request that ends its connection; nothing of it was done."""
-
-    def __init__(self, status: int, detail: str) -> None:
-        super().__init__(detail)
-        self.status = status
-        self.detail = f"{detail} Nothing was sent."
-
-    def answer(self, default_headers: Headers, path: str, asked: Headers) -> bytes:
-        """The whole answer to a request with the headers `asked`, as far as they were read."""
-        request_id = request_id_of(asked)
-        problem = plain_problem(self.status, self.detail, path)
-        problem.request_id = request_id
-        problem.retryable = self.status in (HTTPStatus.REQUEST_TIMEOUT, HTTPStatus.SERVICE_UNAVAILABLE)
-        content = problem.model_dump_json(exclude_none=True).encode()
-        headers = [
-            *default_headers,
-            header_of(request_id),
-            (b"content-type", MEDIA_TYPE.encode()),
-            (b"content-length", str(len(content)).encode()),
-            (b"connection", b"close"),
-        ]
-        if self.status == HTTPStatus.SERVICE_UNAVAILABLE:
-            headers.append((b"retry-after", str(RETRY_AFTER_S).encode()))
-        lines = b"".join(b"%b: %b\r\n" % header for header in headers)
-        return b"%b%b\r\n%b" % (STATUS_LINE[self.status], lines, content)
-
-
 _KEY = re.compile(rb"[A-Za-z0-9+/]{22}==")
 _INSTANCE_BYTES = 200
 LINGER_S = 0.5
 """A refused connection stays open for this time, so that its client can read why."""
 LINGER_BYTES = 262_144
 """So much of what its client still sends is taken, and passed over."""
-NOT_HTTP: Final = "The request cannot be read as HTTP/1.1."
 FULL: Final = "All connections of the gateway are in use, and only stops are served beyond them."
-
-
-def refusal_in(error: httptools.HttpParserError) -> Refused:
-    """What was raised while the parser called us, or what it found itself."""
-    reason = error.__context__
-    if isinstance(reason, Refused):
-        return reason
-    if not isinstance(reason, httptools.HttpParserError | ValueError | None):
-        log.error("A request could not be taken in.", exc_info=reason)
-    return Refused(400, NOT_HTTP)
-
-
-class InTurn:
-    """A request as the application sees it: begun at its turn, a stop at once; answered at its turn."""
-
-    def __init__(self, app: ASGIApp, cycle: RequestResponseCycle) -> None:
-        self.cycle = cycle
-        self.is_stop = is_stop(cycle.scope["method"], cycle.scope["path"])
-        self.turn = asyncio.Event()
-        self.started = False
-        self._app = app
-        self._begun = False
-        self._taken = False
-        self._waits_for_body = False
-
-    @property
-    def undone(self) -> bool:
-        """Whether it is certain that nothing was done yet: it waits for its turn, or for its body."""
-        return not self._begun or self._waits_for_body
-
-    def give_up(self) -> None:
-        """Its client has left, or it can never be read as a whole."""
-        if not self.cycle.response_complete:
-            self.cycle.disconnected = True
-        self.cycle.message_event.set()
-        self.turn.set()
-
-    async def __call__(self, scope: Scope, _receive: Receive, _send: Send) -> None:
-        """Do what is asked for; nothing, where the client has left before, unless it is a stop."""
-        if self.cycle.disconnected and not self.is_stop:
-            return
-        self._begun = True
-        try:
-            await self._app(scope, self._receive, self._send)
-        except Exception:
-            await self.turn.wait()
-            raise
-
-    async def _receive(self) -> Message:
-        self._waits_for_body = not self._taken
-        try:
-            message: Any = await self.cycle.receive()
-        finally:
-            self._waits_for_body = False
-        if message["type"] == "http.disconnect" and self._has_all_of_a_stop():
-            # That its client has left since changes nothing.
-            message = {"type": "http.request", "body": bytes(self.cycle.body), "more_body": False}
-        self._taken = not message.get("more_body", False)
-        result: Message = message
-        return result
-
-    def _has_all_of_a_stop(self) -> bool:
-        return self.is_stop and not self._taken and not self.cycle.more_body
-
-    async def _send(self, message: Message) -> None:
-        await self.turn.wait()
-        await self.cycle.send(message)  # type: ignore[arg-type]  # two names for the same dictionaries
 
 
 class _Flow(FlowControl):
@@ -167,7 +66,7 @@ class HttpProtocol(HttpToolsProtocol):
     """A connection."""
 
     limits: ClassVar[Limits] = Limits()
-    admission: ClassVar[Admission]
+    connection_limit: ClassVar[ConnectionLimit]
     turnstile: ClassVar[Turnstile]
 
     flow: _Flow
@@ -176,10 +75,10 @@ class HttpProtocol(HttpToolsProtocol):
         super().__init__(*args, **kwargs)
         self._drain: Drain
         self._admitted = Admitted.EVERYTHING
-        self._under_way: deque[InTurn] = deque()
+        self._under_way: deque[PendingRequest] = deque()
         """Requests that are not answered yet, in their order; the first has its turn."""
         self.url = b""
-        self._last_words: bytes | None = None
+        self._refusal: bytes | None = None
         """What ends the connection when all that is under way was answered."""
         self._unread = b""
         self._quiet_bytes = 0
@@ -196,21 +95,21 @@ class HttpProtocol(HttpToolsProtocol):
         super().connection_made(transport)
         self.flow = _Flow(transport)
         self._drain = Drain(transport, self.limits.stall_s)
-        self._admitted = self.admission.admit(self, len(self.connections))
+        self._admitted = self.connection_limit.admit(self, len(self.connections))
         if self._admitted is Admitted.NOTHING:
             transport.abort()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Begin nothing more that was asked for here."""
-        self._let_go()
-        self._end_of_receiving()
-        self.admission.leave(self)
+        self._give_up_all()
+        self._end_receiving()
+        self.connection_limit.leave(self)
         self._drain.stop()
         super().connection_lost(exc)
 
     def eof_received(self) -> None:
         """Do as if the client had left altogether: uvicorn closes the connection."""
-        self._let_go()
+        self._give_up_all()
 
     def give_way(self) -> None:
         """End at once: others need the place."""
@@ -233,7 +132,7 @@ class HttpProtocol(HttpToolsProtocol):
         super().resume_writing()
         self._drain.stop()
 
-    def _let_go(self) -> None:
+    def _give_up_all(self) -> None:
         for request in self._under_way:
             request.give_up()
 
@@ -241,11 +140,11 @@ class HttpProtocol(HttpToolsProtocol):
 
     def data_received(self, data: bytes) -> None:
         """Parse it in pieces that are soon parsed; others have their turn in between."""
-        if self._last_words is not None:
-            self._pass_over(data)
+        if self._refusal is not None:
+            self._discard(data)
             return
         self._unset_keepalive_if_required()
-        self.admission.ask(self)
+        self.connection_limit.ask(self)
         parsing = bool(self._unread)
         self._unread += data
         if not parsing:
@@ -272,7 +171,7 @@ class HttpProtocol(HttpToolsProtocol):
             self._refuse(Refused(431, f"The request's head is over {self.limits.head_bytes} bytes."))
             return
         if self._receiving:
-            self._expect_the_rest()
+            self._start_deadline()
         if self._unread:
             self.flow.behind = True
             self.flow.pause_reading()
@@ -288,9 +187,9 @@ class HttpProtocol(HttpToolsProtocol):
     def _upgrade(self, rest: bytes) -> None:
         """Hand a WebSocket over; read what offers another protocol as if it did not (RFC 9110 7.8)."""
         if self._should_upgrade():
-            self._end_of_receiving()
+            self._end_receiving()
             self._drain.stop()
-            self.admission.leave(self)
+            self.connection_limit.leave(self)
             self.flow.behind = False
             self.flow.resume_reading()
             self.handle_websocket_upgrade()
@@ -324,7 +223,7 @@ class HttpProtocol(HttpToolsProtocol):
         self._in_body = not upgrade
         super().on_headers_complete()
         if self.pipeline:
-            self._take(*self.pipeline.pop())
+            self._queue(*self.pipeline.pop())
             self._read_on()
 
     def on_body(self, body: bytes) -> None:
@@ -335,7 +234,7 @@ class HttpProtocol(HttpToolsProtocol):
     def on_message_complete(self) -> None:
         """The request has come as a whole."""
         self._quiet_bytes = 0
-        self._end_of_receiving()
+        self._end_receiving()
         if not self.parser.should_upgrade():
             super().on_message_complete()
             self._read_on()
@@ -375,20 +274,20 @@ class HttpProtocol(HttpToolsProtocol):
 
     def _start_asgi_task(self, cycle: RequestResponseCycle, app: Any) -> None:
         """Uvicorn says so of a request with none before it."""
-        self._take(cycle, app)
+        self._queue(cycle, app)
 
-    def _take(self, cycle: RequestResponseCycle, app: Any) -> None:
-        request = InTurn(app, cycle)
+    def _queue(self, cycle: RequestResponseCycle, app: Any) -> None:
+        request = PendingRequest(app, cycle)
         self._under_way.append(request)
         if self._admitted is Admitted.STOPS:
             cycle.keep_alive = False
-            self.admission.stop(self)
+            self.connection_limit.stop(self)
         if request is self._under_way[0]:
             request.turn.set()
         if request.is_stop or request.turn.is_set():
             self._begin(request)
 
-    def _begin(self, request: InTurn) -> None:
+    def _begin(self, request: PendingRequest) -> None:
         """Begin what has its turn: a stop at once, the rest as the turnstile lets it."""
         request.started = True
         begin = partial(super()._start_asgi_task, request.cycle, request)  # type: ignore[arg-type]  # an ASGI application
@@ -404,33 +303,33 @@ class HttpProtocol(HttpToolsProtocol):
             self._drain.watch()
         elif self._under_way:
             self.server_state.total_requests += 1
-            self._expect_the_rest_anew()
+            self._restart_deadline()
             self._read_on()
             first = self._under_way[0]
             first.turn.set()
             if not first.started:
                 self._begin(first)
-        elif self._last_words is not None:
-            self._say_last_words()
+        elif self._refusal is not None:
+            self._send_refusal()
         else:
             super().on_response_complete()
-            self._expect_the_rest_anew()
-            self.admission.rest(self)
+            self._restart_deadline()
+            self.connection_limit.rest(self)
 
     # requests that are refused, or do not come
 
-    def _expect_the_rest(self) -> None:
+    def _start_deadline(self) -> None:
         if self._deadline is None:
             self._deadline = self.loop.call_later(self.limits.receive_s, self._too_slow)
 
-    def _expect_the_rest_anew(self) -> None:
+    def _restart_deadline(self) -> None:
         """What came behind a request that was being answered had no time of its own yet."""
         if self._deadline is not None:
             self._deadline.cancel()
             self._deadline = None
-            self._expect_the_rest()
+            self._start_deadline()
 
-    def _end_of_receiving(self) -> None:
+    def _end_receiving(self) -> None:
         self._receiving = False
         if self._deadline is not None:
             self._deadline.cancel()
@@ -444,14 +343,14 @@ class HttpProtocol(HttpToolsProtocol):
         if last is None or (len(self._under_way) == 1 and self._in_body and last.undone):
             self._refuse(Refused(408, f"The request did not come as a whole in {self.limits.receive_s:g} s."))
         else:
-            self._expect_the_rest()
+            self._start_deadline()
 
     def _refuse(self, refused: Refused) -> None:
         """End the connection with an answer; before it comes what was begun, and nothing that was not."""
         path = quote(self.url.partition(b"?")[0][:_INSTANCE_BYTES], safe="/%")
-        words = refused.answer(self.server_state.default_headers, path, self.headers or ())
-        self._last_words = b"" if self._in_body and not self._take_back() else words
-        self._end_of_receiving()
+        answer = refused.answer(self.server_state.default_headers, path, self.headers or ())
+        self._refusal = b"" if self._in_body and not self._take_back() else answer
+        self._end_receiving()
         self._unread = b""
         self.flow.behind = True
         self.flow.pause_reading()
@@ -459,7 +358,7 @@ class HttpProtocol(HttpToolsProtocol):
         while len(self._under_way) > begun:
             self._under_way.pop().give_up()
         if not self._under_way:
-            self._say_last_words()
+            self._send_refusal()
 
     def _take_back(self) -> bool:
         """Give up the request whose body is coming, if nothing was done yet because of it."""
@@ -470,9 +369,9 @@ class HttpProtocol(HttpToolsProtocol):
         last.give_up()
         return True
 
-    def _say_last_words(self) -> None:
+    def _send_refusal(self) -> None:
         """Answer, and close a moment later: a client that still sends then may lose the answer."""
-        self.transport.write(self._last_words or b"")
+        self.transport.write(self._refusal or b"")
         if self.transport.can_write_eof():  # not over TLS
             self.transport.write_eof()
         self.flow.behind = False
@@ -483,7 +382,7 @@ class HttpProtocol(HttpToolsProtocol):
         self.transport.close()
         self._drain.watch()
 
-    def _pass_over(self, data: bytes) -> None:
+    def _discard(self, data: bytes) -> None:
         self._quiet_bytes += len(data)
         if self._quiet_bytes > LINGER_BYTES:
             self.flow.pause_reading()

@@ -1,6 +1,6 @@
 """The protocols that a server speaks with clients, with its limits."""
 
-from api.front.admission import Admission
+from api.front.connections import ConnectionLimit
 from api.front.http_protocol import HttpProtocol, Limits
 from api.front.turnstile import Turnstile
 from api.front.websocket_protocol import WebSocketProtocol
@@ -15,7 +15,7 @@ def protocols(
 
     class Http(HttpProtocol):
         limits = bounds
-        admission = Admission(max_connections)
+        connection_limit = ConnectionLimit(max_connections)
         turnstile = Turnstile()
 
     class WebSocket(WebSocketProtocol):

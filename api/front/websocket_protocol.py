@@ -11,7 +11,8 @@ from websockets.frames import CloseCode
 from websockets.http11 import Request
 
 from api.front.drain import Drain
-from api.front.http_protocol import Limits, Refused
+from api.front.http_protocol import Limits
+from api.front.refusals import Refused
 from gateway.core.events import Event, Writer
 
 _log = logging.getLogger(__name__)

@@ -5,6 +5,7 @@ from typing import Annotated
 from fastapi import Body, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
+from api.common.documentation import ends_declared
 from api.common.requests import (
     Wait,
     json_response,
@@ -15,7 +16,6 @@ from api.common.requests import (
     wait_s,
 )
 from api.common.results import render
-from api.common.words import ends_declared
 from api.robots.paths import RobotId, UnitNumber
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right

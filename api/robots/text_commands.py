@@ -1,4 +1,4 @@
-"""Commands to robots as plain text, where the configuration allows it: the same door, the same rules."""
+"""Commands to robots as plain text, where the configuration allows it: the same scheduler, the same rules."""
 
 from typing import Annotated, Any, cast
 

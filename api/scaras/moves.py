@@ -5,8 +5,8 @@ from typing import Annotated
 from fastapi import Query, Request, Response
 from pydantic import BaseModel
 
+from api.common.documentation import ends_declared
 from api.common.requests import Wait, json_response, new_router, origin_of, plant_of, wait_headers, wait_s
-from api.common.words import ends_declared
 from api.scaras.names import ScaraId
 from gateway.core.rights import Right
 from gateway.operations import moves, scaras

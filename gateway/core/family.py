@@ -118,7 +118,7 @@ class Family(ABC):
     line_table: ClassVar[type[tables.Line]]
     """What the configuration says of a line."""
     line_info: ClassVar[type[PortInfo]]
-    """What is told of a line."""
+    """What a line tells."""
     now: ClassVar[type[Record]]
     """What a snapshot tells of each of what is `seen`, which is among the first of `collections`."""
     move_records: ClassVar[Sequence[type[MoveRecord]]]

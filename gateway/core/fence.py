@@ -149,7 +149,7 @@ def drawing() -> str:
         "",
         "What a line knows of the replies still to come (decisions 2 and 14). A cell has the next state and",
         "*what is done*; a dash is what cannot happen, and a fault of the program if it does.",
-        "`python -m gateway.core.fence > docs/fence.md` draws this page.",
+        "`make documents` draws this page.",
         "",
         "| state | " + " | ".join(event.value for event in Event) + " |",
         "|---" * (len(Event) + 1) + "|",

@@ -68,7 +68,7 @@ class Ride:
         return ramps_s + max(self.way - (self.low + self.peak) / 2 * ramps_s, 0.0) / self.peak
 
     def gone(self, seconds: float) -> float:
-        """How far it has gone after so long."""
+        """How far it has gone after so many seconds."""
         left_s = self.duration_s - seconds
         if seconds <= 0 or left_s <= 0:
             return 0.0 if seconds <= 0 else self.way

@@ -89,7 +89,7 @@ class RobotWay(Way[Places]):
         return found
 
     def planned(self, rides: Mapping[str, Ride], seconds: float) -> dict[str, float]:
-        """Where the plan has the axes that move after so long."""
+        """Where the plan has the axes that move after so many seconds."""
         start, target = self.move.start_position or {}, self.move.target_position or {}
         places: dict[str, float] = {}
         for axis, ride in rides.items():

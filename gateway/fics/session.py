@@ -39,7 +39,7 @@ VARIABLES = 100
 STANDSTILL_S = 10.0
 """A decelerating stop is answered when all axes stand: it may take this time."""
 QUICK_S = 0.1
-"""In Ver.2 a question that a state of the system seems to forbid is waited for so long: silence refuses it.
+"""How long Ver.2 waits for an answer that a state of the system seems to forbid: silence refuses it.
 
 A fence that no state forbids is certain then: it tells, and an answer that comes before its echo counts.
 """

@@ -1,4 +1,4 @@
-"""What bodies report by themselves: set as the configuration says, for no flash keeps it (EMS, ESS)."""
+"""What bodies report unasked: set as the configuration says, for no flash keeps it (EMS, ESS)."""
 
 import asyncio
 from contextlib import suppress

@@ -61,7 +61,7 @@ class PositionFlash:
             self._same = certain
 
     def note_power_on(self) -> None:
-        """RAM holds what flash memory does, unless a program that starts by itself has changed it."""
+        """RAM holds what flash memory does, unless an autostarted program has changed it."""
         self._same = False
 
     def forget(self) -> None:

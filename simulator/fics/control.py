@@ -1,4 +1,4 @@
-"""The hand in a simulated Fics: an HTTP interface to the pendant, drivers, sensors, power and the line."""
+"""The control interface of a simulated Fics, over HTTP: the pendant, drivers, sensors, power and the line."""
 
 from collections.abc import Callable
 from dataclasses import asdict, replace

@@ -1,4 +1,4 @@
-"""The hand in the simulated plant: an HTTP interface to move sensors, cut power and spoil the line."""
+"""The control interface of a simulated line, over HTTP: its sensors, its power and its faults."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields, replace

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.api.access.guarded import Keys
-from tests.api.common.test_repeats import MOVES, client, relative
+from tests.api.common.test_idempotent_requests import MOVES, client, relative
 from tests.api.stand import Inline, Stand, on_stand
 from tests.plants import in_virtual_time
 from tests.world import World

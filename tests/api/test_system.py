@@ -43,7 +43,7 @@ async def test_an_open_gateway_says_so_and_takes_tickets_too(stand: Stand) -> No
 
 
 @guarded()
-async def test_whoever_asks_is_told_who_they_are(stand: Stand, keys: Keys) -> None:
+async def test_a_client_is_told_who_it_is(stand: Stand, keys: Keys) -> None:
     told = (await stand.get("/system/identity", **keys.header("operator", "arm"))).json()
     assert told == {
         "name": "operator-arm",

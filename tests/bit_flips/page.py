@@ -10,7 +10,7 @@ _HEAD = """\
 # One flipped bit
 
 Neither link has a checksum. This page shows what that comes to: of each command one example, and of its
-reply, with each single bit flipped, the CR at the end too. `python -m tests.bit_flips.page` writes it,
+reply, with each single bit flipped, the CR at the end too. `make documents` writes it,
 and `make test` compares it.
 
 A reply whose address, name, or repeated number was touched is credited in no case: the line is out of

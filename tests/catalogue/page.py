@@ -9,7 +9,7 @@ _HEAD = """\
 
 Each fault has a number, what the gateway does about it, and tests that prove it: `pytest -k S01` runs those
 of one. S is the serial line, C a controller, G the process and its computer, J the disk and the journal.
-`python -m tests.catalogue.page` writes this page, and `make test` compares it.
+`make documents` writes this page, and `make test` compares it.
 
 | Number | Fault | What the gateway does | Tests |
 |---|---|---|---|

@@ -67,7 +67,7 @@ class History:
     crashes: int = 0
     _by_request: defaultdict[str | None, list[Written]] = field(default_factory=lambda: defaultdict(list))
     _last_number: dict[str, int] = field(default_factory=dict)
-    _told_of_move: defaultdict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
+    _told_by_move: defaultdict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
 
     def violate(self, invariant: str, what: object) -> None:
         """Note that an invariant does not hold."""
@@ -119,7 +119,7 @@ class History:
 
     def _judge_move_event(self, event: Event) -> None:
         news, move_id = event.type.rpartition(".")[2], str(event.data.get("id"))
-        told = self._told_of_move[move_id]
+        told = self._told_by_move[move_id]
         if news not in ORDER:
             if any(it not in ORDER for it in told) and not self.crashes:
                 self.violate("I9", f"{move_id} ends twice: {[*told, news]}")

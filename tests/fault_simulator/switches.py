@@ -37,7 +37,7 @@ from gateway.rorze.session import RorzeSession
 from gateway.rorze.stops import _BodyStop
 from protocols.rorze.commands import COMMANDS
 from protocols.table import Effect
-from tests.api.common import test_repeats
+from tests.api.common import test_idempotent_requests
 from tests.gateway import test_plant
 from tests.gateway.core.journal import test_intents, test_journal
 from tests.gateway.fics import test_move_runs
@@ -102,7 +102,7 @@ def no_epoch(patch: Patch) -> None:
     patch.setattr(Guards, "_motion_while_stopping", _nothing)
 
 
-def repeat_by_itself(patch: Patch) -> None:
+def repeat_unasked(patch: Patch) -> None:
     def settle(session: Any, *_: Any) -> None:
         suspect = session._suspect
         if suspect is not None and suspect.command.effect is not Effect.READ and suspect.repeats == 0:
@@ -274,7 +274,7 @@ SWITCHES = (
     Switch("a doubt is settled by a fence before anything else is sent", no_fence, BODIES),
     Switch("a reply is credited to its body alone", any_body_answers, BODIES),
     Switch("what was admitted before a stop is not written after it", no_epoch, BODIES),
-    Switch("nothing with an effect is repeated without being asked for", repeat_by_itself),
+    Switch("nothing with an effect is repeated without being asked for", repeat_unasked),
     Switch("a stop is confirmed by standstill", stops_without_proof, BODIES),
     Switch("a stop of a robot is confirmed by standstill", stops_of_robots_without_proof, ROBOTS),
     Switch("what has an effect has an intent", no_intents),
@@ -374,7 +374,7 @@ STORIES = (
     Told(
         "a request is carried out once for each key",
         keys_are_not_looked_up,
-        lambda _, folder: test_repeats.test_a_repeat_gets_the_same_answer(World(folder / "data")),
+        lambda _, folder: test_idempotent_requests.test_a_repeat_gets_the_same_answer(World(folder / "data")),
     ),
     Told(
         "a stop waits for no disk",

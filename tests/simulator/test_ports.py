@@ -176,7 +176,7 @@ async def reconnected(port: Port) -> tuple[asyncio.StreamReader, asyncio.StreamW
 
 
 @pytest.mark.anyio
-async def test_what_the_machine_says_by_itself_is_sent_at_once(tmp_path: Path) -> None:
+async def test_what_the_machine_says_unasked_is_sent_at_once(tmp_path: Path) -> None:
     parrot = Parrot()
     port = serve_pty(parrot, tmp_path / "line")
     with opened(tmp_path / "line") as device:

@@ -26,7 +26,7 @@ LOOK_S = 5.0
 SYNCED_WITHIN_S = 1.0
 """What nobody waits for is safe from a loss of power after this time."""
 NOTED_WITHIN_S = 0.02
-"""What nobody waits for is gathered for so long."""
+"""How long what nobody waits for is gathered."""
 MOST_AT_ONCE = 1000
 """Entries of one commit."""
 MOST_OWED = 50_000

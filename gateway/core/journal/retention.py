@@ -25,7 +25,7 @@ class Retention:
 
 
 def forget(ran_s: float, kept: Retention) -> list[Write]:
-    """The statements that forget what is too old when gateways have run for so long, or too much."""
+    """The statements that forget what is too old or too much, by how long gateways have run."""
     over = ran_s - kept.days * DAY_S
     return [
         Write(

@@ -4,13 +4,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from protocols.rorze.encoder import (
-    AdjustmentDelay,
-    AdjustmentLimit,
-    AdjustmentSpeed,
     ClearEncoderStallError,
     EncoderMultiplier,
-    EncoderRatio,
-    EncoderStallThreshold,
     GetAdjustment,
     GetAdjustmentDelay,
     GetAdjustmentLimit,
@@ -30,8 +25,9 @@ from protocols.rorze.encoder import (
     SetEncoderStallThreshold,
 )
 from protocols.rorze.profile import steady
-from protocols.rorze.stall_sensor import Enabled, StallError
+from protocols.rorze.stall_sensor import StallError
 from simulator.rorze.actions import acts_out
+from simulator.rorze.acts.kept import keeps
 from simulator.rorze.acts.patterns import Ramps
 from simulator.rorze.acts.speeds import start_speed_of
 from simulator.rorze.axis import ENCODER_MODE
@@ -60,37 +56,14 @@ def set_multiplier(axis: Rc420, command: SetEncoderMultiplier, now: float) -> No
     axis.set_encoder(count, now)
 
 
-@acts_out(GetEncoderRatio)
-def get_ratio(axis: Rc420, command: GetEncoderRatio, now: float) -> EncoderRatio:
-    return EncoderRatio(ratio=axis.settings.encoder_ratio)
-
-
-@acts_out(SetEncoderRatio)
-def set_ratio(axis: Rc420, command: SetEncoderRatio, now: float) -> None:
-    axis.settings = replace(axis.settings, encoder_ratio=command.ratio)
+keeps(GetEncoderRatio, SetEncoderRatio, "encoder_ratio")
 
 
 # Step-out detection
 
 
-@acts_out(GetEncoderStallThreshold)
-def get_threshold(axis: Rc420, command: GetEncoderStallThreshold, now: float) -> EncoderStallThreshold:
-    return EncoderStallThreshold(threshold=axis.settings.encoder_tolerance)
-
-
-@acts_out(SetEncoderStallThreshold)
-def set_threshold(axis: Rc420, command: SetEncoderStallThreshold, now: float) -> None:
-    axis.settings = replace(axis.settings, encoder_tolerance=command.threshold)
-
-
-@acts_out(GetEncoderStallDetection)
-def get_detection(axis: Rc420, command: GetEncoderStallDetection, now: float) -> Enabled:
-    return Enabled(enabled=axis.settings.encoder_stall_detection)
-
-
-@acts_out(SetEncoderStallDetection)
-def set_detection(axis: Rc420, command: SetEncoderStallDetection, now: float) -> None:
-    axis.settings = replace(axis.settings, encoder_stall_detection=command.enabled)
+keeps(GetEncoderStallThreshold, SetEncoderStallThreshold, "encoder_tolerance")
+keeps(GetEncoderStallDetection, SetEncoderStallDetection, "encoder_stall_detection")
 
 
 @acts_out(GetEncoderStallError)
@@ -143,41 +116,7 @@ def _adjustment(axis: Rc420, target: int, speed: int, ramps: Ramps) -> Callable[
     return adjust
 
 
-@acts_out(GetAdjustment)
-def get_adjustment(axis: Rc420, command: GetAdjustment, now: float) -> Enabled:
-    return Enabled(enabled=axis.settings.adjust)
-
-
-@acts_out(SetAdjustment)
-def set_adjustment(axis: Rc420, command: SetAdjustment, now: float) -> None:
-    axis.settings = replace(axis.settings, adjust=command.enabled)
-
-
-@acts_out(GetAdjustmentLimit)
-def get_limit(axis: Rc420, command: GetAdjustmentLimit, now: float) -> AdjustmentLimit:
-    return AdjustmentLimit(limit=axis.settings.adjust_limit)
-
-
-@acts_out(SetAdjustmentLimit)
-def set_limit(axis: Rc420, command: SetAdjustmentLimit, now: float) -> None:
-    axis.settings = replace(axis.settings, adjust_limit=command.limit)
-
-
-@acts_out(GetAdjustmentSpeed)
-def get_speed(axis: Rc420, command: GetAdjustmentSpeed, now: float) -> AdjustmentSpeed:
-    return AdjustmentSpeed(speed=axis.settings.adjust_speed)
-
-
-@acts_out(SetAdjustmentSpeed)
-def set_speed(axis: Rc420, command: SetAdjustmentSpeed, now: float) -> None:
-    axis.settings = replace(axis.settings, adjust_speed=command.speed)
-
-
-@acts_out(GetAdjustmentDelay)
-def get_delay(axis: Rc420, command: GetAdjustmentDelay, now: float) -> AdjustmentDelay:
-    return AdjustmentDelay(delay_10ms=axis.settings.adjust_delay)
-
-
-@acts_out(SetAdjustmentDelay)
-def set_delay(axis: Rc420, command: SetAdjustmentDelay, now: float) -> None:
-    axis.settings = replace(axis.settings, adjust_delay=command.delay_10ms)
+keeps(GetAdjustment, SetAdjustment, "adjust")
+keeps(GetAdjustmentLimit, SetAdjustmentLimit, "adjust_limit")
+keeps(GetAdjustmentSpeed, SetAdjustmentSpeed, "adjust_speed")
+keeps(GetAdjustmentDelay, SetAdjustmentDelay, "adjust_delay")

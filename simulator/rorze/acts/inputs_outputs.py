@@ -5,7 +5,6 @@ from dataclasses import replace
 from protocols.rorze.inputs_outputs import (
     ERROR_OUTPUT_BITS,
     ClearErrorOutputStatus,
-    ClearPulseTime,
     ErrorOutput,
     ErrorOutputs,
     GetClearPulseTime,
@@ -34,6 +33,7 @@ from protocols.rorze.inputs_outputs import (
 from protocols.rorze.notation import Bounds
 from simulator.rorze import settings
 from simulator.rorze.actions import BAD_PARAMETER, Refused, acts_out
+from simulator.rorze.acts.kept import keeps
 from simulator.rorze.acts.modes import stretch
 from simulator.rorze.controller import Rc420
 from simulator.rorze.interrupts import INTERRUPT_INPUTS
@@ -93,14 +93,7 @@ def pulse_output(axis: Rc420, command: PulseOutput, now: float) -> None:
     outputs.pulse(command.bit, not outputs.level(command.bit), command.duration_ms, now)
 
 
-@acts_out(GetClearPulseTime)
-def get_clear_pulse_time(axis: Rc420, command: GetClearPulseTime, now: float) -> ClearPulseTime:
-    return ClearPulseTime(duration_ms=axis.settings.clear_pulse_ms)
-
-
-@acts_out(SetClearPulseTime)
-def set_clear_pulse_time(axis: Rc420, command: SetClearPulseTime, now: float) -> None:
-    axis.settings = replace(axis.settings, clear_pulse_ms=command.duration_ms)
+keeps(GetClearPulseTime, SetClearPulseTime, "clear_pulse_ms")
 
 
 @acts_out(SetClearSignal)

@@ -5,13 +5,10 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 from protocols.rorze.interpolation import (
-    ArmLength,
     AxisPositions,
     ConvertCoordinatesToPulses,
     ConvertPulsesToCoordinates,
     Coordinates,
-    DrivenAxis,
-    FingerLength,
     GetArmLength,
     GetDrivenAxis,
     GetFingerLength,
@@ -35,6 +32,7 @@ from protocols.rorze.path import PathFault
 from protocols.rorze.position import SignedPulses
 from protocols.rorze.scara import BeltLinked, OutOfReach, Place, Robot, ThreeAxes
 from simulator.rorze.actions import BAD_PARAMETER, Refused, acts_out
+from simulator.rorze.acts.kept import keeps
 from simulator.rorze.acts.position_table import number_of, step_index
 from simulator.rorze.controller import Rc420
 from simulator.rorze.settings import FARTHEST
@@ -55,34 +53,9 @@ def measured(axis: Rc420, given: Measure) -> int:
     return value
 
 
-@acts_out(GetArmLength)
-def get_arm_length(axis: Rc420, command: GetArmLength, now: float) -> ArmLength:
-    return ArmLength(length=axis.settings.arm_length)
-
-
-@acts_out(SetArmLength)
-def set_arm_length(axis: Rc420, command: SetArmLength, now: float) -> None:
-    axis.settings = replace(axis.settings, arm_length=command.length)
-
-
-@acts_out(GetFingerLength)
-def get_finger_length(axis: Rc420, command: GetFingerLength, now: float) -> FingerLength:
-    return FingerLength(length=axis.settings.wafer_distance)
-
-
-@acts_out(SetFingerLength)
-def set_finger_length(axis: Rc420, command: SetFingerLength, now: float) -> None:
-    axis.settings = replace(axis.settings, wafer_distance=command.length)
-
-
-@acts_out(GetDrivenAxis)
-def get_driven_axis(axis: Rc420, command: GetDrivenAxis, now: float) -> DrivenAxis:
-    return DrivenAxis(axis=axis.settings.axis_role)
-
-
-@acts_out(SetDrivenAxis)
-def set_driven_axis(axis: Rc420, command: SetDrivenAxis, now: float) -> None:
-    axis.settings = replace(axis.settings, axis_role=command.axis)
+keeps(GetArmLength, SetArmLength, "arm_length")
+keeps(GetFingerLength, SetFingerLength, "wafer_distance")
+keeps(GetDrivenAxis, SetDrivenAxis, "axis_role")
 
 
 @acts_out(GetRobotType)

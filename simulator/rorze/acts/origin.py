@@ -1,7 +1,6 @@
 """Origin search and its settings: commands beginning with zero (RC-420 manual 13.5, 13.6.2, 14)."""
 
 from collections.abc import Callable, Generator
-from dataclasses import replace
 
 from protocols.rorze.origin import (
     CentreStallDog,
@@ -14,9 +13,6 @@ from protocols.rorze.origin import (
     HomeFastThenStop,
     HomeLikeRc204,
     HomeWithStallDetection,
-    HomingRetries,
-    OriginOffset,
-    OverrunFactor,
     SetHomingRetries,
     SetOriginOffset,
     SetOverrunFactor,
@@ -24,6 +20,7 @@ from protocols.rorze.origin import (
 from protocols.rorze.position import SignedPulses
 from protocols.rorze.profile import plan, steady
 from simulator.rorze.actions import Refused, acts_out
+from simulator.rorze.acts.kept import keeps
 from simulator.rorze.acts.moves import LIMIT_ON, STALLED, require_safe
 from simulator.rorze.acts.patterns import Ramps, ramps_of
 from simulator.rorze.axis import held
@@ -210,31 +207,6 @@ def _get_distance(axis: Rc420, _: GetHomingDistance, _now: float) -> SignedPulse
     return SignedPulses(pulses=held(axis.search_travel))
 
 
-@acts_out(GetOverrunFactor)
-def _get_overrun_factor(axis: Rc420, _: GetOverrunFactor, _now: float) -> OverrunFactor:
-    return OverrunFactor(factor=axis.settings.overrun_factor)
-
-
-@acts_out(SetOverrunFactor)
-def _set_overrun_factor(axis: Rc420, command: SetOverrunFactor, _now: float) -> None:
-    axis.settings = replace(axis.settings, overrun_factor=command.factor)
-
-
-@acts_out(GetHomingRetries)
-def _get_retries(axis: Rc420, _: GetHomingRetries, _now: float) -> HomingRetries:
-    return HomingRetries(retries=axis.settings.search_retries)
-
-
-@acts_out(SetHomingRetries)
-def _set_retries(axis: Rc420, command: SetHomingRetries, _now: float) -> None:
-    axis.settings = replace(axis.settings, search_retries=command.retries)
-
-
-@acts_out(GetOriginOffset)
-def _get_offset(axis: Rc420, _: GetOriginOffset, _now: float) -> OriginOffset:
-    return OriginOffset(offset=axis.settings.origin_offset)
-
-
-@acts_out(SetOriginOffset)
-def _set_offset(axis: Rc420, command: SetOriginOffset, _now: float) -> None:
-    axis.settings = replace(axis.settings, origin_offset=command.offset)
+keeps(GetOverrunFactor, SetOverrunFactor, "overrun_factor")
+keeps(GetHomingRetries, SetHomingRetries, "search_retries")
+keeps(GetOriginOffset, SetOriginOffset, "origin_offset")

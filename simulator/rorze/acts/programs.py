@@ -1,13 +1,10 @@
 """User programs: commands U (RC-420 manual 14, 15)."""
 
-from dataclasses import replace
-
 from protocols.rorze.programs import (
     LAST_ADDRESS,
     STEPS,
     AddProgramInstruction,
     AddressReply,
-    AutostartReply,
     ClearProgram,
     EndProgram,
     FreeSteps,
@@ -32,6 +29,7 @@ from protocols.rorze.programs import (
 from protocols.rorze.stops import StopDecelerating, StopImmediately
 from protocols.rorze.user_program.instruction import InstructionFault, Label, parse
 from simulator.rorze.actions import BAD_PARAMETER, Refused, acts_out
+from simulator.rorze.acts.kept import keeps
 from simulator.rorze.acts.stops import stop_decelerating, stop_immediately
 from simulator.rorze.axis import held
 from simulator.rorze.controller import Rc420
@@ -98,14 +96,7 @@ def _get_address(axis: Rc420, _: GetProgramAddress, now: float) -> AddressReply:
     return AddressReply(address=min(axis.run.address, LAST_ADDRESS))
 
 
-@acts_out(GetProgramAutostart)
-def _get_autostart(axis: Rc420, _: GetProgramAutostart, now: float) -> AutostartReply:
-    return AutostartReply(autostart=axis.settings.autostart)
-
-
-@acts_out(SetProgramAutostart)
-def _set_autostart(axis: Rc420, command: SetProgramAutostart, now: float) -> None:
-    axis.settings = replace(axis.settings, autostart=command.autostart)
+keeps(GetProgramAutostart, SetProgramAutostart, "autostart")
 
 
 # Instructions

@@ -1,26 +1,25 @@
 """The speed parameters S[n]: commands O with the letter O (RC-420 manual 13.3, 14)."""
 
-from collections.abc import Callable
+from typing import Any
 
 from protocols.rorze.profile import ProfileError, SpeedParameters
 from protocols.rorze.speeds import (
-    AccelerationReply,
     GetFallingAccelerationShare,
     GetMaximumAcceleration,
     GetMaximumSpeed,
     GetRisingAccelerationShare,
     GetStartSpeed,
-    PercentReply,
     SetFallingAccelerationShare,
     SetMaximumAcceleration,
     SetMaximumSpeed,
     SetRisingAccelerationShare,
     SetStartSpeed,
-    SpeedReply,
 )
+from protocols.table import Reply
 from simulator.rorze.actions import Refused, acts_out
+from simulator.rorze.acts.kept import Row
 from simulator.rorze.controller import Rc420
-from simulator.rorze.settings import STANDARD, SpeedSet
+from simulator.rorze.settings import STANDARD
 
 NEVER_SET = 0
 """An assumption: what is answered for a speed parameter that was never set."""
@@ -58,60 +57,28 @@ def _known(value: int | None, place: int) -> int:
     return value
 
 
-def _value(axis: Rc420, speed_set: int | None, pick: Callable[[SpeedSet], int | None]) -> int:
-    value = pick(axis.settings.speeds[_number(speed_set)])
-    return NEVER_SET if value is None else value
+def _keeps(getter: Row, setter: Row, parameter: str) -> None:
+    """Act out the command that sets a parameter of a speed set, and the one that asks for it."""
+    (field,) = setter.model_fields.keys() - {"speed_set"}
+    reply = getter.reply_type()
+
+    @acts_out(getter)
+    def tell(axis: Rc420, command: Any, _now: float) -> Reply:
+        value = getattr(axis.settings.speeds[_number(command.speed_set)], parameter)
+        return reply.model_validate({field: NEVER_SET if value is None else value})
+
+    @acts_out(setter)
+    def change(axis: Rc420, command: Any, _now: float) -> None:
+        value = getattr(command, field)
+        axis.settings = axis.settings.with_speed(_number(command.speed_set), **{parameter: value})
 
 
 def _number(speed_set: int | None) -> int:
     return STANDARD if speed_set is None else speed_set
 
 
-@acts_out(GetStartSpeed)
-def _get_start_speed(axis: Rc420, command: GetStartSpeed, _now: float) -> SpeedReply:
-    return SpeedReply(speed=_value(axis, command.speed_set, lambda chosen: chosen.low))
-
-
-@acts_out(SetStartSpeed)
-def _set_start_speed(axis: Rc420, command: SetStartSpeed, _now: float) -> None:
-    axis.settings = axis.settings.with_speed(_number(command.speed_set), low=command.speed)
-
-
-@acts_out(GetMaximumSpeed)
-def _get_maximum_speed(axis: Rc420, command: GetMaximumSpeed, _now: float) -> SpeedReply:
-    return SpeedReply(speed=_value(axis, command.speed_set, lambda chosen: chosen.high))
-
-
-@acts_out(SetMaximumSpeed)
-def _set_maximum_speed(axis: Rc420, command: SetMaximumSpeed, _now: float) -> None:
-    axis.settings = axis.settings.with_speed(_number(command.speed_set), high=command.speed)
-
-
-@acts_out(GetMaximumAcceleration)
-def _get_maximum_acceleration(axis: Rc420, command: GetMaximumAcceleration, _now: float) -> AccelerationReply:
-    return AccelerationReply(acceleration=_value(axis, command.speed_set, lambda chosen: chosen.acceleration))
-
-
-@acts_out(SetMaximumAcceleration)
-def _set_maximum_acceleration(axis: Rc420, command: SetMaximumAcceleration, _now: float) -> None:
-    axis.settings = axis.settings.with_speed(_number(command.speed_set), acceleration=command.acceleration)
-
-
-@acts_out(GetRisingAccelerationShare)
-def _get_rising_share(axis: Rc420, command: GetRisingAccelerationShare, _now: float) -> PercentReply:
-    return PercentReply(percent=_value(axis, command.speed_set, lambda chosen: chosen.rising))
-
-
-@acts_out(SetRisingAccelerationShare)
-def _set_rising_share(axis: Rc420, command: SetRisingAccelerationShare, _now: float) -> None:
-    axis.settings = axis.settings.with_speed(_number(command.speed_set), rising=command.percent)
-
-
-@acts_out(GetFallingAccelerationShare)
-def _get_falling_share(axis: Rc420, command: GetFallingAccelerationShare, _now: float) -> PercentReply:
-    return PercentReply(percent=_value(axis, command.speed_set, lambda chosen: chosen.falling))
-
-
-@acts_out(SetFallingAccelerationShare)
-def _set_falling_share(axis: Rc420, command: SetFallingAccelerationShare, _now: float) -> None:
-    axis.settings = axis.settings.with_speed(_number(command.speed_set), falling=command.percent)
+_keeps(GetStartSpeed, SetStartSpeed, "low")
+_keeps(GetMaximumSpeed, SetMaximumSpeed, "high")
+_keeps(GetMaximumAcceleration, SetMaximumAcceleration, "acceleration")
+_keeps(GetRisingAccelerationShare, SetRisingAccelerationShare, "rising")
+_keeps(GetFallingAccelerationShare, SetFallingAccelerationShare, "falling")

@@ -121,7 +121,7 @@ def test_every_error_has_its_status(error: GatewayError, status: int) -> None:
     assert problem_of(error, "/bodies/3F").status == status
 
 
-def test_a_status_that_clients_repeat_by_themselves_means_that_nothing_was_sent() -> None:
+def test_a_status_that_clients_repeat_unasked_means_that_nothing_was_sent() -> None:
     plain = [it for it in every_kind(GatewayError) if it.__init__ is GatewayError.__init__]
     repeated = [
         it for it in plain if problem_of(it(DETAIL), "/").status in (408, 425, 429, 500, 502, 503, 504)
@@ -207,7 +207,7 @@ def test_every_kind_of_refusal_has_a_title_in_japanese() -> None:
         ("", False),
     ],
 )
-def test_japanese_is_for_whoever_asks_for_it_first(header: str, japanese: bool) -> None:
+def test_japanese_is_for_those_who_ask_for_it_first(header: str, japanese: bool) -> None:
     scope = {"type": "http", "headers": [(b"accept-language", header.encode())]}
     assert wants_japanese(Request(scope)) is japanese
 

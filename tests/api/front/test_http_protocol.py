@@ -6,9 +6,7 @@ import random
 import time
 
 import pytest
-from httptools import HttpParserCallbackError
 
-from api.front.http_protocol import refusal_in
 from tests.api.front_stand import HOST, SOON_S, Client, Front, on_front
 
 KIB = 1024
@@ -392,14 +390,6 @@ async def test_an_offer_of_another_protocol_takes_no_body_away(front: Front) -> 
     assert await client.answer() == (200, b'/bodies/3F/stop {"mode":"immediate"}')
     client.ask("/b")
     assert (await client.answer())[0] == 200
-
-
-def test_a_fault_of_the_gateway_is_not_taken_for_the_clients(caplog: pytest.LogCaptureFixture) -> None:
-    error = HttpParserCallbackError("a callback failed")
-    error.__context__ = ZeroDivisionError("ours")
-    assert refusal_in(error).status == 400
-    (record,) = caplog.records
-    assert record.exc_info
 
 
 WHOLE = (

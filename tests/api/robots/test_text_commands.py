@@ -1,4 +1,4 @@
-"""Commands to robots as plain text go by the same door as all others."""
+"""Commands to robots as plain text go the way of all others."""
 
 from tests.api.robots.cell import HOME, UNIT, Cell, in_cell
 

@@ -38,7 +38,7 @@ async def test_who_waits_has_the_end(stand: Stand) -> None:
 
 
 @on_cell
-async def test_a_client_that_has_missed_something_is_told_of_the_move_under_way(stand: Stand) -> None:
+async def test_a_client_that_has_missed_something_learns_of_the_move_under_way(stand: Stand) -> None:
     move = (await stand.post("/scaras/wafer/moves", LINE)).json()
     missed = await stand.get("/events?after=00000000-000000000001&limit=2&bodies=wafer")
     (_, snapshot) = missed.json()["events"]

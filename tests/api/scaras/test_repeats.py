@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from simulator.rorze.line import build_line
-from tests.api.common.test_repeats import client, is_replayed
+from tests.api.common.test_idempotent_requests import client, is_replayed
 from tests.api.scaras.test_moves import LINE
 from tests.gateway.rorze.scaras.cell import SCARA
 from tests.gateway.rorze.scaras.test_restart import BODIES, taught

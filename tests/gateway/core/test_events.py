@@ -165,7 +165,7 @@ class TestASubscription:
     @pytest.mark.parametrize(
         "lost", ["0badcafe-000000000001", "deadbeef-000000000004", "0badcafe-000000000099"]
     )
-    def test_is_told_of_a_gap_when_its_cursor_cannot_be_continued(self, lost: str) -> None:
+    def test_hears_of_a_gap_when_its_cursor_cannot_be_continued(self, lost: str) -> None:
         async def story() -> None:
             hub = make_hub(capacity=3)
             publish(hub, 5)
@@ -212,7 +212,7 @@ class TestASubscription:
 
         run_virtual(story())
 
-    def test_overtaken_while_it_replays_is_told_of_the_gap_in_its_place(self) -> None:
+    def test_overtaken_while_it_replays_hears_of_the_gap_in_its_place(self) -> None:
         async def story() -> None:
             hub = make_hub(capacity=4)
             publish(hub, 4)

@@ -296,7 +296,7 @@ def note_what_was_sent_when_told(line: Line, far: FarEnd) -> list[list[str]]:
 
 
 @virtual
-async def test_the_next_frame_leaves_before_anybody_is_told_of_a_reply() -> None:
+async def test_the_next_frame_leaves_before_anybody_hears_of_a_reply() -> None:
     far = FarEnd()
     async with running_line(far) as line:
         sent_when_told = note_what_was_sent_when_told(line, far)

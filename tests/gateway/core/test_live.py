@@ -122,7 +122,7 @@ async def test_events_are_given_before_values() -> None:
 
 
 @in_virtual_time
-async def test_the_rate_is_that_of_whoever_wants_most_and_ends_with_them() -> None:
+async def test_the_rate_is_that_of_the_client_that_wants_most_and_ends_with_them() -> None:
     hub = make_hub()
     before = hub.live.demand
     assert hub.live.rate(POSITION, BODY) == 0

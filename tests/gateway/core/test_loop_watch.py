@@ -59,7 +59,7 @@ def test_a_held_loop_is_told_once_from_a_quarter_of_a_second_on(seconds: float, 
 
 
 @pytest.mark.parametrize("first", [LoopWatch.look, LoopWatch.in_doubt, LoopWatch._beat])
-def test_a_suspension_is_told_once_whoever_comes_first(first: Callable[[LoopWatch], object]) -> None:
+def test_a_suspension_is_told_once_no_matter_who_comes_first(first: Callable[[LoopWatch], object]) -> None:
     @in_virtual_time
     async def story() -> None:
         watch, clock, told = watched()

@@ -152,7 +152,7 @@ async def test_a_motor_that_decelerates_is_given_two_seconds() -> None:
 
 
 @virtual
-async def test_whoever_cancels_it_gives_it_up() -> None:
+async def test_cancelling_it_gives_it_up() -> None:
     stop = Scripted()
     task = asyncio.create_task(stop.see_through())
     await asyncio.sleep(1.0)

@@ -63,7 +63,7 @@ async def test_an_error_is_shared_as_well() -> None:
 
 
 @in_virtual_time
-async def test_what_is_asked_of_a_unit_is_never_told_of_another() -> None:
+async def test_what_is_asked_of_a_unit_is_never_answered_by_another() -> None:
     async with fics_rig(units=2) as rig:
         await rig.robot.ask(SetMaximumSpeeds(speeds=[11.0]), 2)
         await asyncio.sleep(UNIT_HOLDS_S)
@@ -204,7 +204,7 @@ async def test_what_waits_for_the_line_is_sent_in_time_or_not_at_all() -> None:
 
 
 @in_virtual_time
-async def test_who_shares_a_question_is_not_told_of_the_deadline_of_another() -> None:
+async def test_who_shares_a_question_does_not_hear_of_the_deadline_of_another() -> None:
     async with fics_rig() as rig:
         unit = rig.robot.unit(1)
         async with rig.robot.line.sequence_lock.held(Lane.STOP):

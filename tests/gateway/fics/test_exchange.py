@@ -60,7 +60,7 @@ def test_a_download_is_over_when_its_end_is_heard_and_not_with_its_first_positio
 
 
 @virtual
-async def test_whoever_waits_is_told_once_and_whoever_has_gone_is_not() -> None:
+async def test_who_waits_is_told_once_and_who_has_gone_is_not() -> None:
     patient, gone, alone = exchange(MOVE), exchange(MOVE), exchange(MOVE)
     loop = asyncio.get_running_loop()
     told, cancelled = (loop.create_future() for _ in range(2))

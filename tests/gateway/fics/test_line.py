@@ -201,7 +201,7 @@ async def test_before_the_mode_is_agreed_on_nothing_is_sent_but_stops() -> None:
 
 
 @virtual
-async def test_whoever_asks_during_a_long_set_up_is_told_soon_and_afterwards_at_once() -> None:
+async def test_who_asks_during_a_long_set_up_is_told_soon_and_afterwards_at_once() -> None:
     async with stand() as it:
         it.wire.lost_command = "MOD 3"
         await until(lambda: "MOD 3" in it.wire.frames())

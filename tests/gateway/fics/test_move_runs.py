@@ -204,7 +204,7 @@ async def test_positions_are_told_with_the_unit_of_each_axis() -> None:
 
 
 @in_virtual_time
-async def test_whoever_starts_a_move_need_not_wait_while_the_robot_is_silent() -> None:
+async def test_who_starts_a_move_need_not_wait_while_the_robot_is_silent() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
         asked_at = asyncio.get_running_loop().time()

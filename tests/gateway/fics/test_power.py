@@ -90,7 +90,7 @@ async def test_h01_an_axis_that_is_user_and_motor_axis_keeps_its_two_percentages
 
 
 @in_virtual_time
-async def test_h01_speeds_come_back_by_themselves_while_the_latch_stays() -> None:
+async def test_h01_speeds_come_back_unasked_while_the_latch_stays() -> None:
     async with fics_rig() as rig:
         await rig.robot.ask(SetSpeedPercent(percents=[1.0, 2.0, 3.0]), 1)
         rig.power_cycle()
@@ -197,7 +197,7 @@ async def test_in_mode_2_no_origins_no_motion_where_the_robot_does_not_tell_them
 
 
 @pytest.mark.parametrize("stopped", [False, True])
-def test_in_mode_2_homing_takes_origins_away_by_itself(stopped: bool) -> None:
+def test_in_mode_2_homing_takes_origins_away_unasked(stopped: bool) -> None:
     @in_virtual_time
     async def story() -> None:
         async with fics_rig(mode=2) as rig:

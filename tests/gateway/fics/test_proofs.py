@@ -55,7 +55,7 @@ def test_homing_that_leaves_an_axis_without_place_did_not_run_its_course_unless_
     assert not found(HomeRobot(), start=NOWHERE, position=part, moved=True).shows_power()
 
 
-def test_at_its_target_a_move_has_arrived_whoever_says_so() -> None:
+def test_at_its_target_a_move_has_arrived_no_matter_who_says_so() -> None:
     assert found(target={"Z": 5.0}, position=AT_5).arrived()
     assert found(target={"Z": 0.0}).arrived()
     assert not found(target={"Z": 5.0}, replied=True, moved=True).arrived()

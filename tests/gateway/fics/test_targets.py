@@ -37,7 +37,7 @@ def test_h11_a_move_needs_the_axes_whose_places_it_starts_from(command: FicsComm
 
 
 @in_virtual_time
-async def test_targets_are_told_of_axes_that_are_named() -> None:
+async def test_targets_are_given_for_axes_that_are_named() -> None:
     async with fics_rig() as rig:
         unit, start = rig.robot.unit(1), {"X": 1.0, "Y": None, "Z": 3.0}
         assert target_of(unit, MoveAbsolute(coordinates=[None, 5.0]), start) == {"Y": 5.0}

@@ -30,7 +30,7 @@ async def test_motion_nobody_here_asked_for_is_told() -> None:
 
 
 @in_virtual_time
-async def test_an_error_that_came_by_itself_is_found() -> None:
+async def test_an_error_that_came_unasked_is_found() -> None:
     async with fics_rig() as rig:
         rig.fics.units[1].motors[0].driver_error = 0x41
         rig.touch(lambda fics, now: fics.raise_alarm(system_error(183, 1, 2), now))
@@ -128,7 +128,7 @@ async def test_a_robot_that_acts_on_a_unit_nobody_has_configured_is_looked_at() 
 
 
 @in_virtual_time
-async def test_a_robot_that_takes_our_move_and_stands_still_after_it_moves_no_more_by_itself() -> None:
+async def test_a_robot_that_takes_our_move_and_stands_still_after_it_moves_no_more_unasked() -> None:
     async with fics_rig() as rig:
         await asyncio.sleep(HEALTH_POLL_S - SET_UP_S - 0.5)
         rig.touch(lambda fics, _: setattr(fics, "terminal", MotionMode.JOG))

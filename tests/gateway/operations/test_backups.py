@@ -310,7 +310,7 @@ async def test_a_refused_command_is_told_by_what_differs() -> None:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_on_a_bad_line_what_is_told_of_a_restore_is_true(seed: int) -> None:
+def test_on_a_bad_line_what_a_restore_tells_is_true(seed: int) -> None:
     dice = Random(seed)
 
     async def story() -> None:

@@ -179,7 +179,7 @@ async def test_a_stop_that_nobody_would_see_through_is_not_sent() -> None:
 
 
 @in_virtual_time
-async def test_a_move_without_an_end_needs_its_permission_whoever_starts_it() -> None:
+async def test_a_move_without_an_end_needs_its_permission_on_every_way() -> None:
     async with rig(server="") as it:
         for start in (
             lambda: do(it.plant, ME, BODY, ENDLESS),

@@ -277,7 +277,7 @@ async def test_a_loss_of_power_before_the_flash_memory_is_written_is_told() -> N
     ),
     seed=st.integers(0, 1000),
 )
-def test_on_a_bad_line_what_is_told_of_an_upload_is_true(
+def test_on_a_bad_line_what_an_upload_tells_is_true(
     faults: dict[tuple[Direction, Fault], float], seed: int
 ) -> None:
     async def story() -> None:

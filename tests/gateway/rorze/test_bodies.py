@@ -147,7 +147,7 @@ def a_move(body: Body) -> Move:
 
 
 @virtual
-async def test_whoever_asks_what_is_heard_is_known_of_the_body() -> None:
+async def test_what_is_heard_for_anybody_is_known_of_the_body() -> None:
     far = FarEnd()
     async with plant(far) as (_, one, _other):
         news = told_by(one)

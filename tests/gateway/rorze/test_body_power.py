@@ -92,7 +92,7 @@ async def test_a_loss_of_power_at_rest_is_noticed_without_a_move(mark: str) -> N
 
 
 @in_virtual_time
-async def test_whoever_reads_a_position_that_fell_to_0_makes_the_gateway_look() -> None:
+async def test_reading_a_position_that_fell_to_0_makes_the_gateway_look() -> None:
     async with rig(body_options=WITHOUT_MARK) as it:
         await finished(it, TO_500)
         brown_out(it)
@@ -125,7 +125,7 @@ async def test_the_mark_tells_on_boards_that_keep_their_position_too(keeps_posit
 
 
 @in_virtual_time
-async def test_an_error_bit_that_falls_by_itself_is_a_sign_of_a_loss_of_power() -> None:
+async def test_an_error_bit_that_falls_unasked_is_a_sign_of_a_loss_of_power() -> None:
     async with rig(body_options=WITHOUT_MARK) as it:
         it.touch(0x3F, lambda axis: axis.world.forced.update({EMS: True}))
         it.axis().status |= 0x04
@@ -269,7 +269,7 @@ async def test_homing_that_is_stopped_does_not_end_the_refusal() -> None:
 
 
 @in_virtual_time
-async def test_whoever_says_where_it_stands_has_acknowledged_the_loss() -> None:
+async def test_setting_its_position_acknowledges_the_loss() -> None:
     async with rig() as it:
         await finished(it, TO_500)
         brown_out(it)
@@ -296,7 +296,7 @@ async def test_an_acknowledged_loss_is_not_told_again() -> None:
 
 
 @in_virtual_time
-async def test_an_axis_that_needs_no_origin_is_told_of_and_not_refused() -> None:
+async def test_an_axis_that_needs_no_origin_is_told_and_not_refused() -> None:
     async with rig(body_options="needs_origin = false") as it:
         await finished(it, TO_500)
         brown_out(it)

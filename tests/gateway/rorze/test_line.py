@@ -1057,7 +1057,7 @@ async def test_reads_and_commands_have_a_turn_though_questions_of_motors_would_f
 
 
 @virtual
-async def test_a_shared_read_is_sent_for_those_for_whom_it_is_not_too_late() -> None:
+async def test_a_shared_read_is_sent_while_it_is_not_too_late_for_one() -> None:
     far = FarEnd()
     async with running_line(far) as line:
         crowd = asyncio.create_task(crowd_out(line, WRITTEN_WITHIN_S + 1.0))
@@ -1118,7 +1118,7 @@ async def test_too_many_waiting_requests_for_a_body_are_refused_but_stops_never(
 
 
 @virtual
-async def test_whoever_asked_hears_the_moment_of_the_write() -> None:
+async def test_who_asked_hears_the_moment_of_the_write() -> None:
     far = FarEnd()
     async with running_line(far) as line:
         moments: list[float] = []

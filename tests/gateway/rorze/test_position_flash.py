@@ -98,7 +98,7 @@ def test_what_may_change_flash_memory_itself_ends_all_knowledge() -> None:
 
 
 @in_virtual_time
-async def test_what_is_told_of_flash_memory_comes_back_with_the_power() -> None:
+async def test_what_flash_memory_holds_comes_back_with_the_power() -> None:
     async with rig() as it:
         body = it.body()
         await store(body, [Wanted(7, 100)], flash=True)

@@ -430,7 +430,7 @@ def test_a_witness_for_others_is_not_told_silent_by_a_single_question(it: Bench)
     assert told == []
 
 
-def test_whoever_makes_a_noise_is_not_silent(it: Bench) -> None:
+def test_a_noise_is_no_silence(it: Bench) -> None:
     it.ask(MOVE)
     it.next()
     it.fall_silent()

@@ -233,7 +233,7 @@ def test_what_steps_the_position_index_is_never_repeated(step: Literal["next", "
 
 
 @every_row
-def test_only_reads_are_repeated_by_themselves(row: Row) -> None:
+def test_only_reads_are_repeated_unasked(row: Row) -> None:
     for parameters, _ in exchanges(row):
         steps_index = "P[+]" in parameters or "P[-]" in parameters
         steps_cursor = row.code in ("UPD", "UWD") and not parameters

@@ -21,7 +21,7 @@ def test_the_manuals_examples(row: Row) -> None:
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row.code)
-def test_flash_is_touched_only_at_standstill_and_never_twice_by_itself(row: Row) -> None:
+def test_flash_is_touched_only_at_standstill_and_never_twice_unasked(row: Row) -> None:
     assert (row.moving, row.program, row.retry) == (False, False, Retry.CONDITIONAL)
 
 

@@ -64,5 +64,5 @@ def test_a_state_is_one_digit(payload: str) -> None:
         sensor.GetStallSensorDetection().read_reply(payload)
 
 
-def test_a_step_out_is_never_cleared_twice_by_itself() -> None:
+def test_a_step_out_is_never_cleared_twice_unasked() -> None:
     assert sensor.ClearStallSensorError.retry is Retry.CONDITIONAL

@@ -93,7 +93,7 @@ async def test_power_is_cut_and_restored(bench: Bench) -> None:
     assert bench.ask("APS") == ["APS #####,#####,#####"]
 
 
-async def test_a_brown_out_ends_by_itself(bench: Bench) -> None:
+async def test_a_brown_out_ends_unasked(bench: Bench) -> None:
     assert not (await bench.change("POST", "/system/brown-outs", for_s=0.05))["powered"]
     bench.now += 0.1
     state = await bench.look("/system")

@@ -80,7 +80,7 @@ async def test_what_lies_behind_the_cr_is_no_message(tmp_path: Path) -> None:
     await port.aclose()
 
 
-async def test_it_gives_by_itself_and_in_pieces_what_the_machine_says(tmp_path: Path) -> None:
+async def test_it_gives_unasked_and_in_pieces_what_the_machine_says(tmp_path: Path) -> None:
     parrot = Parrot()
     port = serve_dpram(parrot, tmp_path / "ram")
     host = Host(tmp_path / "ram")

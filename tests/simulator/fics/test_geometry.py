@@ -24,7 +24,7 @@ def test_the_conversion_has_an_inverse(arm: float, forearm: float, height: float
 
 
 @pytest.mark.parametrize("place", [(300.1, 0.0), (0.0, -301.0), (1e6, 1e6)])
-def test_the_arms_are_only_so_long(place: tuple[float, float]) -> None:
+def test_the_arms_have_an_end(place: tuple[float, float]) -> None:
     with pytest.raises(OutOfReach):
         MiniScara().to_motors(place)
 

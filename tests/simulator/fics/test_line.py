@@ -115,7 +115,7 @@ def test_an_answer_that_has_not_left_is_lost_with_the_power() -> None:
     assert bench.finish() == []
 
 
-def test_a_brown_out_ends_by_itself_and_the_robot_hears_when_it_has_booted() -> None:
+def test_a_brown_out_ends_unasked_and_the_robot_hears_when_it_has_booted() -> None:
     bench = Bench(settings=LineSettings(boot_s=0.5))
     bench.line.brown_out(bench.now, 0.05)
     bench.wait(0.54)

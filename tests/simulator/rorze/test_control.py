@@ -106,7 +106,7 @@ async def test_power_is_cut_and_restored(bench: Bench) -> None:
 
 
 @pytest.mark.anyio
-async def test_a_brown_out_ends_by_itself(bench: Bench) -> None:
+async def test_a_brown_out_ends_unasked(bench: Bench) -> None:
     bench.ask("&3F6PS77")
     assert not (await bench.change("POST", "/bodies/3F/brown-outs", for_s=0.05))["powered"]
     bench.now = 0.04

@@ -1,0 +1,104 @@
+"""How many connections there may be, and what becomes of those that are too many: they may still stop."""
+
+import logging
+from collections.abc import Callable
+from enum import Enum, auto
+from time import monotonic
+from typing import Protocol
+
+log = logging.getLogger(__name__)
+
+RESERVE = 64
+"""Connections beyond the limit, at which only stops are served."""
+IDLE_S = 1.0
+"""A connection that has been idle for this time makes room for a new one."""
+
+
+class Connection(Protocol):
+    """What can be made to end."""
+
+    def give_way(self) -> None:
+        """End at once."""
+
+
+class Admitted(Enum):
+    """What a connection may ask for."""
+
+    EVERYTHING = auto()
+    STOPS = auto()
+    NOTHING = auto()
+
+
+class ConnectionLimit:
+    """Decides what a new connection may ask for.
+
+    At the limit the connection that has been idle longest makes room. Where none is idle a new one may ask
+    for stops only. Of these there are `reserve`; then the oldest that has not asked for one yet makes room.
+    """
+
+    def __init__(self, limit: int, reserve: int = RESERVE, clock: Callable[[], float] = monotonic) -> None:
+        self._limit = limit
+        self._reserve = reserve
+        self._clock = clock
+        self._idle_since: dict[Connection, float] = {}
+        self._waiting: dict[Connection, None] = {}
+        self._stopping: set[Connection] = set()
+        self._full = False
+
+    def admit(self, connection: Connection, connected: int) -> Admitted:
+        """Decide about a new connection; `connected` are all there are, with the new one."""
+        admitted = connected - len(self._waiting) - len(self._stopping)
+        if admitted <= self._limit or self._an_idle_one_gives_way():
+            self._tell(full=admitted > self._limit)
+            self.rest(connection)
+            return Admitted.EVERYTHING
+        self._tell(full=True)
+        if len(self._waiting) + len(self._stopping) >= self._reserve and not self._a_waiting_one_gives_way():
+            return Admitted.NOTHING
+        self._waiting[connection] = None
+        return Admitted.STOPS
+
+    def rest(self, connection: Connection) -> None:
+        """Note that nothing is asked on a connection now."""
+        self._idle_since[connection] = self._clock()
+
+    def ask(self, connection: Connection) -> None:
+        """Note that something is asked on a connection."""
+        self._idle_since.pop(connection, None)
+
+    def stop(self, connection: Connection) -> None:
+        """Note that a connection beyond the limit has asked for a stop: it does not give way any more."""
+        if connection in self._waiting:
+            del self._waiting[connection]
+            self._stopping.add(connection)
+
+    def leave(self, connection: Connection) -> None:
+        """Forget a connection."""
+        self._idle_since.pop(connection, None)
+        self._waiting.pop(connection, None)
+        self._stopping.discard(connection)
+
+    def _an_idle_one_gives_way(self) -> bool:
+        longest = next(iter(self._idle_since), None)
+        if longest is None or self._clock() - self._idle_since[longest] < IDLE_S:
+            return False
+        self._end(longest)
+        return True
+
+    def _a_waiting_one_gives_way(self) -> bool:
+        longest = next(iter(self._waiting), None)
+        if longest is not None:
+            self._end(longest)
+        return longest is not None
+
+    def _end(self, connection: Connection) -> None:
+        self.leave(connection)
+        connection.give_way()
+
+    def _tell(self, *, full: bool) -> None:
+        if full and not self._full:
+            log.warning(
+                "All %d connections are in use; idle ones are closed, and new ones may only stop.",
+                self._limit,
+            )
+        self._full = full

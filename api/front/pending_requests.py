@@ -1,0 +1,66 @@
+"""Requests of a connection that are not answered yet."""
+
+import asyncio
+from typing import Any
+
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from uvicorn.protocols.http.httptools_impl import RequestResponseCycle
+
+from api.front.stop_paths import is_stop
+
+
+class PendingRequest:
+    """A request as the application sees it: begun at its turn, a stop at once; answered at its turn."""
+
+    def __init__(self, app: ASGIApp, cycle: RequestResponseCycle) -> None:
+        self.cycle = cycle
+        self.is_stop = is_stop(cycle.scope["method"], cycle.scope["path"])
+        self.turn = asyncio.Event()
+        self.started = False
+        self._app = app
+        self._begun = False
+        self._taken = False
+        self._waits_for_body = False
+
+    @property
+    def undone(self) -> bool:
+        """Whether it is certain that nothing was done yet: it waits for its turn, or for its body."""
+        return not self._begun or self._waits_for_body
+
+    def give_up(self) -> None:
+        """Its client has left, or it can never be read as a whole."""
+        if not self.cycle.response_complete:
+            self.cycle.disconnected = True
+        self.cycle.message_event.set()
+        self.turn.set()
+
+    async def __call__(self, scope: Scope, _receive: Receive, _send: Send) -> None:
+        """Do what is asked for; nothing, where the client has left before, unless it is a stop."""
+        if self.cycle.disconnected and not self.is_stop:
+            return
+        self._begun = True
+        try:
+            await self._app(scope, self._receive, self._send)
+        except Exception:
+            await self.turn.wait()
+            raise
+
+    async def _receive(self) -> Message:
+        self._waits_for_body = not self._taken
+        try:
+            message: Any = await self.cycle.receive()
+        finally:
+            self._waits_for_body = False
+        if message["type"] == "http.disconnect" and self._has_all_of_a_stop():
+            # That its client has left since changes nothing.
+            message = {"type": "http.request", "body": bytes(self.cycle.body), "more_body": False}
+        self._taken = not message.get("more_body", False)
+        result: Message = message
+        return result
+
+    def _has_all_of_a_stop(self) -> bool:
+        return self.is_stop and not self._taken and not self.cycle.more_body
+
+    async def _send(self, message: Message) -> None:
+        await self.turn.wait()
+        await self.cycle.send(message)  # type: ignore[arg-type]  # two names for the same dictionaries

@@ -1,0 +1,192 @@
+"""Backups on the command line: what controllers keep is written to a file, compared, brought back."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from app import exits
+from app.client import LOCAL, STEP_S, Client, KeyFile, Url
+from app.completion import addresses
+from app.exits import Failure, Misuse
+from app.progress import Progress
+from app.targets import find, numbered
+
+Whose = Annotated[
+    str,
+    typer.Argument(
+        help="Address or name of a body or a robot, or a line's id: 3F, r1, arm.", autocompletion=addresses
+    ),
+]
+Backup = Annotated[Path, typer.Argument(help="A backup.")]
+From = Annotated[str | None, typer.Option("--from", help="Of a body: take what the backup has of this one.")]
+Only = Annotated[list[str] | None, typer.Option("--body", help="Of a line: only this body; can be repeated.")]
+
+
+def backup(
+    target: Whose,
+    file: Annotated[Path | None, typer.Argument(help="Where to write it. Left out: it is printed.")] = None,
+    only: Only = None,
+    url: Url = LOCAL,
+    key_file: KeyFile = None,
+) -> None:
+    """Read all that a body, a robot or the bodies of a line keep, as text that can be restored."""
+    client = Client.at(url, key_file)
+    text = _text(client, _path_of(client, target), only)
+    if file is None:
+        typer.echo(text, nl=False)
+        return
+    try:
+        file.write_text(text, "utf-8")
+    except OSError as error:
+        raise Failure(f"{file} cannot be written: {error.strerror or error}.", exits.USAGE) from None
+
+
+def diff(
+    target: Whose,
+    file: Backup,
+    from_body: From = None,
+    only: Only = None,
+    url: Url = LOCAL,
+    key_file: KeyFile = None,
+) -> None:
+    """Tell what differs from a backup, and change nothing. Exit code 1: something does."""
+    client = Client.at(url, key_file)
+    plan = _plan(client, _path_of(client, target), _wanted(file, from_body, only))
+    _tell(plan["differences"])
+    raise typer.Exit(exits.REFUSED if plan["differences"] else exits.DONE)
+
+
+def restore(
+    target: Whose,
+    file: Backup,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Print what would be sent, and send nothing.")
+    ] = False,
+    flash: Annotated[bool, typer.Option("--flash", help="Write it to flash memory, too.")] = False,
+    power_cycle: Annotated[
+        bool,
+        typer.Option(
+            "--power-cycle", help="With --flash: wait for the power to be off and on, compare again."
+        ),
+    ] = False,
+    from_body: From = None,
+    only: Only = None,
+    url: Url = LOCAL,
+    key_file: KeyFile = None,
+) -> None:
+    """Bring a body, a robot or the bodies of a line back to a backup, and see that they hold it."""
+    client = Client.at(url, key_file)
+    path, wanted = _path_of(client, target), _wanted(file, from_body, only)
+    if dry_run:
+        plan = _plan(client, path, wanted)
+        typer.echo("".join(f"{command}\n" for command in plan["commands"]), nl=False)
+        _tell([it for it in plan["differences"] if not it["restorable"]])
+        return
+    record = client.request(
+        "POST", f"{path}/restores", {**wanted, "flash": flash, "power_cycle": power_cycle}
+    )
+    _end(_followed(client, record, "restores", _being_restored, exits.UNKNOWN))
+
+
+def _text(client: Client, path: str, only: list[str] | None) -> str:
+    query = f"?bodies={','.join(only)}" if only else ""
+    return str(_read(client, client.request("POST", f"{path}/backups{query}"), "backups")["text"])
+
+
+def _plan(client: Client, path: str, wanted: dict[str, object]) -> dict[str, Any]:
+    return _read(client, client.request("POST", f"{path}/comparisons", wanted), "comparisons")
+
+
+def _read(client: Client, record: dict[str, Any], records: str) -> dict[str, Any]:
+    """Follow a reading to its end; who interrupts it ends it at the gateway, too."""
+    try:
+        record = _followed(client, record, records, _being_read, exits.NOT_SENT)
+    except KeyboardInterrupt:
+        client.request("DELETE", f"{record['target']}/{records}/current")
+        raise
+    if record["error"] is not None:
+        raise Failure(f"{record['error']['detail']} {record['error']['remedy']}", exits.REFUSED)
+    return record
+
+
+def _being_read(record: dict[str, Any]) -> str:
+    of = "" if record["expected"] is None else f" of {record['expected']} at most"
+    return f"reading {record['controller']}: {record['read']}{of}"
+
+
+def _being_restored(record: dict[str, Any]) -> str:
+    return (
+        f"{record['phase'].replace('_', ' ')}: {record['read']} read, "
+        f"{record['written']} of {record['commands']} written"
+    )
+
+
+def _followed(
+    client: Client, record: dict[str, Any], records: str, words: Callable[[dict[str, Any]], str], lost: int
+) -> dict[str, Any]:
+    """Wait for the end of what is long; where nobody knows it, `lost` is the exit code."""
+    with Progress() as progress:
+        while record["status"] == "running":
+            progress.say(words(record))
+            try:
+                record = client.request("GET", f"{record['target']}/{records}/{record['id']}", wait_s=STEP_S)
+            except Failure as failure:
+                what = f"{records.removesuffix('s')} {record['id']}"
+                raise Failure(f"The {what} was begun, and its end was not seen: {failure}", lost) from None
+    return record
+
+
+def _end(record: dict[str, Any]) -> None:
+    """Say how a restore has ended, and end with its exit code."""
+    differences, error = record["differences"], record["error"]
+    if error is not None:
+        typer.echo(f"{error['detail']} {error['remedy']}", err=True)
+    _tell(differences or [])
+    if record["status"] == "verified":
+        where = "flash memory and RAM hold" if record["saved"] else "RAM holds"
+        typer.echo(f"{', '.join(record['controllers'])}: {where} the backup, read back.")
+        return
+    if differences is None:
+        raise Failure(
+            f"{record['status']}: nobody knows what {', '.join(record['controllers'])} holds.", exits.UNKNOWN
+        )
+    if differences:
+        raise Failure(f"{record['status']}: {len(differences)} differences.", exits.REFUSED)
+    unseen = ""
+    if record["flash"]:
+        what = "the power cycle" if record["saved"] else "the writing of flash memory"
+        unseen = f", but the end of {what} was not seen"
+    raise Failure(f"{record['status']}: nothing differs from the backup{unseen}.", exits.REFUSED)
+
+
+def _tell(differences: list[dict[str, Any]]) -> None:
+    for it in differences:
+        wanted, held = it["wanted"] or "nothing", it["held"] or "nothing"
+        never = "" if it["restorable"] else "; no command can change that"
+        typer.echo(f"{it['target']} {it['section']}: {it['name']}: backup {wanted}, holds {held}{never}")
+
+
+def _wanted(file: Path, from_body: str | None, only: list[str] | None) -> dict[str, object]:
+    """The backup in a file, and its target."""
+    try:
+        text = file.read_bytes().decode("utf-8-sig")
+    except OSError as error:
+        raise Misuse(f"{file}: {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise Misuse(f"{file} is not UTF-8 text") from None
+    chosen = {"from_body": from_body, "bodies": only or None}
+    return {"backup": text, **{name: value for name, value in chosen.items() if value is not None}}
+
+
+def _path_of(client: Client, word: str) -> str:
+    """Where a body, a robot or a line is served."""
+    if numbered(word) is None:
+        lines = client.request("GET", "/lines")["lines"]
+        if any(line["line_id"] == word and line["protocol"] == "rorze" for line in lines):
+            return f"/lines/{word}"
+    target = find(client, word)
+    if target.kind == "groups" or target.unit is not None:
+        raise Misuse(f"{word} has no backup of its own: say a body, a robot or a line")
+    return target.path

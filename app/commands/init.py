@@ -1,0 +1,164 @@
+"""Making and checking a configuration from the command line: `init` and `check`."""
+
+import asyncio
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from app import exits
+from app.exits import Failure, Misuse
+from app.progress import Progress
+
+if TYPE_CHECKING:
+    from app.search import Found
+    from gateway.config import Config
+    from gateway.core.tables import Line
+
+
+def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOML).")]) -> None:
+    """Read a configuration, say what it would serve, and every fault with its line. No port is opened."""
+    from gateway.config import ConfigError, load
+
+    try:
+        config = load(file)
+    except ConfigError as error:
+        raise Failure(str(error), exits.CONFIG) from None
+    typer.echo(f"{file} is in order. It serves on {config.server.host}, port {config.server.port}:")
+    for line in config.lines:
+        typer.echo(f"  {_served(line)}")
+    for warning in (*_weak_settings(config), *_missing_devices(config)):
+        typer.echo(f"warning: {warning}", err=True)
+
+
+def _served(line: "Line") -> str:
+    return f"line {line.id} at {line.address}, {line.served()}"
+
+
+def _weak_settings(config: "Config") -> Iterator[str]:
+    """What the configuration allows that is not allowed by default."""
+    server = config.server
+    if server.raw_commands:
+        yield "server.raw_commands: commands can be sent as text, whatever their parameters"
+    if server.allow_endless_moves:
+        yield "server.allow_endless_moves: a move can go on until somebody stops it"
+    for origin in server.allowed_origins:
+        if origin.startswith("http://"):
+            yield f"server.allowed_origins: {origin} is not encrypted: its pages can be changed on their way"
+    for line in config.lines:
+        yield from line.weak_settings()
+
+
+def _missing_devices(config: "Config") -> Iterator[str]:
+    from transports.addresses import Address
+
+    for line in config.lines:
+        address = Address.parse(line.address)
+        if address.scheme != "tcp" and not Path(address.path).exists():
+            yield f"line {line.id}: there is no {address.path} on this machine now"
+
+
+def init(
+    out: Annotated[
+        Path | None, typer.Option(help="Write to this new file; left out, to standard output.")
+    ] = None,
+    port: Annotated[
+        list[str] | None,
+        typer.Option(help="Search here, once or more: /dev/ttyUSB0, tcp://HOST:PORT, dpram:///dev/uio0."),
+    ] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Speak to all serial ports without asking.")] = False,
+) -> None:
+    """Find controllers at the ports of this machine, and write a configuration for them.
+
+    Nothing is sent that moves or changes a motor. Ctrl-C ends the search and keeps what was found.
+    """
+    from app.found import config_of, in_words
+    from app.search import addresses_of
+
+    if out is not None and out.exists():
+        raise Misuse(f"{out} exists, and is left as it is. Name a new file")
+    try:
+        ports = [addresses_of(it) for it in port or _agreed_ports(yes=yes)]
+    except ValueError as error:
+        raise Misuse(f"{error}") from None
+    found: list[Found] = []
+    finished = asyncio.run(_search(ports, found))
+    if not found:
+        raise Failure(
+            "Nobody was found. Check the power of the controllers and their cables; a link master that does "
+            "not answer XID is not found: write its line by hand.",
+            exits.REFUSED,
+        )
+    _write(config_of(found, finished=finished), out)
+    for it in found:
+        typer.echo(in_words(it), err=True)
+    if not finished:
+        raise Failure(
+            "The search was ended before it was over: only what was found until then is written.",
+            exits.REFUSED,
+        )
+    if out is not None:
+        typer.echo(f"{out} is written. Read it, then `motion-gateway check {out}`.", err=True)
+
+
+def _agreed_ports(*, yes: bool) -> list[str]:
+    """The serial ports of this machine, if people agree that all of them are spoken to."""
+    from app import search
+
+    devices = search.serial_devices()
+    if not devices:
+        raise Failure(
+            "This machine has no serial port. Name one with --port. Nothing was sent.", exits.REFUSED
+        )
+    if yes:
+        return devices
+    listed = "\n".join(f"  {device}" for device in devices)
+    typer.echo(
+        f"These ports would be spoken to, at several baud rates:\n{listed}\n"
+        "Something else than a controller at one of them would hear bytes that it does not know.",
+        err=True,
+    )
+    if not _is_asked():
+        raise Misuse("Say --yes, or name ports with --port")
+    if not typer.confirm("Speak to all of them?", err=True):
+        raise Misuse("Name ports with --port")
+    return devices
+
+
+def _is_asked() -> bool:
+    """Whether somebody is there who can answer."""
+    return sys.stdin.isatty()
+
+
+async def _search(ports: list[list[str]], found: list["Found"]) -> bool:
+    """Whether the search came to its end; Ctrl-C cancels it."""
+    from app.search import search
+
+    doing: dict[str, str] = {}
+    with Progress() as progress:
+
+        def tell(address: str, what: str) -> None:
+            doing[address.partition("?")[0]] = f"{address}: {what}"
+            progress.say("; ".join(doing.values()))
+
+        try:
+            await search(ports, found, tell, note=progress.note)
+        except asyncio.CancelledError:
+            return False
+    return True
+
+
+def _write(text: str, out: Path | None) -> None:
+    if out is None:
+        typer.echo(text, nl=False)
+        return
+    try:
+        with out.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except OSError as error:
+        typer.echo(text, nl=False)
+        raise Failure(
+            f"{out} cannot be written: {error.strerror}. It is printed instead.", exits.REFUSED
+        ) from None

@@ -1,0 +1,77 @@
+"""The command line's part for journals: looked over, written out, copied, made smaller."""
+
+import json
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from app import exits
+from app.data_directory import Data, data_directory
+from app.exits import Failure
+from gateway.core.journal import files
+from gateway.core.journal.retention import Retention
+
+journal = typer.Typer(
+    help="Look after the journal of a gateway; a gateway may be writing it.", no_args_is_help=True
+)
+
+
+@journal.command()
+def verify(data: Data = None) -> None:
+    """See whether a journal is sound, and print what is wrong with it."""
+    with _journals():
+        complaints = files.verify(data or data_directory())
+    for complaint in complaints:
+        typer.echo(complaint)
+    if complaints:
+        raise typer.Exit(exits.REFUSED)
+    typer.echo("The journal is sound.")
+
+
+@journal.command()
+def export(data: Data = None) -> None:
+    """Print every entry as a line of JSON, with the name of its table."""
+    with _journals():
+        for row in files.export(data or data_directory()):
+            typer.echo(json.dumps(row, ensure_ascii=False))
+
+
+@journal.command()
+def backup(
+    target: Annotated[Path, typer.Argument(help="The file to be made; it must not exist.")],
+    data: Data = None,
+) -> None:
+    """Copy a journal as it is at one moment."""
+    with _journals():
+        files.backup(data or data_directory(), target)
+    typer.echo(f"The journal was copied to {target}.")
+
+
+@journal.command()
+def prune(
+    data: Data = None,
+    days: Annotated[float, typer.Option(min=0, help="Keep ended entries for this time.")] = Retention.days,
+    events: Annotated[int, typer.Option(min=0, help="Keep so many events.")] = Retention.events,
+    moves: Annotated[int, typer.Option(min=0, help="Keep so many moves.")] = Retention.moves,
+) -> None:
+    """Forget what is too old or too much, and give its room back."""
+    with _journals():
+        forgotten = files.prune(data or data_directory(), Retention(days=days, events=events, moves=moves))
+    typer.echo(f"{forgotten} entries were forgotten.")
+
+
+@contextmanager
+def _journals() -> Iterator[None]:
+    """Tell in one sentence why a journal could not be used."""
+    try:
+        yield
+    except FileExistsError as error:
+        raise Failure(f"{error.filename} exists already; nothing was written.", exits.USAGE) from None
+    except OSError as error:
+        raise Failure(error.strerror or str(error), exits.USAGE) from None
+    except sqlite3.Error as error:
+        raise Failure(f"The journal cannot be read: {error}.", exits.REFUSED) from None

@@ -1,0 +1,106 @@
+"""The commands that make, list and revoke keys, and the key that other commands send."""
+
+import re
+import time
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Final
+
+import typer
+
+from app import exits
+from app.data_directory import Data, data_directory
+from app.exits import Failure
+from app.tables import table
+from gateway.access.keys import KeyFault, KeyStore
+from gateway.access.roles import Role
+
+app = typer.Typer(
+    help="Make, list and revoke keys; a running gateway heeds it at once.", no_args_is_help=True
+)
+
+_SECONDS: Final = {"s": 1, "m": 60, "h": 3600, "d": 86_400}
+
+
+@app.command()
+def create(
+    name: Annotated[str, typer.Argument(help="Who or what the key is for; records name it.")],
+    role: Annotated[Role, typer.Option(help="What it may do; every role may stop.")],
+    scope: Annotated[
+        str | None, typer.Option(help="Lines, bodies, groups and robots, such as line1,r1; all if left out.")
+    ] = None,
+    expires: Annotated[str | None, typer.Option(help="When it ends, such as 12h or 90d.")] = None,
+    data: Data = None,
+) -> None:
+    """Make a key and print it alone; it is shown this once."""
+    try:
+        addresses = None if scope is None else [part.strip() for part in scope.split(",")]
+        made = _store(data).create(name, role, addresses, None if expires is None else seconds_of(expires))
+    except KeyFault as fault:
+        raise Failure(str(fault), exits.REFUSED) from None
+    typer.echo(made)
+
+
+@app.command("list")
+def list_keys(data: Data = None) -> None:
+    """List the keys, without what is secret of them."""
+    try:
+        store = _existing_store(data)
+        keys = store.all()
+    except KeyFault as fault:
+        raise Failure(str(fault), exits.REFUSED) from None
+    uses, now = store.uses(), time.time()
+    head = ("NAME", "ROLE", "SCOPE", "BEGINS", "STATE", "CREATED", "EXPIRES", "LAST USED")
+    rows = [
+        (
+            key.name,
+            key.role.value,
+            "all" if key.scope is None else ",".join(key.scope),
+            f"mg_{key.prefix}",
+            key.state_at(now),
+            _written(key.created),
+            _written(key.expires),
+            _written(uses.get(key.prefix)),
+        )
+        for key in keys
+    ]
+    typer.echo(table(head, rows))
+
+
+@app.command()
+def revoke(name: Annotated[str, typer.Argument()], data: Data = None) -> None:
+    """Let a key never be used again."""
+    try:
+        _existing_store(data).revoke(name)
+    except KeyFault as fault:
+        raise Failure(str(fault), exits.REFUSED) from None
+
+
+def seconds_of(text: str) -> float:
+    """Read a time such as 30s, 10m, 12h or 90d.
+
+    :raises KeyFault: it is none.
+    """
+    match = re.fullmatch("([1-9][0-9]{0,8})([smhd])", text)
+    if not match:
+        raise KeyFault(f"{text!r} is no time such as 30s, 10m, 12h or 90d.")
+    return float(int(match[1]) * _SECONDS[match[2]])
+
+
+def _store(data: Path | None) -> KeyStore:
+    return KeyStore(data or data_directory())
+
+
+def _existing_store(data: Path | None) -> KeyStore:
+    """The keys of a directory that is there; only a new key makes one.
+
+    :raises KeyFault: there is none.
+    """
+    directory = data or data_directory()
+    if not directory.is_dir():
+        raise KeyFault(f"There is no directory {directory}, so it has no keys.")
+    return KeyStore(directory)
+
+
+def _written(at: float | None) -> str:
+    return "-" if at is None else datetime.fromtimestamp(at).astimezone().isoformat(" ", "minutes")

@@ -1,0 +1,117 @@
+"""The speed of a move as it was measured, over the planned one: `plot move`."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from itertools import pairwise
+from typing import Annotated, Any, Final
+from urllib.parse import quote
+
+import typer
+
+from app import exits
+from app.charts import Line, Panel, Point, chart
+from app.client import LOCAL, Client, KeyFile, Url
+from app.commands.plot import Output, require_drawable, write
+from app.exits import Failure
+from app.targets import find
+
+SHORTEST_S: Final = 0.04
+"""From answers closer to each other no speed is worked out: each is some milliseconds old."""
+
+
+def move(
+    move_id: Annotated[
+        str, typer.Argument(help="The id of a move, such as `motion-gateway move` prints it.")
+    ],
+    output: Output,
+    target: Annotated[
+        str | None, typer.Option("--of", help="Whose move it is; left out, everybody is looked through.")
+    ] = None,
+    url: Url = LOCAL,
+    key_file: KeyFile = None,
+) -> None:
+    """Draw the measured speed and position of a move over the planned ones."""
+    require_drawable(output)
+    client = Client.at(url, key_file)
+    path = _path_of(client, move_id, target)
+    told = client.request("GET", f"{path}/samples")
+    panels = panels_of_body(told) if "body_id" in told else panels_of_unit(told)
+    if not panels:
+        raise Failure(f"The move {move_id} has too few samples to be drawn.", exits.REFUSED)
+    if told.get("note"):
+        typer.echo(f"No plan is drawn: {told['note']}", err=True)
+    whose = told.get("body_id") or f"{told['robot_id']}/units/{told['unit']}"
+    write(output, chart(f"{whose}, move {move_id}", panels))
+
+
+def panels_of_body(told: dict[str, Any]) -> list[Panel]:
+    """Speed and position, in the body's unit where it has one; none where too little was seen."""
+    unit, per_unit = (told["unit"], told["pulses_per_unit"]) if told["unit"] else ("pulses", 1.0)
+    seen = [(it["time_s"], it["pulses"] / per_unit) for it in told["samples"]]
+    speeds = speeds_of(seen)
+    if not speeds:
+        return []
+    planned = told["plan"] or []
+    speed = [(it["time_s"], it["speed"] / per_unit) for it in planned]
+    position = [(it["time_s"], it["pulses"] / per_unit) for it in planned]
+    return [
+        Panel(f"Speed [{unit}/s]", list(_over(speed, speeds))),
+        Panel(f"Position [{unit}]", list(_over(position, seen))),
+    ]
+
+
+def panels_of_unit(told: dict[str, Any]) -> list[Panel]:
+    """Speed and position of the axes, those of one unit together; none where too little was seen."""
+    panels = []
+    for unit in dict.fromkeys(told["units"].values()):
+        seen = {
+            axis: [(it["time_s"], it["axes"][axis]) for it in told["samples"] if it["axes"][axis] is not None]
+            for axis, counted_in in told["units"].items()
+            if counted_in == unit
+        }
+        speeds = [Line(axis, found) for axis, points in seen.items() if (found := speeds_of(points))]
+        if speeds:
+            positions = [Line(axis, points) for axis, points in seen.items() if points]
+            panels += [Panel(f"Speed [{unit}/s]", speeds), Panel(f"Position [{unit}]", positions)]
+    return panels
+
+
+def speeds_of(points: Sequence[Point]) -> list[Point]:
+    """The mean speed between each two places that lie far enough apart, in the middle of the time between."""
+    apart: list[Point] = []
+    for point in points:
+        if not apart or point[0] - apart[-1][0] >= SHORTEST_S:
+            apart.append(point)
+    return [
+        ((sooner + later) / 2, (there - here) / (later - sooner))
+        for (sooner, here), (later, there) in pairwise(apart)
+    ]
+
+
+def _over(planned: Sequence[Point], measured: Sequence[Point]) -> Iterator[Line]:
+    if planned:
+        yield Line("planned", planned)
+    yield Line("measured", measured)
+
+
+def _path_of(client: Client, move_id: str, target: str | None) -> str:
+    """Where the move is served.
+
+    :raises Failure: nobody has such a move, or the gateway did not tell.
+    """
+    name = quote(move_id, safe="")
+    if target is not None:
+        found = find(client, target)
+        return f"{found.unit_path() if found.kind == 'robots' else found.path}/moves/{name}"
+    for place in _places(client):
+        with suppress(Failure):
+            client.request("GET", f"{place}/moves/{name}")
+            return f"{place}/moves/{name}"
+    raise Failure(f"Nobody has a move {move_id}; finished moves are forgotten some day.", exits.USAGE)
+
+
+def _places(client: Client) -> Iterator[str]:
+    for body in client.request("GET", "/bodies")["bodies"]:
+        yield f"/bodies/{body['body_id']}"
+    for robot in client.request("GET", "/robots")["robots"]:
+        yield from (f"/robots/{robot['robot_id']}/units/{it['number']}" for it in robot["units"])

@@ -1,0 +1,32 @@
+"""The configuration of a running gateway, read again: `reload`."""
+
+import json
+from collections.abc import Iterator
+from typing import Annotated, Any
+
+import typer
+
+from app.client import LOCAL, Client, Json, KeyFile, Url
+
+
+def reload(
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what would change.")] = False,
+    url: Url = LOCAL,
+    key_file: KeyFile = None,
+    as_json: Json = False,
+) -> None:
+    """Let a gateway read its configuration file again; lines that did not change go on undisturbed."""
+    answer = Client.at(url, key_file).request("POST", "/system/reload", {"dry_run": dry_run})
+    typer.echo(json.dumps(answer, indent=2) if as_json else "\n".join(_told(answer)))
+
+
+def _told(answer: dict[str, Any]) -> Iterator[str]:
+    for line in answer["lines"]:
+        keys = f": {', '.join(line['keys'])}" if line["keys"] else ""
+        yield f"line {line['line_id']}  {line['change']}{keys}"
+    if answer["needs_restart"]:
+        yield f"A restart alone changes {', '.join(answer['needs_restart'])}."
+    if not answer["lines"]:
+        yield "All lines are as they were."
+    elif not answer["applied"]:
+        yield "Nothing was changed."

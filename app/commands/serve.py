@@ -1,0 +1,84 @@
+"""Starting the gateway from the command line: `serve`, with a configuration or with the built-in demo.
+
+What it takes is loaded when it is asked for: no other command waits for that, a stop least of all.
+"""
+
+import asyncio
+import gc
+import sys
+from contextlib import AsyncExitStack
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+import uvloop
+
+from app import exits
+from app.data_directory import Data, data_directory
+from app.exits import Failure
+
+if TYPE_CHECKING:
+    from gateway.config import Config
+    from gateway.config_file import ConfigFile
+
+
+def serve(
+    config: Annotated[Path | None, typer.Option(help="The configuration file (TOML).")] = None,
+    demo: Annotated[bool, typer.Option(help="Serve a built-in simulated line and robot.")] = False,
+    port: Annotated[int | None, typer.Option(min=0, max=65535, help="Listen on this port instead.")] = None,
+    data: Data = None,
+) -> None:
+    """Start the gateway and keep it running until it is told to end (SIGINT or SIGTERM).
+
+    SIGHUP reads the configuration file again.
+    """
+    if (config is None) == (not demo):
+        raise Failure("Say either --config FILE or --demo.", exits.USAGE)
+    gc.disable()  # until the gateway runs: nothing of what is loaded is garbage
+    from app.server import CannotListen
+    from gateway.config import ConfigError
+    from gateway.config_file import ConfigFile
+    from gateway.core.journal.disk import InUse
+    from gateway.core.journal.schema import TooNew
+
+    try:
+        given = data or data_directory()
+        serving = _serve_file(ConfigFile(config, port), given) if config else _serve_demo(port, data)
+        with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
+            runner.run(serving)
+    except ConfigError as error:
+        raise Failure(str(error), exits.CONFIG) from None
+    except CannotListen as error:
+        raise Failure(str(error), exits.NOT_SENT) from None
+    except InUse as error:
+        raise Failure(f"The journal is in use: {error}. No line was opened.", exits.NOT_SENT) from None
+    except TooNew as error:
+        raise Failure(
+            f"The journal is of a later version: {error}. No line was opened.", exits.NOT_SENT
+        ) from None
+
+
+async def _serve_file(file: "ConfigFile", data: Path) -> None:
+    await _serve(file.load(), data, file)
+
+
+async def _serve(config: "Config", data: Path, file: "ConfigFile | None" = None) -> None:
+    from app.logs import logging_to
+    from app.server import serve as run_server
+
+    with logging_to(sys.stderr, config.server.log_level, config.server.log_format):
+        await run_server(config, data, file)
+
+
+async def _serve_demo(port: int | None, data: Path | None) -> None:
+    """Serve a simulated line and a simulated robot that run in this very process."""
+    from app.demo import BODIES, demo_config
+    from simulator.cli import start_demo_line, start_demo_robot
+
+    with TemporaryDirectory(prefix="motion-gateway-") as folder:
+        line_path, robot_path = Path(folder) / "line1", Path(folder) / "cell1"
+        async with AsyncExitStack() as stack:
+            stack.push_async_callback(start_demo_line(BODIES, line_path).aclose)
+            stack.push_async_callback(start_demo_robot(robot_path).aclose)
+            await _serve(demo_config(line_path, robot_path, port), data or Path(folder) / "data")

@@ -1,0 +1,90 @@
+"""The software stop from the command line: `stop`."""
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+from typing import Annotated, Any
+
+import typer
+
+from app import completion, exits
+from app.client import LOCAL, Client, Json, KeyFile, Url, exit_of_stop
+from app.exits import Failure
+from app.targets import find, numbered
+from gateway.core.addresses import canonical_address
+from gateway.core.errors import InvalidRequest
+from gateway.core.stops import StopMode
+
+Stopped = dict[str, Any] | Failure
+
+
+def stop(
+    addresses: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="Addresses or names: 3F, LINE.3F, 80, r1, lift. None: everything stops.",
+            autocompletion=completion.addresses,
+        ),
+    ] = None,
+    mode: Annotated[StopMode, typer.Option(help="Decelerating, or at once.")] = "decelerate",
+    url: Url = LOCAL,
+    key_file: KeyFile = None,
+    as_json: Json = False,
+) -> None:
+    """Stop everything, or what is named, by software. It does not replace a hardware stop.
+
+    Exit code 0 only when every controller has reported standstill; after 4 use the hardware stop.
+    """
+    client, content = Client.at(url, key_file), {"mode": mode}
+    if not addresses:
+        outcomes = [_post(client, "/stop", content)]
+    else:
+        with ThreadPoolExecutor(len(addresses)) as together:  # nobody's stop waits for another's
+            outcomes = list(together.map(lambda word: _stop(client, word, content), addresses))
+    reports = [it for it in outcomes if not isinstance(it, Failure)]
+    failures = [it for it in outcomes if isinstance(it, Failure)]
+    if as_json:
+        typer.echo(json.dumps(_united(reports, failures), ensure_ascii=False, indent=2))
+    else:
+        for report in reports:
+            _print(report)
+    for failure in failures:
+        typer.echo(str(failure), err=True)
+    raise typer.Exit(exits.worst(*map(exit_of_stop, reports), *(it.code for it in failures)))
+
+
+def _stop(client: Client, word: str, content: object) -> Stopped:
+    """Stop the target of a word; an address needs no question, which a crowded gateway would not answer."""
+    target = numbered(word)
+    if target is not None:
+        return _post(client, f"{target.path}/stop", content)
+    try:
+        outcome = _post(client, f"/robots/{canonical_address(word)}/stop", content)
+        if not isinstance(outcome, Failure) or outcome.code != exits.USAGE:
+            return outcome
+    except InvalidRequest:
+        pass  # a name, then
+    try:
+        return _post(client, f"{find(client, word).path}/stop", content)
+    except Failure as failure:
+        return Failure(f"{failure} `motion-gateway stop` without a name stops everything.", failure.code)
+
+
+def _post(client: Client, path: str, content: object) -> Stopped:
+    try:
+        return client.request("POST", path, content)
+    except Failure as failure:
+        return failure
+
+
+def _united(reports: list[dict[str, Any]], failures: list[Failure]) -> dict[str, Any]:
+    return {
+        "confirmed": not failures and all(it["confirmed"] for it in reports),
+        "bodies": [body for it in reports for body in it["bodies"]],
+        "robots": [robot for it in reports for robot in it["robots"]],
+    }
+
+
+def _print(report: dict[str, Any]) -> None:
+    for it in (*report["bodies"], *report["robots"]):
+        detail = f": {it['detail']}" if it.get("detail") else ""
+        typer.echo(f"{it.get('body_id') or it['robot_id']}  {it['state']}{detail}")

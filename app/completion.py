@@ -1,0 +1,29 @@
+"""What the shell completes: the addresses and names that a running gateway has."""
+
+from typing import Any, Final
+
+import typer
+
+from app.client import LOCAL, Client
+from app.exits import Failure
+
+_IDS: Final = {"bodies": "body_id", "groups": "group_id", "scaras": "scara_id", "robots": "robot_id"}
+
+
+def addresses(context: typer.Context, begun: str) -> list[str]:
+    """List who can be meant by a word that is begun; nobody where no gateway answers."""
+    try:
+        client = Client.at(context.params.get("url") or LOCAL, context.params.get("key_file"))
+        listed = {kind: client.request("GET", f"/{kind}")[kind] for kind in _IDS}
+    except Failure:
+        return []
+    words = [word for kind, items in listed.items() for it in items for word in _words(it, _IDS[kind])]
+    return [word for word in words if word.startswith(begun)]
+
+
+def _words(it: dict[str, Any], id_key: str) -> list[str]:
+    """The address, that of each unit, and the name; a shell would take a name with a blank for two words."""
+    address: str = it[id_key]
+    units = [f"{address}/units/{unit['number']}" for unit in it.get("units", ())]
+    name = it["name"]
+    return [address, *units, *([name] if name and not any(map(str.isspace, name)) else [])]
