@@ -19,6 +19,7 @@ from app import (
     plotting,
     program,
     reloading,
+    scanning,
     serving,
     setting_up,
     stopping,
@@ -35,7 +36,7 @@ simulate = typer.Typer(help="Run fake controllers to develop and test against.",
 
 for command in (
     *(serving.serve, setting_up.init, setting_up.check),
-    *(watching.status, watching.watch, watching.scan, tracing.trace),
+    *(watching.status, watching.watch, scanning.scan, tracing.trace),
     moving.send,
     stopping.stop,
     reloading.reload,

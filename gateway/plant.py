@@ -34,6 +34,7 @@ from gateway.families import FAMILIES
 from gateway.fics.family import Fics
 from gateway.figures import Figures
 from gateway.memory import Memory
+from gateway.port_scans import PortScans
 from gateway.rorze.family import Rorze
 from gateway.rorze.positions import PositionReadings
 from gateway.snapshot import taking
@@ -91,6 +92,7 @@ class Plant:
         self.on_lines: Callable[[], None] = lambda: None
         """Told that there are other lines."""
         self._open_transport = open_transport
+        self.port_scans = PortScans(self.events, lambda: self.config, open_transport)
         self._reloading = asyncio.Lock()
         self._watch_of_alarms: asyncio.Task[None] | None = None
         self._watches: dict[str, list[asyncio.Task[None]]] = {}
@@ -223,6 +225,7 @@ class Plant:
     async def close(self) -> None:
         """End all work. What `on_exit` leaves moving runs on in the controllers; nothing more is sent."""
         await self.wind_down()
+        await self.port_scans.close()
         await self.backups.close()
         await self.comparisons.close()
         await self.position_readings.close()

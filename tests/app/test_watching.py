@@ -1,9 +1,8 @@
-"""What `status`, `watch` and `scan` show."""
+"""What `status` and `watch` show."""
 
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
 import httpx
 import pytest
@@ -11,7 +10,7 @@ from typer.testing import CliRunner, Result
 
 from app import watching
 from app.cli import app
-from tests.app.fake_gateway import Answer, FakeGateway, always, plant
+from tests.app.fake_gateway import Answer, FakeGateway, plant
 
 BODY = {
     "body_id": "a.3F",
@@ -66,23 +65,6 @@ def test_status_is_a_table(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_status_as_json(monkeypatch: pytest.MonkeyPatch) -> None:
     said = FakeGateway(dict(STATUS)).run(monkeypatch, "status", "--json")
     assert json.loads(said.stdout)["bodies"][0] == BODY
-
-
-@pytest.mark.parametrize(
-    ("answer", "code", "sentence"),
-    [
-        ({"status": "finished", "found": [{"body_id": "a.00", "configured": True}]}, 0, ""),
-        ({"status": "running", "asked": 1, "id": "s", "found": []}, 5, "The scan of a is still running"),
-        ({"status": "failed", "found": [], "error": "Line a is down."}, 1, "Line a is down."),
-    ],
-)
-def test_a_scan_is_done_when_everybody_was_asked(
-    answer: dict[str, Any], code: int, sentence: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    said = always(answer).run(monkeypatch, "scan", "a")
-    assert said.exit_code == code
-    assert sentence in said.stderr
-    assert said.stdout == ("a.00\n" if code == 0 else "")
 
 
 # events
