@@ -60,7 +60,8 @@ def _robot_row(robot: dict[str, Any]) -> Row:
         f"{unit['number']}: {''.join(axis['name'] for axis in unit['axes'])}" for unit in robot["units"]
     )
     error = f"error {robot['error']['code']}" if robot["error"] else ""
-    note = "; ".join(filter(None, (_lost_power(robot), error)))
+    missing = ", ".join(f"no unit {number}" for number in robot["missing_units"])
+    note = "; ".join(filter(None, (_lost_power(robot), error, missing)))
     return robot["robot_id"], robot["name"], _state(robot), units, note
 
 

@@ -187,20 +187,29 @@ class Plant:
 
         :raises BodyBusy: something does, or is at work; nothing was changed.
         """
-        wanted = config.served()
-        gone = [line_id for line_id, it in self.config.served().items() if wanted.get(line_id) != it]
+        gone = self._gone(config)
         for line_id in gone:
-            family = self._family_of(line_id)
-            moving = [it.subject.rpartition("/")[2] for it in family.left_moving()]
-            there = {part.address for part in map(self._part, moving) if part.line_id == line_id}
-            busy = sorted({*there, *family.at_work(self._ports[line_id])})
-            if busy:
+            if busy := self._busy_on(line_id):
                 raise BodyBusy(
                     f"Line {line_id} would be closed, and {', '.join(busy)} moves or is at work; "
                     "nothing was changed.",
                     "Stop it, or wait for its end; then reload again.",
                 )
         return gone
+
+    def busy(self, config: Config) -> list[str]:
+        """What moves or is at work on the lines that another configuration would close."""
+        return [address for line_id in self._gone(config) for address in self._busy_on(line_id)]
+
+    def _gone(self, config: Config) -> list[str]:
+        wanted = config.served()
+        return [line_id for line_id, it in self.config.served().items() if wanted.get(line_id) != it]
+
+    def _busy_on(self, line_id: str) -> list[str]:
+        family = self._family_of(line_id)
+        moving = [it.subject.rpartition("/")[2] for it in family.left_moving()]
+        there = {part.address for part in map(self._part, moving) if part.line_id == line_id}
+        return sorted({*there, *family.at_work(self._ports[line_id])})
 
     def _part(self, address: str) -> Part:
         return next(iter(self.territory.parts(address)), Part(address, address))

@@ -22,6 +22,9 @@ class Reloaded(Changes):
     """What differed from what was served."""
 
     applied: bool = Field(description="Whether the lines are served so now; false after a dry run.")
+    busy: list[str] = Field(
+        description="What moves or is at work on lines that would be closed: nothing changes while it does."
+    )
 
 
 @needs(Right.ADMIN, whole_plant=True)
@@ -80,17 +83,18 @@ def _signed(comment: str) -> str:
 async def _write_and_serve(
     plant: Plant, file: ConfigFile, text: str, wanted: Config, *, dry_run: bool
 ) -> Reloaded:
-    plant.require_rest(wanted)
     if not dry_run:
+        plant.require_rest(wanted)
         await asyncio.to_thread(file.write, text)
     return await _serve(plant, wanted, dry_run=dry_run)
 
 
 async def _serve(plant: Plant, wanted: Config, *, dry_run: bool) -> Reloaded:
     found = changes(plant.config, wanted)
+    busy = plant.busy(wanted)
     if not dry_run:
         await plant.reload(wanted)
-    return Reloaded(**found.model_dump(), applied=not dry_run)
+    return Reloaded(**found.model_dump(), applied=not dry_run, busy=busy)
 
 
 def _file_of(plant: Plant) -> ConfigFile:

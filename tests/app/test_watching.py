@@ -21,7 +21,7 @@ BODY = {
     "power_cycled": False,
 }
 UNITS = [{"number": 1, "axes": [{"name": "X"}, {"name": "@"}]}]
-ROBOT = {"robot_id": "r1", "name": "", "online": True, "moving": None, "units": UNITS}
+ROBOT = {"robot_id": "r1", "name": "", "online": True, "moving": None, "missing_units": [2], "units": UNITS}
 SCARA = {
     "scara_id": "wafer",
     "name": "hand",
@@ -58,7 +58,7 @@ def test_status_is_a_table(monkeypatch: pytest.MonkeyPatch) -> None:
         "wafer  hand  standing  a.02, a.3F",
         "",
         "ROBOT  NAME  STATE      UNITS  NOTE",
-        "r1           not known  1: X@  has lost its power; error 101",
+        "r1           not known  1: X@  has lost its power; error 101; no unit 2",
     ]
 
 
