@@ -7,12 +7,15 @@ from collections.abc import Callable, Coroutine
 from typing import Any, ClassVar
 
 from fastapi import HTTPException, Request, Response
+from pydantic import ValidationError
 from starlette.types import Message, Receive, Scope, Send
 
 from api.common.direct import NO_QUERY, NOTHING, DirectCall, NotPlain
+from api.common.faults import InvalidBody
 from api.common.idempotency import WITH_EFFECT, require_no_key
 from api.common.query_params import require_known
 from api.common.routes import HttpRoute
+from gateway.core.records import RequestModel
 from gateway.core.rights import Right
 
 MAX_BODY_BYTES = 65_536
@@ -167,6 +170,7 @@ class StrictRoute(HttpRoute):
         self._stops = self.right is Right.STOP
         effect = not WITH_EFFECT.isdisjoint(self.methods or ())
         self._refuses_keys = self.refuses_keys and effect and not self._stops
+        self._takes_nothing = self.body_field is None and effect and not self._stops
         self._known = [parameter.alias for parameter in self.dependant.query_params]
 
         async def strict(request: Request) -> Response:
@@ -199,6 +203,8 @@ class StrictRoute(HttpRoute):
             require_known(request, self._known)
         if self._refuses_keys:
             require_no_key(request)
+        if self._takes_nothing and _has_body(request):
+            await _require_nothing(request)
         if self.body_field is None:
             return request
         scope = _as_json(request.scope) if self._stops else request.scope
@@ -221,6 +227,32 @@ def _as_json(scope: Scope) -> Scope:
     """Take the body for JSON, whatever the header says of it."""
     headers = [header for header in scope["headers"] if header[0] != b"content-type"]
     return {**scope, "headers": [*headers, (b"content-type", b"application/json")]}
+
+
+class Nothing(RequestModel):
+    """What a request asks for at a route that takes no body."""
+
+
+def _has_body(request: Request) -> bool:
+    headers = request.headers
+    return headers.get("content-length", "0") != "0" or "transfer-encoding" in headers
+
+
+async def _require_nothing(request: Request) -> None:
+    """Refuse what a body asks for at a route that would pass it over.
+
+    :raises InvalidBody: it names something.
+    :raises HTTPException: as of `StrictRequest.json`, or it is not JSON.
+    """
+    strict = StrictRequest(request.scope, request.receive)
+    if not await strict.body():
+        return
+    _require_json(strict)
+    content = await strict.json()
+    try:
+        Nothing.model_validate(content)
+    except ValidationError as error:
+        raise InvalidBody(error, content, Nothing) from None
 
 
 def _require_json(request: Request) -> None:

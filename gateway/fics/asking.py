@@ -162,6 +162,12 @@ class Asking:
         if lookup(error).kind is ErrorKind.FICS:
             raise ErrorRemains(self._commander.robot_id, ResetErrors.code, error)
 
+    async def see_units(self) -> None:
+        """Find out once which of its units the robot has; errors as of `Selection.see_all`."""
+        async with self.line.sequence_lock.held(Lane.READ, deadline_of(Lane.READ)):
+            if self._motion.moving is False:
+                await self._selection.see_all()
+
     def note_change(self) -> None:
         """Settings may be others now."""
         self.settings_changed += 1

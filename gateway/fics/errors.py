@@ -162,6 +162,20 @@ class UnitNotSelected(NotSent):
     title = "The unit is not certain"
 
 
+class UnitMissing(UnitNotSelected):
+    """The configuration names a unit that the robot does not have: it is beyond the range of UNT."""
+
+    kind = "unit-missing"
+    title = "The robot has no such unit"
+    retryable = False
+
+    def __init__(self, robot_id: str, unit: int) -> None:
+        super().__init__(
+            f"Robot {robot_id} says that it has no unit {unit}; nothing more was sent.",
+            f"Take unit {unit} of {robot_id} out of the configuration, or correct its number, and reload it.",
+        )
+
+
 class NotProved(NotSent):
     """What the robot has told before a motion may no longer be so: the line was disturbed in between."""
 

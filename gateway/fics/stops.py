@@ -14,6 +14,7 @@ from gateway.core.records import Record
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState
 from gateway.core.waiting import happens
 from gateway.fics.axes import Places, at_rest, may_brake
+from gateway.fics.errors import UnitMissing
 from gateway.fics.exchange import Answered, Outcome
 from gateway.fics.jogs import Jogs
 from gateway.fics.line import FicsLine
@@ -231,6 +232,8 @@ class _RobotStop(Stopping):
         try:
             axes = (await unit.status(Lane.STOP)).values()
             places = await unit.position("motor", Lane.STOP) if may_brake(axes) else {}
+        except UnitMissing:
+            return None  # the robot itself says that nothing is there to move
         except GatewayError as error:
             before = " It stood still when it was last asked." if unit.stood_still else ""
             reason = "it cannot be asked." if isinstance(error, NotSent) else error.detail

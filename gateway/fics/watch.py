@@ -42,6 +42,7 @@ async def _look(robot: Robot) -> None:
     robot.motion.note_foreign(moves=moves)
     with suppress(ControllerRefused):  # the terminal is at work; before the next motion it is done
         await robot.motions.restore_speeds()
+        await robot.asking.see_units()
 
 
 async def _moves(robot: Robot) -> bool | None:

@@ -684,6 +684,7 @@ export const en = {
     applied: "It was read, and is in force.",
     notApplied: "These would change:",
     noChange: "Nothing has changed.",
+    busy: (addresses: string) => `Refused while ${addresses} moves or is at work.`,
     needsRestart: (key: string) => `${key} changes with a restart only.`,
     support: "Support bundle",
     supportHas: "States, alarms, events, deeds and the traces of all lines, as far as you may see them; no keys.",

@@ -685,6 +685,7 @@ export const ja: typeof en = {
     applied: "読み込み、有効になりました。",
     notApplied: "次の項目が変わります:",
     noChange: "変更はありません。",
+    busy: (addresses) => `${addresses} が動作中または作業中のため、今は反映できません。`,
     needsRestart: (key) => `${key} の変更には再起動が必要です。`,
     support: "サポート用データ",
     supportHas: "状態、アラーム、イベント、操作の記録、全ラインの通信記録です（閲覧できる範囲。キーは含みません）。",

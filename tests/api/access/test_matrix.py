@@ -211,6 +211,10 @@ POST      /tickets                                       view     any
 GET       /system/posture                                view     any
 GET       /system/identity                               view     any
 POST      /system/reload                                 admin    plant
+GET       /system/ports                                  admin    plant
+POST      /system/scans                                  admin    plant
+GET       /system/scans/{scan_id}                        admin    plant
+DELETE    /system/scans/current                          admin    plant
 GET       /access/keys                                   admin    plant
 POST      /access/keys                                   admin    plant
 DELETE    /access/keys/{name}                            admin    plant
