@@ -49,7 +49,8 @@ def test_a_move_goes_on_when_the_client_that_waits_for_its_end_has_left(
         client.sendall(post("/bodies/3F/moves?wait=20", far()))
         until(lambda: moves(gateway, "3F"), "the body moves")
     move, *_ = gateway.get("/bodies/3F/moves")["moves"]
-    assert (move["status"], line.truth("pulses_stop")) == ("moving", [])
+    assert move["status"] in ("sent", "moving")
+    assert not line.truth("pulses_stop")
     gateway.http.post("/bodies/3F/stop").raise_for_status()
     assert gateway.ended("3F", move["id"])["status"] == "stopped"
 
