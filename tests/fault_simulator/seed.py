@@ -103,7 +103,9 @@ class Seed:
         self._life: Life
 
     def _draw_family(self, seed: int) -> Family:
-        return (Rorze(seed), Rorze(seed), Fics(2), Fics(3))[seed % 4]
+        if seed % 4 < 2:
+            return Rorze(seed)
+        return Fics(mode=seed % 4, units=1 + seed // 4 % 2)
 
     async def run(self) -> Report:
         """Live until all is done, and judge."""

@@ -231,6 +231,10 @@ async def test_a_body_that_falls_silent_leaves_one_instruction_in_doubt() -> Non
         over = await uploading
         assert over.status == "failed"
         assert over.stored.startswith("RAM holds the first 2 of 5 instructions, and perhaps one more.")
+        alarms = {alarm.cause: alarm for alarm in it.plant.alarms.standing()}
+        failed = alarms["body.program.upload.failed"]
+        assert over.stored in failed.en.motor
+        assert [call.path for call in failed.next] == [f"/bodies/line1.3F/program/uploads/{over.id}"]
 
 
 def cut_power(it: Rig) -> None:
