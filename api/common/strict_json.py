@@ -4,7 +4,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Coroutine
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from fastapi import HTTPException, Request, Response
 from starlette.types import Message, Receive, Scope, Send
@@ -12,6 +12,7 @@ from starlette.types import Message, Receive, Scope, Send
 from api.common.direct import NO_QUERY, NOTHING, DirectCall, NotPlain
 from api.common.idempotency import WITH_EFFECT, require_no_key
 from api.common.query_params import require_known
+from api.common.request_ids import value_of
 from api.common.routes import HttpRoute
 from gateway.core.rights import Right
 
@@ -45,13 +46,7 @@ def parse(data: bytes) -> object:
     :raises ValueError: it is no JSON, or not UTF-8.
     """
     try:
-        value: object = json.loads(
-            data.decode("utf-8"),
-            object_pairs_hook=_object,
-            parse_constant=float,
-            parse_int=_integer,
-            parse_float=_number,
-        )
+        value: object = _DECODER.decode(data.decode("utf-8"))
     except RecursionError:
         raise NotStrict(f"arrays and objects are nested more than {MAX_DEPTH} deep") from None
     _check(value, MAX_DEPTH, "")
@@ -79,6 +74,11 @@ def _object(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return result
 
 
+_DECODER: Final = json.JSONDecoder(
+    object_pairs_hook=_object, parse_constant=float, parse_int=_integer, parse_float=_number
+)
+
+
 def _check(value: object, levels: int, place: str) -> None:
     """Refuse what is no number, lone surrogates, which no answer could repeat, and bottomless nesting."""
     if isinstance(value, float):
@@ -100,7 +100,7 @@ async def read_body(request: Request, most: int) -> bytes:
 
     :raises HTTPException: 413 as soon as they are over `most`, 400 where the client leaves in the middle.
     """
-    length = int(request.headers.get("content-length", 0))
+    length = int(value_of(request.scope["headers"], b"content-length") or 0)
     received = bytearray()
     more = True
     while more and max(length, len(received)) <= most:
@@ -224,7 +224,7 @@ def _as_json(scope: Scope) -> Scope:
 
 
 def _require_json(request: Request) -> None:
-    content_type = request.headers.get("content-type", "")
+    content_type = (value_of(request.scope["headers"], b"content-type") or b"").decode("latin-1")
     if content_type.partition(";")[0].strip().lower() != "application/json":
         raise HTTPException(
             415,

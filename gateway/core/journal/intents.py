@@ -15,7 +15,7 @@ from gateway.core.ids import sorted_by_time
 from gateway.core.journal import writes
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.journal.writes import Write
-from gateway.core.lanes import STOPS, Lane, require_room
+from gateway.core.lanes import QUEUE_LIMIT, STOPS, Lane, require_room
 from gateway.core.origin import FENCE, POLL, PROBE, SET_UP
 from gateway.core.sequence_lock import current_series
 from protocols.table import Effect
@@ -163,7 +163,8 @@ class Intents(Generic[X]):
             self._ahead.add(exchange)
             _admit(exchange, admit)
             return
-        require_room(sum(it.target == exchange.target for it in self._held), "target")
+        if len(self._held) >= QUEUE_LIMIT:
+            require_room(sum(it.target == exchange.target for it in self._held), "target")
         exchange.intent = own = _new_id()
         to_come = [] if whole is None else whole.still_to_come(exchange)
         intents = {own: exchange} | {f"{own}{place:04x}": it for place, it in enumerate(to_come, 1)}

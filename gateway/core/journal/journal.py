@@ -234,7 +234,8 @@ class Journal:
             self._unsynced_since = None if durable else self._unsynced_since or now
         else:
             self._owe([write for entry in entries if entry.done is None for write in entry.writes])
-        self._loop.call_soon_threadsafe(self._settle, entries, error)
+        if waited_for or error is not None or self.trouble is not None:
+            self._loop.call_soon_threadsafe(self._settle, entries, error)
 
     def _try(self, batch: Sequence[Write], *, durable: bool) -> OSError | None:
         if self.failed:
