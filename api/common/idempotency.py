@@ -5,7 +5,6 @@ from typing import Final
 from starlette.requests import HTTPConnection
 from starlette.types import Scope
 
-from api.common.request_ids import value_of
 from api.front.stop_paths import is_stop
 from gateway.core.errors import InvalidRequest
 
@@ -23,7 +22,7 @@ HONOURED: Final = "motion-gateway.key-honoured"
 
 def has_key(scope: Scope) -> bool:
     """Whether a request has the header."""
-    return value_of(scope["headers"], HEADER) is not None
+    return HEADER in dict(scope["headers"])
 
 
 def require_no_key(request: HTTPConnection) -> None:

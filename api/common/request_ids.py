@@ -25,14 +25,6 @@ _HAS_BEGUN: Final = "motion-gateway.answer-has-begun"
 Headers = Iterable[tuple[bytes, bytes]]
 
 
-def value_of(headers: Headers, wanted: bytes) -> bytes | None:
-    """The first header of a name, in small letters; starlette's own search decodes all of them."""
-    for name, value in headers:
-        if name == wanted:
-            return value
-    return None
-
-
 def request_id_of(headers: Headers) -> str:
     """Take the id from `X-Request-Id`, or the trace's from `traceparent` (W3C Trace Context), or make one.
 

@@ -12,7 +12,6 @@ from starlette.types import Message, Receive, Scope, Send
 from api.common.direct import NO_QUERY, NOTHING, DirectCall, NotPlain
 from api.common.idempotency import WITH_EFFECT, require_no_key
 from api.common.query_params import require_known
-from api.common.request_ids import value_of
 from api.common.routes import HttpRoute
 from gateway.core.rights import Right
 
@@ -95,12 +94,20 @@ def _check(value: object, levels: int, place: str) -> None:
             _check(item, levels - 1, f"{place}.{key}" if place else str(key))
 
 
+def _header(request: Request, wanted: bytes) -> bytes:
+    """The first header of a name, empty where there is none; starlette's own search decodes all of them."""
+    for name, value in request.scope["headers"]:
+        if name == wanted:
+            return bytes(value)
+    return b""
+
+
 async def read_body(request: Request, most: int) -> bytes:
     """Read the bytes of a request's body.
 
     :raises HTTPException: 413 as soon as they are over `most`, 400 where the client leaves in the middle.
     """
-    length = int(value_of(request.scope["headers"], b"content-length") or 0)
+    length = int(_header(request, b"content-length") or 0)
     received = bytearray()
     more = True
     while more and max(length, len(received)) <= most:
@@ -224,7 +231,7 @@ def _as_json(scope: Scope) -> Scope:
 
 
 def _require_json(request: Request) -> None:
-    content_type = (value_of(request.scope["headers"], b"content-type") or b"").decode("latin-1")
+    content_type = _header(request, b"content-type").decode("latin-1")
     if content_type.partition(";")[0].strip().lower() != "application/json":
         raise HTTPException(
             415,
