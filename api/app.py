@@ -58,6 +58,14 @@ was sent to a controller. A software stop does not replace a hardware stop.
 class Application(FastAPI):
     """An application that gives each request an id before anything can go wrong with it."""
 
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer without FastAPI's telemetry, which is off."""
+        scope["app"] = self
+        if self.middleware_stack is None or scope["type"] == "lifespan":
+            await super().__call__(scope, receive, send)
+        else:
+            await self.middleware_stack(scope, receive, send)
+
     def build_middleware_stack(self) -> ASGIApp:
         """Put the ids around everything, the answer to a fault of the gateway itself included."""
         plant, server = self.state.plant, self.state.plant.config.server

@@ -4,7 +4,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Coroutine
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from fastapi import HTTPException, Request, Response
 from pydantic import ValidationError
@@ -48,13 +48,7 @@ def parse(data: bytes) -> object:
     :raises ValueError: it is no JSON, or not UTF-8.
     """
     try:
-        value: object = json.loads(
-            data.decode("utf-8"),
-            object_pairs_hook=_object,
-            parse_constant=float,
-            parse_int=_integer,
-            parse_float=_number,
-        )
+        value: object = _DECODER.decode(data.decode("utf-8"))
     except RecursionError:
         raise NotStrict(f"arrays and objects are nested more than {MAX_DEPTH} deep") from None
     _check(value, MAX_DEPTH, "")
@@ -82,6 +76,11 @@ def _object(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return result
 
 
+_DECODER: Final = json.JSONDecoder(
+    object_pairs_hook=_object, parse_constant=float, parse_int=_integer, parse_float=_number
+)
+
+
 def _check(value: object, levels: int, place: str) -> None:
     """Refuse what is no number, lone surrogates, which no answer could repeat, and bottomless nesting."""
     if isinstance(value, float):
@@ -98,12 +97,20 @@ def _check(value: object, levels: int, place: str) -> None:
             _check(item, levels - 1, f"{place}.{key}" if place else str(key))
 
 
+def _header(request: Request, wanted: bytes) -> bytes:
+    """The first header of a name, empty where there is none; starlette's own search decodes all of them."""
+    for name, value in request.scope["headers"]:
+        if name == wanted:
+            return bytes(value)
+    return b""
+
+
 async def read_body(request: Request, most: int) -> bytes:
     """Read the bytes of a request's body.
 
     :raises HTTPException: 413 as soon as they are over `most`, 400 where the client leaves in the middle.
     """
-    length = int(request.headers.get("content-length", 0))
+    length = int(_header(request, b"content-length") or 0)
     received = bytearray()
     more = True
     while more and max(length, len(received)) <= most:
@@ -256,7 +263,7 @@ async def _require_nothing(request: Request) -> None:
 
 
 def _require_json(request: Request) -> None:
-    content_type = request.headers.get("content-type", "")
+    content_type = _header(request, b"content-type").decode("latin-1")
     if content_type.partition(";")[0].strip().lower() != "application/json":
         raise HTTPException(
             415,

@@ -7,6 +7,8 @@ import sqlite3
 import time
 from collections.abc import Callable, Sequence
 from contextlib import closing, suppress
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any, Protocol
@@ -140,8 +142,8 @@ class SqliteDisk:
         try:
             self._synchronise(connection, "FULL" if durable else "NORMAL")
             connection.execute("BEGIN IMMEDIATE")
-            for write in writes:
-                connection.execute(write.sql, write.values)
+            for sql, alike in groupby(writes, itemgetter(0)):
+                connection.executemany(sql, map(itemgetter(1), alike))
             connection.execute("COMMIT")
         except sqlite3.Error as error:
             with suppress(sqlite3.Error):

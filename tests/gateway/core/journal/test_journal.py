@@ -15,7 +15,7 @@ from gateway.core.journal import disk as disk_module
 from gateway.core.journal import journal as module
 from gateway.core.journal import writes
 from gateway.core.journal.disk import Disk, DiskFailed, DiskFull, SqliteDisk
-from gateway.core.journal.journal import Journal, JournalUnavailable
+from gateway.core.journal.journal import NOTED_WITHIN_S, Journal, JournalUnavailable
 from gateway.core.journal.opening import open_journal
 from gateway.core.journal.retention import Retention
 from gateway.core.journal.writes import Value, Write
@@ -121,6 +121,16 @@ async def test_what_nobody_waits_for_does_not_wait_for_the_disk() -> None:
         await journal.rows("SELECT 1")
         await journal.write(intent(2))
     assert disk.commits[:2] == [(1, False), (1, True)]
+
+
+async def test_what_was_noted_shares_the_commit_of_what_is_waited_for() -> None:
+    disk = ShakyDisk()
+    async with journal_on(disk) as journal:
+        journal.note(intent(1))
+        await journal.write(intent(2))
+        assert disk.commits == [(2, True)]
+        await asyncio.sleep(2 * NOTED_WITHIN_S)
+        assert len(disk.commits) == 1  # nothing is left of what was noted
 
 
 async def test_notes_of_one_moment_share_a_commit_which_comes_soon() -> None:
