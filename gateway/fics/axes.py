@@ -138,8 +138,8 @@ def at_rest(axes: Iterable[AxisStatus]) -> bool:
 
 
 def may_brake(axes: Iterable[AxisStatus]) -> bool:
-    """Whether an axis tells of an emergency stop, and by a bit that is an assumption that it still moves."""
-    return any(axis.motion_mode == MotionMode.STOPPED and axis.moving for axis in axes)
+    """Whether an axis tells of an emergency stop: it may still be on its way then (2-10)."""
+    return any(axis.motion_mode == MotionMode.STOPPED for axis in axes)
 
 
 def in_trouble(axis: AxisStatus) -> bool:

@@ -30,6 +30,8 @@ from protocols.fics.system import HostMode
 
 STOPPING_ALREADY = "E04"
 """The refusal of a stop while another is under way (C-HOST manual 2-12)."""
+BRAKES_FOR_S = 0.05
+"""Between two looks at motors that may brake: in less, a slow one would not change what it displays."""
 OF_THE_END_BEFORE = (NO_UPLOAD, BLOCK_ERRORS[Block.MOTION])
 """How the end of an upload is refused that was sent to be sure; motion keeps no stop (C-HOST manual 1-7)."""
 
@@ -209,11 +211,13 @@ class _RobotStop(Stopping):
     async def stands_still(self) -> bool:
         """Whether every unit says so, twice; if not, the report says which did not, and why."""
         await self._hear_refusal()
-        for _ in range(2):
+        for pause_s in (BRAKES_FOR_S, 0.0):
             for unit in self._units:
                 self._saw(unit, await self._why_not_still(unit))
             if self._not_still:
                 return False
+            if any(self._places.values()):
+                await asyncio.sleep(pause_s)
         return True
 
     def _saw(self, unit: RobotUnit, why_not_still: str | None) -> None:
