@@ -137,11 +137,6 @@ def at_rest(axes: Iterable[AxisStatus]) -> bool:
     return all(axis.motion_mode in (MotionMode.STANDING, MotionMode.STOPPED) for axis in axes)
 
 
-def may_brake(axes: Iterable[AxisStatus]) -> bool:
-    """Whether an axis tells of an emergency stop: it may still be on its way then (2-10)."""
-    return any(axis.motion_mode == MotionMode.STOPPED for axis in axes)
-
-
 def in_trouble(axis: AxisStatus) -> bool:
     """Whether the status of an axis tells of an error."""
     return bool(axis.driver_error) or axis.motion_mode == MotionMode.STOPPED

@@ -13,7 +13,8 @@ from gateway.core.origin import current
 from gateway.core.records import Record
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState
 from gateway.core.waiting import happens
-from gateway.fics.axes import Places, at_rest, may_brake
+from gateway.fics.axes import Places, at_rest
+from gateway.fics.bits import Bits
 from gateway.fics.exchange import Answered, Outcome
 from gateway.fics.jogs import Jogs
 from gateway.fics.line import FicsLine
@@ -59,7 +60,7 @@ class RobotStops:
     def __init__(self, units: Sequence[RobotUnit], motions: Motions, jogs: Jogs, tell: Tell) -> None:
         self._motion, self._errors, self._line = motions.state, motions.errors, motions.line
         self._jogs = jogs
-        self._new = partial(_RobotStop, units, motions.line, motions.errors, tell)
+        self._new = partial(_RobotStop, units, motions.line, motions.errors, motions.commander.bits, tell)
         self._running: dict[StopMode, _RobotStop] = {}
         self._tasks: dict[_RobotStop, asyncio.Task[None]] = {}
         """Of these, and of those that are confirmed and whose moves have not all been recorded yet."""
@@ -134,11 +135,17 @@ class _RobotStop(Stopping):
     """The stop of all axes, and everything that keeps it from being confirmed."""
 
     def __init__(
-        self, units: Sequence[RobotUnit], line: FicsLine, errors: SystemErrors, tell: Tell, mode: StopMode
+        self,
+        units: Sequence[RobotUnit],
+        line: FicsLine,
+        errors: SystemErrors,
+        bits: Bits,
+        tell: Tell,
+        mode: StopMode,
     ) -> None:
         self.report = RobotStopReport(robot_id=units[0].robot_id)
         super().__init__(mode, self.report)
-        self._units, self._line, self._errors, self._tell = units, line, errors, tell
+        self._units, self._line, self._errors, self._bits, self._tell = units, line, errors, bits, tell
         self._refusal: str | None = None
         """The error the robot refused it with, last."""
         self._times_written = 0
@@ -234,7 +241,7 @@ class _RobotStop(Stopping):
         """
         try:
             axes = (await unit.status(Lane.STOP)).values()
-            places = await unit.position("motor", Lane.STOP) if may_brake(axes) else {}
+            places = await unit.position("motor", Lane.STOP) if self._bits.may_brake(axes) else {}
         except GatewayError as error:
             before = " It stood still when it was last asked." if unit.stood_still else ""
             reason = "it cannot be asked." if isinstance(error, NotSent) else error.detail
