@@ -85,6 +85,7 @@ class ErrorRemains(RobotFailed):
 
     kind = "error-remains"
     title = "The error still stands"
+    title_ja = "エラーは解除されていません"
     moved = "no"
 
 

@@ -384,8 +384,7 @@ class MoveRun:
             self._advance(MoveStatus.STOPPED)
         else:
             self._move.end_cause = f"error_{code}"
-            stands = self._motions.errors.latched
-            text = stands if stands is not None and stands.code == code else None
+            text = self._motions.errors.told_of(code)
             failure = RobotFailed(self._move.robot_id, self._move.command, code, text)
             if self._finding().untouched():
                 failure.moved = "no"
