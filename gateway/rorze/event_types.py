@@ -102,7 +102,7 @@ class BodyPosition(EventData):
     """Where a motor stands (6PD)."""
 
     pulses: int = Field(description="Or encoder counts: see `counted_in`.")
-    counted_in: CountedIn | None = Field(description="Null where its operating mode was not read yet.")
+    counted_in: CountedIn | None = Field(description="Null where its operating mode could not be read.")
     value: float | None = Field(description="The same in `unit`; null without a scale.")
     unit: str | None
 
