@@ -17,6 +17,7 @@ from gateway.core.event_types import (
 from gateway.core.move_record import CountedIn, Move
 from gateway.core.restore_record import Restore
 from gateway.rorze.jogs import BodyJog
+from gateway.rorze.position_uploads import PositionUpload
 from gateway.rorze.positions import PositionReading
 from gateway.rorze.power import Acknowledgement
 from gateway.rorze.program_runs import ProgramRun
@@ -174,6 +175,16 @@ BODIES = (
             "progress": "more of it was read; once a second at most",
             "succeeded": "all was read: the record has the positions",
             "failed": "it did not tell all",
+            "cancelled": "a request or the end of the gateway has ended it",
+        }.items()
+    ),
+    *(
+        EventType(f"body.position_upload.{news}", BODY, PositionUpload, when)
+        for news, when in {
+            "started": "positions are being stored in it",
+            "progress": "more were sent, or read back; once a second at most",
+            "succeeded": "all were read back and are those that were sent",
+            "failed": "not all were sent, or it holds others",
             "cancelled": "a request or the end of the gateway has ended it",
         }.items()
     ),
