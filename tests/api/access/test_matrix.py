@@ -85,6 +85,7 @@ POST      /bodies/{body_id}/program/runs                 operate  body
 GET       /bodies/{body_id}/program/runs/current         view     body
 GET       /bodies/{body_id}/program/runs/{run_id}        view     body
 GET       /bodies/{body_id}/memories                     view     body
+PUT       /bodies/{body_id}/memories                     operate  body
 PUT       /bodies/{body_id}/memories/{name}              operate  body
 GET       /bodies/{body_id}/settings                     view     body
 PATCH     /bodies/{body_id}/settings                     setup    body
