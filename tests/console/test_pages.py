@@ -342,7 +342,7 @@ def test_a_fault_of_one_page_leaves_the_others_and_the_stop(plant: Plant, open_c
     console.page.keyboard.press("Escape")
     console.shows("Everything stands still")
     console.go("#/wire/line1")
-    console.shows("port opened")
+    expect(console.page.locator("tbody tr").first).to_contain_text("the gateway:")
     console.page.unroute("**/system/posture")
     console.go("#/system")
     console.shows("Everybody is let in here")
