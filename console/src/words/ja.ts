@@ -29,7 +29,6 @@ export const ja: typeof en = {
   unknown: "不明",
   yes: "はい",
   no: "いいえ",
-  ago: (seconds) => `${seconds}前`,
   seconds: (value) => (value < 100 ? `${Math.round(value)} 秒` : `${Math.round(value / 60)} 分`),
 
   stop: {
@@ -82,9 +81,7 @@ export const ja: typeof en = {
     unknownState: "動いているかどうか分かりません。",
     powerCycled: "電源が切れました。原点復帰、位置の設定、または確認を先に行ってください。",
     error: "ロボットにエラーが出ています。先にリセットしてください。",
-    noUnit: "このボディの単位は設定されていません。",
     empty: "入力がありません。",
-    noRoute: "このゲートウェイにはありません。",
     running: "プログラムが実行中です。",
     unchanged: "変更はありません。",
     leased: (holder) => `${holder} が操作権を持っています。動かせるのはその人だけです。`,
@@ -110,6 +107,12 @@ export const ja: typeof en = {
       unknown: "モータが動いたかどうか分かりません。",
     },
     request: (id) => `要求 ${id}`,
+  },
+
+  fault: {
+    of: "このページの不具合",
+    here: "ページのこの部分は正しく動きませんでした。「全停止」は使えます。",
+    again: "もう一度表示",
   },
 
   lamp: {
@@ -147,13 +150,11 @@ export const ja: typeof en = {
     nameOf: (id) => `${id} の名前`,
     add: "構成ファイルに加える",
     adding: "構成ファイルに書き込み、ラインを開き直します。",
-    lastEnd: "最後の動作",
     noMove: "動作なし",
     pulses: (value) => `${value} パルス`,
     asOf: (age) => `${age}前の値`,
     to: (target) => `目標 ${target}`,
     progress: "始点から目標まで",
-    toProgram: "プログラム",
     units: (count) => `ユニット ${count}`,
   },
 
@@ -221,7 +222,6 @@ export const ja: typeof en = {
     jog: "押している間ジョグ",
     jogBy: (direction) => `ジョグ ${direction}、押し続ける`,
     jogging: "ボタンを押している間だけ動きます。",
-    jogSpeed: "ジョグ速度",
     goTo: "位置へ移動",
     target: "目標",
     unit: "単位",
@@ -252,7 +252,6 @@ export const ja: typeof en = {
     noStatus: "未読です。",
     clearStatus: "状態をクリア",
     clearStall: "脱調をクリア",
-    acknowledge: "電源断を確認",
     setPosition: "位置を設定",
     lastMove: "最後の動作",
     moves: "動作の記録",
@@ -293,7 +292,6 @@ export const ja: typeof en = {
     sensors: "センサ",
     state: "状態",
     originDone: "原点復帰済み",
-    servoReady: "サーボ準備完了",
     alarm: "アラーム",
     driverError: (code) => `ドライバエラー ${code}`,
     kind: "種類",
@@ -310,13 +308,11 @@ export const ja: typeof en = {
     endedAt: (number) => `番号 ${number} は未登録です。`,
     first: "先頭",
     macros: "マクロ",
-    macroName: "名前",
     macroArguments: "引数（コンマ区切り）",
     run: "実行",
     errors: "エラー",
     noErrors: "読み出した範囲ではエラーはありません。",
     reset: "エラーをリセット",
-    acknowledge: "電源断を確認",
     variables: "変数",
     count: "個数",
     outputs: "出力",
@@ -710,14 +706,5 @@ export const ja: typeof en = {
     own: "このキーでサインインしています。",
     shownOnce: (name) => `${name} のキーです。表示は一度だけです。今コピーしてください。`,
     copy: "キーをコピー",
-  },
-
-  alarms: {
-    lineDown: (line, reason) => `ライン ${line} が切断しています: ${reason}`,
-    lineSilent: (line, reason) => `ライン ${line} で応答がありません。${reason}`,
-    offline: "応答しません",
-    powerCycled: "電源が切れました。以後の位置はその場所を 0 としています",
-    status: (bits) => `状態の報告: ${bits}`,
-    robotPowerCycled: "電源が切れ、速度の設定が失われました",
   },
 };
