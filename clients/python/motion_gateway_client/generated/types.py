@@ -519,7 +519,7 @@ class BodyInfo(TypedDict):
     pulses_per_unit: float | None
     groups: list[str]
     counted_in: Literal["pulses", "encoder_counts"] | None
-    """Of the position; null until a request had its operating mode read."""
+    """Of the position; null until its operating mode is read, as `position` of a body and its live values have it, and again after it may have changed."""
     position: int | None
     """In `counted_in`, as last read; null until it was read since it was called otherwise."""
     position_read_at: str | None
@@ -1006,7 +1006,7 @@ class BodyPosition(TypedDict):
     pulses: int
     """Or encoder counts: see `counted_in`."""
     counted_in: Literal["pulses", "encoder_counts"] | None
-    """Null where its operating mode was not read yet."""
+    """Null where its operating mode could not be read."""
     value: float | None
     """The same in `unit`; null without a scale."""
     unit: str | None
@@ -1104,6 +1104,86 @@ class BodyPositionReadingSucceededEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: PositionReading
+
+
+class BodyPositionUploadCancelledEvent(TypedDict):
+    """A request or the end of the gateway has ended it; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.position_upload.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: TableUpload
+
+
+class BodyPositionUploadFailedEvent(TypedDict):
+    """Not all were sent, or it holds others; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.position_upload.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: TableUpload
+
+
+class BodyPositionUploadProgressEvent(TypedDict):
+    """More were sent, or read back; once a second at most; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.position_upload.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: TableUpload
+
+
+class BodyPositionUploadStartedEvent(TypedDict):
+    """Positions are being stored in it; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.position_upload.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: TableUpload
+
+
+class BodyPositionUploadSucceededEvent(TypedDict):
+    """All were read back and are those that were sent; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.position_upload.succeeded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: TableUpload
 
 
 class BodyPositions(TypedDict):
@@ -1782,7 +1862,7 @@ class ChangedSettings(TypedDict):
 
     body_id: str
     settings: Settings
-    """Those that were named."""
+    """Those that were named; the others are left out."""
     steps: list[ChangeStep]
     """What the change took, in order."""
 
@@ -2225,6 +2305,11 @@ class EventList(TypedDict):
         | BodyPositionReadingSucceededEvent
         | BodyPositionReadingFailedEvent
         | BodyPositionReadingCancelledEvent
+        | BodyPositionUploadStartedEvent
+        | BodyPositionUploadProgressEvent
+        | BodyPositionUploadSucceededEvent
+        | BodyPositionUploadFailedEvent
+        | BodyPositionUploadCancelledEvent
         | BodyRestoreStartedEvent
         | BodyRestoreProgressEvent
         | BodyRestoreVerifiedEvent
@@ -3632,6 +3717,12 @@ class MemoryChange(TypedDict):
     """A data memory holds -999999999 to 999999999, a counter or timer 0 to 9999999."""
 
 
+class MemoryChanges(TypedDict):
+    """What memories shall hold."""
+
+    memories: list[NamedMemory]
+
+
 class MemoryList(TypedDict):
     """Memories of one bank."""
 
@@ -3733,6 +3824,15 @@ class MoveList(TypedDict):
     """Moves of a body, newest first."""
 
     moves: list[Move]
+
+
+class NamedMemory(TypedDict):
+    """A memory, and what it shall hold."""
+
+    name: str
+    """D0-D199, C0-C29 or T0-T29."""
+    value: int
+    """A data memory holds -999999999 to 999999999, a counter or timer 0 to 9999999."""
 
 
 class NamedPosition(TypedDict):
@@ -6492,6 +6592,35 @@ class Strictness(TypedDict):
     strict: bool
 
 
+class TableUpload(TypedDict):
+    """Positions that are being stored in a body, or were: all are sent, then all are read back."""
+
+    id: str
+    target: str
+    """The path of what it is of."""
+    status: Literal["running", "succeeded", "failed", "cancelled"]
+    controllers: list[str]
+    """The bodies, or the robot, it is read from, in their order."""
+    controller: str | None
+    """Which of them is being read, or was when it ended."""
+    read: int
+    """Answers so far."""
+    expected: int | None
+    """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
+    error: BackupError | None
+    """Why it was not read."""
+    request_id: str | None
+    """The X-Request-Id of the request that asked for it."""
+    started_at: str
+    ended_at: str | None
+    count: int
+    """The number of positions it has."""
+    flash: bool
+    """Whether the whole table is to be written to flash memory, too (FPS)."""
+    positions: list[NamedPosition] | None
+    """As read back, once it has succeeded. Events leave them out: ask for the record."""
+
+
 class Taken(TypedDict):
     """A lease as its holder sees it."""
 
@@ -6827,6 +6956,11 @@ Event: TypeAlias = (
     | BodyPositionReadingSucceededEvent
     | BodyPositionReadingFailedEvent
     | BodyPositionReadingCancelledEvent
+    | BodyPositionUploadStartedEvent
+    | BodyPositionUploadProgressEvent
+    | BodyPositionUploadSucceededEvent
+    | BodyPositionUploadFailedEvent
+    | BodyPositionUploadCancelledEvent
     | BodyRestoreStartedEvent
     | BodyRestoreProgressEvent
     | BodyRestoreVerifiedEvent
