@@ -36,7 +36,7 @@ from gateway.figures import Figures
 from gateway.memory import Memory
 from gateway.port_scans import PortScans
 from gateway.rorze.family import Rorze
-from gateway.rorze.position_uploads import PositionUploads
+from gateway.rorze.position_uploads import TableUploads
 from gateway.rorze.positions import PositionReadings
 from gateway.snapshot import taking
 from gateway.wind_down import SUBJECT, WindDown
@@ -88,7 +88,7 @@ class Plant:
         self.backups = Backups(partial(self._publish_reading, "backup"))
         self.comparisons = Comparisons(partial(self._publish_reading, "comparison"))
         self.position_readings = PositionReadings(partial(self._publish_reading, "position_reading"))
-        self.position_uploads = PositionUploads(partial(self._publish_reading, "position_upload"))
+        self.position_uploads = TableUploads(partial(self._publish_reading, "position_upload"))
         self.figures = Figures(self._line_of)
         self.events.listeners += [self.figures.note, logbook.note, self.alarms.hear]
         self.on_lines: Callable[[], None] = lambda: None

@@ -27,7 +27,7 @@ from gateway.core.tables import Name
 from gateway.operations import body_positions
 from gateway.rorze.family import Rorze
 from gateway.rorze.move_requests import Length
-from gateway.rorze.position_uploads import PositionUpload
+from gateway.rorze.position_uploads import TableUpload
 from gateway.rorze.positions import LAST_POSITION, NamedPosition, Position, PositionReading, Wanted
 
 router = new_router("positions")
@@ -156,8 +156,8 @@ async def store_body_positions(
     "/bodies/{body_id}/positions/uploads",
     Right.SETUP,
     status_code=202,
-    response_model=PositionUpload,
-    responses={**DECLARED, 200: {"model": PositionUpload, "description": "It is over."}},
+    response_model=TableUpload,
+    responses={**DECLARED, 200: {"model": TableUpload, "description": "It is over."}},
 )
 async def upload_body_position_table(
     request: Request, body_id: BodyId, upload: PositionsToStore, wait: Wait = None
@@ -170,7 +170,7 @@ async def upload_body_position_table(
     return await _begin(request, body_id, wanted, names, upload.flash, wait)
 
 
-@router.get("/bodies/{body_id}/positions/uploads/{upload_id}", Right.VIEW, response_model=PositionUpload)
+@router.get("/bodies/{body_id}/positions/uploads/{upload_id}", Right.VIEW, response_model=TableUpload)
 async def get_body_position_upload(
     request: Request, body_id: BodyId, upload_id: str, wait: Wait = None
 ) -> Response:
@@ -180,7 +180,7 @@ async def get_body_position_upload(
     return json_response(found, headers=wait_headers(waited_s))
 
 
-@router.delete("/bodies/{body_id}/positions/uploads/current", Right.SETUP, response_model=PositionUpload)
+@router.delete("/bodies/{body_id}/positions/uploads/current", Right.SETUP, response_model=TableUpload)
 async def cancel_body_position_upload(request: Request, body_id: BodyId) -> Response:
     """Store no more; what was sent stays in RAM, and `error` says how much that is."""
     plant = plant_of(request)

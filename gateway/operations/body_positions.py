@@ -9,7 +9,7 @@ from gateway.plant import Plant
 from gateway.rorze import positions
 from gateway.rorze.bodies import Body
 from gateway.rorze.family import Rorze
-from gateway.rorze.position_uploads import PositionUpload
+from gateway.rorze.position_uploads import TableUpload
 from gateway.rorze.positions import NamedPosition, Position, PositionReading, Wanted
 
 
@@ -63,7 +63,7 @@ async def store(
 @needs(Right.SETUP)
 async def begin_to_store(
     plant: Plant, body_id: str, wanted: Sequence[Wanted], names: Mapping[int, str], flash: bool, wait_s: float
-) -> PositionUpload:
+) -> TableUpload:
     """Begin to store and name positions, and give the record after `wait_s` at most; errors as of `start`."""
     body = plant.family(Rorze).body(body_id)
 
@@ -77,13 +77,13 @@ async def begin_to_store(
 
 
 @needs(Right.VIEW)
-async def get_upload(plant: Plant, body_id: str, upload_id: str, wait_s: float) -> PositionUpload:
+async def get_upload(plant: Plant, body_id: str, upload_id: str, wait_s: float) -> TableUpload:
     """Give an upload of positions, or the `current` one; errors as of `Works.get`."""
     return await plant.position_uploads.get(_target(plant, body_id), upload_id, wait_s)
 
 
 @needs(Right.SETUP)
-async def cancel_upload(plant: Plant, body_id: str) -> PositionUpload:
+async def cancel_upload(plant: Plant, body_id: str) -> TableUpload:
     """End the upload under way; errors as of `Readings.cancel`."""
     return await plant.position_uploads.cancel(_target(plant, body_id))
 

@@ -17,7 +17,7 @@ from gateway.core.event_types import (
 from gateway.core.move_record import CountedIn, Move
 from gateway.core.restore_record import Restore
 from gateway.rorze.jogs import BodyJog
-from gateway.rorze.position_uploads import PositionUpload
+from gateway.rorze.position_uploads import TableUpload
 from gateway.rorze.positions import PositionReading
 from gateway.rorze.power import Acknowledgement
 from gateway.rorze.program_runs import ProgramRun
@@ -179,7 +179,7 @@ BODIES = (
         }.items()
     ),
     *(
-        EventType(f"body.position_upload.{news}", BODY, PositionUpload, when)
+        EventType(f"body.position_upload.{news}", BODY, TableUpload, when)
         for news, when in {
             "started": "positions are being stored in it",
             "progress": "more were sent, or read back; once a second at most",

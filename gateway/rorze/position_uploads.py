@@ -12,17 +12,17 @@ from gateway.rorze.bodies import Body
 from gateway.rorze.positions import NamedPosition, Position, Wanted, check, store
 
 
-class PositionUpload(Reading):
+class TableUpload(Reading):
     """Positions that are being stored in a body, or were: all are sent, then all are read back."""
 
-    count: int = Field(description="How many positions it has.")
+    count: int = Field(description="The number of positions it has.")
     flash: bool = Field(description="Whether the whole table is to be written to flash memory, too (FPS).")
     positions: list[NamedPosition] | None = Field(
         None, description="As read back, once it has succeeded. Events leave them out: ask for the record."
     )
 
 
-class PositionUploads(Readings[PositionUpload]):
+class TableUploads(Readings[TableUpload]):
     """The uploads of position tables, one at a time to each body."""
 
     noun = "table of positions"
@@ -35,7 +35,7 @@ class PositionUploads(Readings[PositionUpload]):
         *,
         flash: bool,
         named: Callable[[Sequence[Position]], Awaitable[list[NamedPosition]]],
-    ) -> PositionUpload:
+    ) -> TableUpload:
         """Begin to store positions as `store` does; what is held in the end is `named`.
 
         :raises InvalidRequest: a number comes twice, or does not exist, or a position is out of range.
@@ -44,7 +44,7 @@ class PositionUploads(Readings[PositionUpload]):
         now, target = datetime.now(UTC), f"/bodies/{body.address}"
         check(wanted)
         self.require_none(target)
-        record = PositionUpload(
+        record = TableUpload(
             id=new_id(now),
             target=target,
             controllers=[body.address],
@@ -64,7 +64,7 @@ class PositionUploads(Readings[PositionUpload]):
 
         return self.follow(record, work)
 
-    def left_by(self, record: PositionUpload, /) -> str:
+    def left_by(self, record: TableUpload, /) -> str:
         """What one that was broken off has changed."""
         if record.read >= record.count:
             return f"all {record.count} positions were sent, and not all of them read back"

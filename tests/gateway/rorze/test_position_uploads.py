@@ -8,7 +8,7 @@ import pytest
 
 from gateway.core.errors import BodyBusy, InvalidRequest
 from gateway.operations.body_positions import named
-from gateway.rorze.position_uploads import PositionUpload
+from gateway.rorze.position_uploads import TableUpload
 from gateway.rorze.positions import NamedPosition, Position, Wanted, read
 from tests.plants import Rig, in_virtual_time, rig
 from tests.watching import watching
@@ -18,7 +18,7 @@ TABLE = [Wanted(number, number + 1) for number in range(COUNT)]
 WHOLE = 1e6
 
 
-def begin(running: Rig, wanted: Sequence[Wanted] = TABLE) -> PositionUpload:
+def begin(running: Rig, wanted: Sequence[Wanted] = TABLE) -> TableUpload:
     async def name_all(held: Sequence[Position]) -> list[NamedPosition]:
         return list(map(partial(named, running.plant, running.body()), held))
 

@@ -101,6 +101,7 @@ from motion_gateway_client.generated.types import (
     PositionReading,
     PositionsToStore,
     PositionTable,
+    PositionUpload,
     Posture,
     Program,
     ProgramRun,
@@ -162,6 +163,7 @@ from motion_gateway_client.generated.types import (
     StopRequest,
     StopResult,
     StoredPath,
+    TableUpload,
     Taken,
     Ticket,
     Trace,
@@ -175,8 +177,6 @@ from motion_gateway_client.generated.types import (
     VariableValue,
     Version,
     WantedPlace,
-    api__robots__positions__PositionUpload,
-    gateway__rorze__position_uploads__PositionUpload,
 )
 from motion_gateway_client.paths import filled
 
@@ -1826,12 +1826,12 @@ class AsyncOperations(Protocol):
         *,
         wait: float | None = None,
         idempotency_key: str | None = None,
-    ) -> gateway__rorze__position_uploads__PositionUpload:
+    ) -> TableUpload:
         """Begin to store positions as `PUT .../positions` does; the record at `Location` tells how far it is.
 
         What takes long does so without holding a request: all 2048 positions take four minutes at 9600 baud.
         """
-        answer: gateway__rorze__position_uploads__PositionUpload = await self.call(
+        answer: TableUpload = await self.call(
             "POST",
             filled("/bodies/{body_id}/positions/uploads", body_id=body_id),
             query={"wait": wait},
@@ -1842,9 +1842,9 @@ class AsyncOperations(Protocol):
 
     async def get_body_position_upload(
         self, body_id: str, upload_id: str, *, wait: float | None = None
-    ) -> gateway__rorze__position_uploads__PositionUpload:
+    ) -> TableUpload:
         """Get an upload of positions, at once or when it is over; `current` is the one under way, or the last."""
-        answer: gateway__rorze__position_uploads__PositionUpload = await self.call(
+        answer: TableUpload = await self.call(
             "GET",
             filled("/bodies/{body_id}/positions/uploads/{upload_id}", body_id=body_id, upload_id=upload_id),
             query={"wait": wait},
@@ -1853,9 +1853,9 @@ class AsyncOperations(Protocol):
 
     async def cancel_body_position_upload(
         self, body_id: str, *, idempotency_key: str | None = None
-    ) -> gateway__rorze__position_uploads__PositionUpload:
+    ) -> TableUpload:
         """Store no more; what was sent stays in RAM, and `error` says how much that is."""
-        answer: gateway__rorze__position_uploads__PositionUpload = await self.call(
+        answer: TableUpload = await self.call(
             "DELETE",
             filled("/bodies/{body_id}/positions/uploads/current", body_id=body_id),
             idempotency_key=idempotency_key,
@@ -2239,7 +2239,7 @@ class AsyncOperations(Protocol):
         self,
         robot_id: str,
         unit: int,
-        body: api__robots__positions__PositionUpload,
+        body: PositionUpload,
         /,
         *,
         first: int | None = None,

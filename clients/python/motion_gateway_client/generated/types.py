@@ -1119,7 +1119,7 @@ class BodyPositionUploadCancelledEvent(TypedDict):
     sequence: str
     cursor: str
     correlationid: NotRequired[str | None]
-    data: gateway__rorze__position_uploads__PositionUpload
+    data: TableUpload
 
 
 class BodyPositionUploadFailedEvent(TypedDict):
@@ -1135,7 +1135,7 @@ class BodyPositionUploadFailedEvent(TypedDict):
     sequence: str
     cursor: str
     correlationid: NotRequired[str | None]
-    data: gateway__rorze__position_uploads__PositionUpload
+    data: TableUpload
 
 
 class BodyPositionUploadProgressEvent(TypedDict):
@@ -1151,7 +1151,7 @@ class BodyPositionUploadProgressEvent(TypedDict):
     sequence: str
     cursor: str
     correlationid: NotRequired[str | None]
-    data: gateway__rorze__position_uploads__PositionUpload
+    data: TableUpload
 
 
 class BodyPositionUploadStartedEvent(TypedDict):
@@ -1167,7 +1167,7 @@ class BodyPositionUploadStartedEvent(TypedDict):
     sequence: str
     cursor: str
     correlationid: NotRequired[str | None]
-    data: gateway__rorze__position_uploads__PositionUpload
+    data: TableUpload
 
 
 class BodyPositionUploadSucceededEvent(TypedDict):
@@ -1183,7 +1183,7 @@ class BodyPositionUploadSucceededEvent(TypedDict):
     sequence: str
     cursor: str
     correlationid: NotRequired[str | None]
-    data: gateway__rorze__position_uploads__PositionUpload
+    data: TableUpload
 
 
 class BodyPositions(TypedDict):
@@ -4245,6 +4245,12 @@ class PositionToStore(TypedDict):
     """Left out, it keeps the name it has."""
 
 
+class PositionUpload(TypedDict):
+    """Positions to be stored; others stay as they are."""
+
+    positions: list[PositionEntry]
+
+
 class PositionsToStore(TypedDict):
     """Positions to be stored; others stay as they are."""
 
@@ -6706,6 +6712,35 @@ class Strictness(TypedDict):
     strict: bool
 
 
+class TableUpload(TypedDict):
+    """Positions that are being stored in a body, or were: all are sent, then all are read back."""
+
+    id: str
+    target: str
+    """The path of what it is of."""
+    status: Literal["running", "succeeded", "failed", "cancelled"]
+    controllers: list[str]
+    """The bodies, or the robot, it is read from, in their order."""
+    controller: str | None
+    """Which of them is being read, or was when it ended."""
+    read: int
+    """Answers so far."""
+    expected: int | None
+    """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
+    error: BackupError | None
+    """Why it was not read."""
+    request_id: str | None
+    """The X-Request-Id of the request that asked for it."""
+    started_at: str
+    ended_at: str | None
+    count: int
+    """The number of positions it has."""
+    flash: bool
+    """Whether the whole table is to be written to flash memory, too (FPS)."""
+    positions: list[NamedPosition] | None
+    """As read back, once it has succeeded. Events leave them out: ask for the record."""
+
+
 class Taken(TypedDict):
     """A lease as its holder sees it."""
 
@@ -6933,41 +6968,6 @@ class WentOffline(TypedDict):
 
     asked: bool
     """False where nobody on its line was heard, and it was not asked itself."""
-
-
-class api__robots__positions__PositionUpload(TypedDict):
-    """Positions to be stored; others stay as they are."""
-
-    positions: list[PositionEntry]
-
-
-class gateway__rorze__position_uploads__PositionUpload(TypedDict):
-    """Positions that are being stored in a body, or were: all are sent, then all are read back."""
-
-    id: str
-    target: str
-    """The path of what it is of."""
-    status: Literal["running", "succeeded", "failed", "cancelled"]
-    controllers: list[str]
-    """The bodies, or the robot, it is read from, in their order."""
-    controller: str | None
-    """Which of them is being read, or was when it ended."""
-    read: int
-    """Answers so far."""
-    expected: int | None
-    """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
-    error: BackupError | None
-    """Why it was not read."""
-    request_id: str | None
-    """The X-Request-Id of the request that asked for it."""
-    started_at: str
-    ended_at: str | None
-    count: int
-    """How many positions it has."""
-    flash: bool
-    """Whether the whole table is to be written to flash memory, too (FPS)."""
-    positions: list[NamedPosition] | None
-    """As read back, once it has succeeded. Events leave them out: ask for the record."""
 
 
 Block: TypeAlias = Literal["a", "b", "c", "d"]

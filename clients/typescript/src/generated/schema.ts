@@ -6179,7 +6179,7 @@ export interface components {
             cursor: string;
             /** Correlationid */
             correlationid?: string | null;
-            data: components["schemas"]["gateway__rorze__position_uploads__PositionUpload"];
+            data: components["schemas"]["TableUpload"];
         };
         /**
          * BodyPositionUploadFailedEvent
@@ -6223,7 +6223,7 @@ export interface components {
             cursor: string;
             /** Correlationid */
             correlationid?: string | null;
-            data: components["schemas"]["gateway__rorze__position_uploads__PositionUpload"];
+            data: components["schemas"]["TableUpload"];
         };
         /**
          * BodyPositionUploadProgressEvent
@@ -6267,7 +6267,7 @@ export interface components {
             cursor: string;
             /** Correlationid */
             correlationid?: string | null;
-            data: components["schemas"]["gateway__rorze__position_uploads__PositionUpload"];
+            data: components["schemas"]["TableUpload"];
         };
         /**
          * BodyPositionUploadStartedEvent
@@ -6311,7 +6311,7 @@ export interface components {
             cursor: string;
             /** Correlationid */
             correlationid?: string | null;
-            data: components["schemas"]["gateway__rorze__position_uploads__PositionUpload"];
+            data: components["schemas"]["TableUpload"];
         };
         /**
          * BodyPositionUploadSucceededEvent
@@ -6355,7 +6355,7 @@ export interface components {
             cursor: string;
             /** Correlationid */
             correlationid?: string | null;
-            data: components["schemas"]["gateway__rorze__position_uploads__PositionUpload"];
+            data: components["schemas"]["TableUpload"];
         };
         /**
          * BodyPositions
@@ -13057,6 +13057,27 @@ export interface components {
             name?: string | null;
         };
         /**
+         * PositionUpload
+         * @description Positions to be stored; others stay as they are.
+         * @example {
+         *       "positions": [
+         *         {
+         *           "axes": {
+         *             "X": {
+         *               "unit": "mm",
+         *               "value": 10
+         *             }
+         *           },
+         *           "number": 1
+         *         }
+         *       ]
+         *     }
+         */
+        PositionUpload: {
+            /** Positions */
+            positions: components["schemas"]["PositionEntry"][];
+        };
+        /**
          * PositionsToStore
          * @description Positions to be stored; others stay as they are.
          * @example {
@@ -19162,6 +19183,76 @@ export interface components {
             strict: boolean;
         };
         /**
+         * TableUpload
+         * @description Positions that are being stored in a body, or were: all are sent, then all are read back.
+         */
+        TableUpload: {
+            /** Id */
+            id: string;
+            /**
+             * Target
+             * @description The path of what it is of.
+             */
+            target: string;
+            /**
+             * Status
+             * @default running
+             * @enum {string}
+             */
+            status: "running" | "succeeded" | "failed" | "cancelled";
+            /**
+             * Controllers
+             * @description The bodies, or the robot, it is read from, in their order.
+             */
+            controllers: string[];
+            /**
+             * Controller
+             * @description Which of them is being read, or was when it ended.
+             */
+            controller: string | null;
+            /**
+             * Read
+             * @description Answers so far.
+             * @default 0
+             */
+            read: number;
+            /**
+             * Expected
+             * @description Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows.
+             * @default 0
+             */
+            expected: number | null;
+            /** @description Why it was not read. */
+            error: components["schemas"]["BackupError"] | null;
+            /**
+             * Request Id
+             * @description The X-Request-Id of the request that asked for it.
+             */
+            request_id: string | null;
+            /**
+             * Started At
+             * Format: date-time
+             */
+            started_at: string;
+            /** Ended At */
+            ended_at: string | null;
+            /**
+             * Count
+             * @description The number of positions it has.
+             */
+            count: number;
+            /**
+             * Flash
+             * @description Whether the whole table is to be written to flash memory, too (FPS).
+             */
+            flash: boolean;
+            /**
+             * Positions
+             * @description As read back, once it has succeeded. Events leave them out: ask for the record.
+             */
+            positions: components["schemas"]["NamedPosition"][] | null;
+        };
+        /**
          * Taken
          * @description A lease as its holder sees it.
          */
@@ -19645,97 +19736,6 @@ export interface components {
          * @enum {string}
          */
         WhenAnswered: "always" | "on_completion" | "at_once";
-        /**
-         * PositionUpload
-         * @description Positions to be stored; others stay as they are.
-         * @example {
-         *       "positions": [
-         *         {
-         *           "axes": {
-         *             "X": {
-         *               "unit": "mm",
-         *               "value": 10
-         *             }
-         *           },
-         *           "number": 1
-         *         }
-         *       ]
-         *     }
-         */
-        api__robots__positions__PositionUpload: {
-            /** Positions */
-            positions: components["schemas"]["PositionEntry"][];
-        };
-        /**
-         * PositionUpload
-         * @description Positions that are being stored in a body, or were: all are sent, then all are read back.
-         */
-        gateway__rorze__position_uploads__PositionUpload: {
-            /** Id */
-            id: string;
-            /**
-             * Target
-             * @description The path of what it is of.
-             */
-            target: string;
-            /**
-             * Status
-             * @default running
-             * @enum {string}
-             */
-            status: "running" | "succeeded" | "failed" | "cancelled";
-            /**
-             * Controllers
-             * @description The bodies, or the robot, it is read from, in their order.
-             */
-            controllers: string[];
-            /**
-             * Controller
-             * @description Which of them is being read, or was when it ended.
-             */
-            controller: string | null;
-            /**
-             * Read
-             * @description Answers so far.
-             * @default 0
-             */
-            read: number;
-            /**
-             * Expected
-             * @description Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows.
-             * @default 0
-             */
-            expected: number | null;
-            /** @description Why it was not read. */
-            error: components["schemas"]["BackupError"] | null;
-            /**
-             * Request Id
-             * @description The X-Request-Id of the request that asked for it.
-             */
-            request_id: string | null;
-            /**
-             * Started At
-             * Format: date-time
-             */
-            started_at: string;
-            /** Ended At */
-            ended_at: string | null;
-            /**
-             * Count
-             * @description How many positions it has.
-             */
-            count: number;
-            /**
-             * Flash
-             * @description Whether the whole table is to be written to flash memory, too (FPS).
-             */
-            flash: boolean;
-            /**
-             * Positions
-             * @description As read back, once it has succeeded. Events leave them out: ask for the record.
-             */
-            positions: components["schemas"]["NamedPosition"][] | null;
-        };
     };
     responses: never;
     parameters: never;
@@ -26397,7 +26397,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["gateway__rorze__position_uploads__PositionUpload"];
+                    "application/json": components["schemas"]["TableUpload"];
                 };
             };
             /** @description Successful Response */
@@ -26406,7 +26406,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["gateway__rorze__position_uploads__PositionUpload"];
+                    "application/json": components["schemas"]["TableUpload"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -26454,7 +26454,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["gateway__rorze__position_uploads__PositionUpload"];
+                    "application/json": components["schemas"]["TableUpload"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -26501,7 +26501,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["gateway__rorze__position_uploads__PositionUpload"];
+                    "application/json": components["schemas"]["TableUpload"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -28269,7 +28269,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["api__robots__positions__PositionUpload"];
+                "application/json": components["schemas"]["PositionUpload"];
             };
         };
         responses: {
