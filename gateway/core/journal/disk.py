@@ -127,12 +127,24 @@ class SqliteDisk:
         except sqlite3.OperationalError:
             raise
         except sqlite3.DatabaseError:
-            self.set_aside = path.with_name(f"journal.broken-{time.time_ns():d}.db")
-            path.rename(self.set_aside)
-            for rest in ("-wal", "-shm"):
-                with suppress(FileNotFoundError):
-                    Path(f"{path}{rest}").rename(f"{self.set_aside}{rest}")
+            self._set_aside()
         return _open(path)
+
+    def begin_anew(self) -> None:
+        """Set aside a file that is sound and makes no sense, and begin another."""
+        if self._connection is not None:
+            self._connection.close()
+            self._connection = None
+        self._set_aside()
+        with suppress(DiskFull):
+            self._make_ready(_open)
+
+    def _set_aside(self) -> None:
+        self.set_aside = self.path.with_name(f"journal.broken-{time.time_ns():d}.db")
+        self.path.rename(self.set_aside)
+        for rest in ("-wal", "-shm"):
+            with suppress(FileNotFoundError):
+                Path(f"{self.path}{rest}").rename(f"{self.set_aside}{rest}")
 
     def commit(self, writes: Sequence[Write], *, durable: bool) -> None:
         """Write all or nothing."""
@@ -247,6 +259,12 @@ def _require_sound(connection: sqlite3.Connection) -> None:
     (found,) = connection.execute("PRAGMA quick_check(1)").fetchone()
     if found != "ok":
         raise sqlite3.DatabaseError(found)
+
+
+def is_damage(error: ValueError | sqlite3.Error) -> bool:
+    """Whether it is what a file says that cannot be read, and not that nothing can be read."""
+    code: int | None = getattr(error, "sqlite_errorcode", None)
+    return code is None or code & 0xFF in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
 
 
 def _fault(error: Exception, where: Path) -> OSError:
