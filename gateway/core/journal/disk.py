@@ -89,7 +89,7 @@ class SqliteDisk:
         """Where a broken file was put when this was opened."""
         self._lock: int | None = None
         self._connection: sqlite3.Connection | None = None
-        self._inode = 0
+        self._inodes: dict[Path, int] = {}
         self._synchronous = ""
         try:
             self._make_ready(self._open_or_begin_anew)
@@ -111,7 +111,7 @@ class SqliteDisk:
                 self._connection = open_(self.path)
             except (OSError, sqlite3.Error) as error:
                 raise _fault(error, self.path) from None
-            self._inode = self.path.stat().st_ino
+            self._inodes = {file: file.stat().st_ino for file in (self.path, Path(f"{self.path}-wal"))}
         return self._connection
 
     def _make_ready_late(self) -> sqlite3.Connection:
@@ -181,13 +181,14 @@ class SqliteDisk:
             return connection.execute(sql, values).fetchall()
 
     def check(self) -> None:
-        """See that the file is still the one that was opened."""
-        try:
-            inode = self.path.stat().st_ino
-        except OSError as error:
-            raise DiskFailed(f"{self.path} has gone: {error.strerror}") from None
-        if inode != self._inode:
-            raise DiskFailed(f"{self.path} was replaced by another file")
+        """See that the file and its write-ahead log are still those that were opened."""
+        for file, known in self._inodes.items():
+            try:
+                inode = file.stat().st_ino
+            except OSError as error:
+                raise DiskFailed(f"{file} has gone: {error.strerror}") from None
+            if inode != known:
+                raise DiskFailed(f"{file} was replaced by another file")
 
     def tidy(self) -> None:
         """Fold a long write-ahead log into the file."""

@@ -263,11 +263,14 @@ async def test_a_disk_that_has_failed_is_not_trusted_again(monkeypatch: pytest.M
     assert disk.commits == []
 
 
-async def test_a_file_that_has_gone_is_noticed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+@pytest.mark.parametrize("file", ["journal.db", "journal.db-wal"])
+async def test_a_file_that_has_gone_is_noticed(
+    file: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     monkeypatch.setattr(module, "LOOK_S", 0.01)
     async with journal_on(SqliteDisk(tmp_path)) as journal:
         await journal.write(intent())
-        (tmp_path / "journal.db").unlink()
+        (tmp_path / file).unlink()
         while journal.trouble is None:  # noqa: ASYNC110
             await asyncio.sleep(0.002)
         assert "has gone" in journal.trouble
