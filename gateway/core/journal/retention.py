@@ -26,7 +26,7 @@ class Retention:
     moves: int = 100_000
     keys_days: float = 1.0
     """Idempotency keys that were answered."""
-    bytes: int = 1 << 30
+    mebibytes: int = 1024
     """Of the file: beyond that, intents that are over are forgotten however young they are."""
 
 
@@ -52,7 +52,7 @@ def forget(ran_s: float, kept: Retention) -> list[Write]:
         Write(
             f"DELETE FROM intents WHERE {_USED_BYTES} > ? AND id IN "  # noqa: S608  # no input
             "(SELECT id FROM intents WHERE ended_at IS NOT NULL ORDER BY ran_s LIMIT ?)",
-            (kept.bytes, SLICE),
+            (kept.mebibytes << 20, SLICE),
         ),
         Write(
             "DELETE FROM keys WHERE (scope, key) IN "
