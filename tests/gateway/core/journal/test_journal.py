@@ -153,8 +153,9 @@ async def test_what_was_noted_before_the_start_is_written() -> None:
 
 
 async def test_a_full_disk_refuses_what_has_an_effect_until_there_is_room(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
+    caplog.set_level("INFO")
     monkeypatch.setattr(module, "LOOK_S", 0.01)
     told: list[str | None] = []
     disk = ShakyDisk()
@@ -171,6 +172,7 @@ async def test_a_full_disk_refuses_what_has_an_effect_until_there_is_room(
         await recovery(journal)
         await journal.write(intent())
     assert told == ["journal.db: No space left on device", None]
+    assert [record.levelname for record in caplog.records] == ["ERROR", "INFO"]
 
 
 async def test_a_file_that_another_program_holds_is_written_when_it_is_free(
