@@ -26,6 +26,7 @@ from gateway.core.errors import GatewayError
 from gateway.core.journal.opening import open_journal
 from gateway.core.lease_tokens import LeaseTokens
 from gateway.core.origin import Origin
+from gateway.memory import make_sense
 from gateway.operations import configuration
 from gateway.plant import Plant
 from gateway.wind_down import SUBJECT
@@ -59,7 +60,9 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
 
     access = AccessControl(config, data)
     with _listener(config.server) as listener:
-        plant = Plant(config, journal=open_journal(data), lease_tokens=LeaseTokens(data), file=file)
+        plant = Plant(
+            config, journal=open_journal(data, make_sense), lease_tokens=LeaseTokens(data), file=file
+        )
         plant.names.keep_in(data)
         app = create_app(plant, access.credentials)
         server = _Server(_uvicorn_config(app, config.server, access.certificate))

@@ -5,21 +5,37 @@ import time
 from collections.abc import Collection, Sequence
 from datetime import UTC, datetime
 from functools import partial
-from typing import Any
+from typing import Any, Union
 
+from pydantic import TypeAdapter
 from pydantic_core import from_json
 
 from gateway.core.alarms import Alarm, Alarms
 from gateway.core.events import Event, EventHub
 from gateway.core.family import AnyLine, Family
 from gateway.core.journal import writes
+from gateway.core.journal.beginning import Beginning
 from gateway.core.journal.intents import Intents
 from gateway.core.journal.opening import Opened
 from gateway.core.journal.writes import Write
 from gateway.core.move_record import MoveRecord, MoveStatus
+from gateway.families import FAMILIES
 from gateway.wind_down import SUBJECT
 
 log = logging.getLogger(__name__)
+
+
+def make_sense(past: Beginning) -> None:
+    """Make sure that the records of an earlier life can be read.
+
+    :raises ValueError: one cannot.
+    """
+    kinds: Any = Union[tuple(kind for family in FAMILIES.values() for kind in family.move_records)]  # noqa: UP007
+    moves = TypeAdapter[MoveRecord](kinds)
+    for record in past.moves:
+        moves.validate_json(record)
+    for alarm in past.alarms:
+        Alarm.model_validate_json(alarm)
 
 
 class Memory:

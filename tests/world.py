@@ -14,6 +14,7 @@ from gateway.core.journal.disk import DiskFailed
 from gateway.core.journal.journal import Journal
 from gateway.core.journal.opening import Opened, open_journal
 from gateway.core.journal.writes import Value, Write
+from gateway.memory import make_sense
 from simulator.fics.layout import Layout
 from simulator.fics.line import build_line as build_robot
 from simulator.rorze.line import build_line
@@ -70,7 +71,7 @@ class World:
     async def gateway(self) -> AsyncIterator[TestedPlant]:
         """One life, with what the last one has left."""
         self.lives += 1
-        opened = open_journal(self.folder)
+        opened = open_journal(self.folder, make_sense)
         journal = Immediate(opened.journal.disk, trouble=opened.journal.trouble)
         plant = TestedPlant(
             parse(self.text, "test.toml"),

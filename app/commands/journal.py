@@ -57,10 +57,14 @@ def prune(
     days: Annotated[float, typer.Option(min=0, help="Keep ended entries for this time.")] = Retention.days,
     events: Annotated[int, typer.Option(min=0, help="Keep so many events.")] = Retention.events,
     moves: Annotated[int, typer.Option(min=0, help="Keep so many moves.")] = Retention.moves,
+    mebibytes: Annotated[
+        int, typer.Option(min=1, help="Keep the file below this size.")
+    ] = Retention.mebibytes,
 ) -> None:
     """Forget what is too old or too much, and give its room back."""
     with _journals():
-        forgotten = files.prune(data or data_directory(), Retention(days=days, events=events, moves=moves))
+        kept = Retention(days=days, events=events, moves=moves, mebibytes=mebibytes)
+        forgotten = files.prune(data or data_directory(), kept)
     typer.echo(f"{forgotten} entries were forgotten.")
 
 

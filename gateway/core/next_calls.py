@@ -46,7 +46,7 @@ ACKNOWLEDGE = post(
     "{subject}/power-cycle/acknowledge", "Acknowledge the power cycle.", "電源再投入を確認済みにします。"
 )
 ALARMS = get("/alarms", "See the alarms that stand.", "発生中のアラームを確認します。")
-READY = get("/readyz", "See which lines can be used.", "使用できる回線を確認します。")
+READY = get("/readyz", "See whether lines and journal can be used.", "回線とジャーナルの状態を確認します。")
 
 
 def filled_in(calls: Iterable[NextCall], names: Mapping[str, object]) -> list[NextCall]:

@@ -727,6 +727,7 @@ ROWS: Final = {
         "it is set aside, and that is told",
         (DISK, "a_damaged_page_is_found_and_the_file_set_aside"),
         (MEMORY, "a_broken_journal_is_set_aside_and_that_is_told"),
+        (MEMORY, "a_sound_file_that_makes_no_sense_is_set_aside_too"),
     ),
     "J05": _row(
         "the journal is deleted while the gateway runs",

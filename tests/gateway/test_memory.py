@@ -1,6 +1,8 @@
 """A plant over restarts: what it has told and moved is there again, and nothing is sent a second time."""
 
 import asyncio
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -239,6 +241,35 @@ async def test_a_broken_journal_is_set_aside_and_that_is_told(world: World) -> N
         assert _beginning(told.data["file"]) == b"no journal"
         await ready(plant)
         assert (await over(plant, (await moved(plant)).id)).status is MoveStatus.SUCCEEDED
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        "UPDATE moves SET record = replace(record, 'evidence', 'eridence')",
+        "UPDATE moves SET record = substr(record, 2)",
+        "UPDATE moves SET record = CAST(x'7bff' AS TEXT)",
+        "UPDATE alarms SET record = replace(record, 'cause', 'cauze')",
+        "UPDATE meta SET value = 'yesterday' WHERE name = 'seen_at'",
+    ],
+)
+def test_a_sound_file_that_makes_no_sense_is_set_aside_too(damage: str, world: World) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with world.gateway() as plant:
+            await ready(plant)
+            await over(plant, (await moved(plant)).id)
+            plant.events.publish("gateway.reload_failed", "/gateway", {"reason": "line 2"})
+            epoch = plant.events.epoch
+        with closing(sqlite3.connect(world.folder / "journal.db", isolation_level=None)) as journal:
+            assert journal.execute(damage).rowcount > 0
+        async with world.gateway() as plant:
+            assert "gateway.journal.set_aside" in _types(plant)
+            assert plant.events.epoch != epoch
+            await ready(plant)
+            assert (await over(plant, (await moved(plant)).id)).status is MoveStatus.SUCCEEDED
+
+    story()
 
 
 def _leave_all(*, everything: bool) -> list[asyncio.Task[Any]]:

@@ -91,7 +91,7 @@ class SqliteDisk:
         """Where a broken file was put when this was opened."""
         self._lock: int | None = None
         self._connection: sqlite3.Connection | None = None
-        self._inode = 0
+        self._inodes: dict[Path, int] = {}
         self._synchronous = ""
         try:
             self._make_ready(self._open_or_begin_anew)
@@ -113,7 +113,7 @@ class SqliteDisk:
                 self._connection = open_(self.path)
             except (OSError, sqlite3.Error) as error:
                 raise _fault(error, self.path) from None
-            self._inode = self.path.stat().st_ino
+            self._inodes = {file: file.stat().st_ino for file in (self.path, Path(f"{self.path}-wal"))}
         return self._connection
 
     def _make_ready_late(self) -> sqlite3.Connection:
@@ -129,12 +129,24 @@ class SqliteDisk:
         except sqlite3.OperationalError:
             raise
         except sqlite3.DatabaseError:
-            self.set_aside = path.with_name(f"journal.broken-{time.time_ns():d}.db")
-            path.rename(self.set_aside)
-            for rest in ("-wal", "-shm"):
-                with suppress(FileNotFoundError):
-                    Path(f"{path}{rest}").rename(f"{self.set_aside}{rest}")
+            self._set_aside()
         return _open(path)
+
+    def begin_anew(self) -> None:
+        """Set aside a file that is sound and makes no sense, and begin another."""
+        if self._connection is not None:
+            self._connection.close()
+            self._connection = None
+        self._set_aside()
+        with suppress(DiskFull):
+            self._make_ready(_open)
+
+    def _set_aside(self) -> None:
+        self.set_aside = self.path.with_name(f"journal.broken-{time.time_ns():d}.db")
+        self.path.rename(self.set_aside)
+        for rest in ("-wal", "-shm"):
+            with suppress(FileNotFoundError):
+                Path(f"{self.path}{rest}").rename(f"{self.set_aside}{rest}")
 
     def commit(self, writes: Sequence[Write], *, durable: bool) -> None:
         """Write all or nothing."""
@@ -171,13 +183,14 @@ class SqliteDisk:
             return connection.execute(sql, values).fetchall()
 
     def check(self) -> None:
-        """See that the file is still the one that was opened."""
-        try:
-            inode = self.path.stat().st_ino
-        except OSError as error:
-            raise DiskFailed(f"{self.path} has gone: {error.strerror}") from None
-        if inode != self._inode:
-            raise DiskFailed(f"{self.path} was replaced by another file")
+        """See that the file and its write-ahead log are still those that were opened."""
+        for file, known in self._inodes.items():
+            try:
+                inode = file.stat().st_ino
+            except OSError as error:
+                raise DiskFailed(f"{file} has gone: {error.strerror}") from None
+            if inode != known:
+                raise DiskFailed(f"{file} was replaced by another file")
 
     def tidy(self) -> None:
         """Fold a long write-ahead log into the file."""
@@ -249,6 +262,12 @@ def _require_sound(connection: sqlite3.Connection) -> None:
     (found,) = connection.execute("PRAGMA quick_check(1)").fetchone()
     if found != "ok":
         raise sqlite3.DatabaseError(found)
+
+
+def is_damage(error: ValueError | sqlite3.Error) -> bool:
+    """Whether it is what a file says that cannot be read, and not that nothing can be read."""
+    code: int | None = getattr(error, "sqlite_errorcode", None)
+    return code is None or code & 0xFF in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
 
 
 def _fault(error: Exception, where: Path) -> OSError:

@@ -295,7 +295,7 @@ class Journal:
         if error is not None:
             self._in_trouble(str(error))
         elif self.trouble is not None:
-            log.warning("the journal is written again")
+            log.info("the journal is written again")
             self.trouble = None
             self.on_trouble(None)
         for entry in entries:

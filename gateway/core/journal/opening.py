@@ -2,12 +2,12 @@
 
 import logging
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from gateway.core.journal.beginning import Beginning, anew, begun, left_in
-from gateway.core.journal.disk import Disk, DiskFailed, DiskFull, InUse, SqliteDisk
+from gateway.core.journal.disk import DiskFailed, DiskFull, InUse, SqliteDisk, is_damage
 from gateway.core.journal.journal import Journal
 from gateway.core.journal.writes import Value, Write
 
@@ -52,15 +52,17 @@ class NoDisk:
         """Nothing is open."""
 
 
-def open_journal(directory: Path) -> Opened:
+def open_journal(directory: Path, make_sense: Callable[[Beginning], object] = lambda _: None) -> Opened:
     """Open the journal of a directory; where that is not possible, one that is in trouble from the start.
+
+    What `make_sense` raises ValueError for is set aside, as a file is that is not sound.
 
     :raises InUse: another gateway has it open.
     :raises TooNew: a later version of the gateway has written it.
     """
     try:
         disk = SqliteDisk(directory)
-        journal, past = _begin(disk)
+        journal, past = _begin(disk, make_sense)
     except InUse:
         raise
     except (OSError, sqlite3.Error) as error:
@@ -76,10 +78,10 @@ def open_journal(directory: Path) -> Opened:
     return Opened(journal, past, disk.set_aside)
 
 
-def _begin(disk: Disk) -> tuple[Journal, Beginning]:
+def _begin(disk: SqliteDisk, make_sense: Callable[[Beginning], object]) -> tuple[Journal, Beginning]:
     """Read the past, and note that a life has begun; on a full disk that is done when it has room."""
     try:
-        past = left_in(disk)
+        past = _past(disk, make_sense)
         journal = Journal(disk, ran_s=past.ran_s)
         try:
             disk.commit(begun(past), durable=True)
@@ -90,3 +92,16 @@ def _begin(disk: Disk) -> tuple[Journal, Beginning]:
         disk.close()
         raise
     return journal, past
+
+
+def _past(disk: SqliteDisk, make_sense: Callable[[Beginning], object]) -> Beginning:
+    try:
+        past = left_in(disk)
+        make_sense(past)
+    except (ValueError, sqlite3.Error) as error:
+        if not is_damage(error):
+            raise
+        log.error("the journal makes no sense: %s", error)  # noqa: TRY400  # one sentence says all
+        disk.begin_anew()
+        return anew()
+    return past

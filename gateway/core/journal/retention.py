@@ -10,6 +10,10 @@ from gateway.core.journal.writes import Write
 SLICE = 2000
 """Rows that one statement forgets at most, so that nobody waits long for the file."""
 DAY_S = 86_400.0
+_USED_BYTES = (
+    "((SELECT page_count FROM pragma_page_count) - (SELECT freelist_count FROM pragma_freelist_count)) "
+    "* (SELECT page_size FROM pragma_page_size)"
+)
 
 
 @dataclass(frozen=True)
@@ -22,6 +26,8 @@ class Retention:
     moves: int = 100_000
     keys_days: float = 1.0
     """Idempotency keys that were answered."""
+    mebibytes: int = 1024
+    """Of the file: beyond that, intents that are over are forgotten however young they are."""
 
 
 def forget(ran_s: float, kept: Retention) -> list[Write]:
@@ -42,6 +48,11 @@ def forget(ran_s: float, kept: Retention) -> list[Write]:
             "DELETE FROM intents WHERE id IN "
             "(SELECT id FROM intents WHERE ended_at IS NOT NULL AND ran_s <= ? LIMIT ?)",
             (over, SLICE),
+        ),
+        Write(
+            f"DELETE FROM intents WHERE {_USED_BYTES} > ? AND id IN "  # noqa: S608  # no input
+            "(SELECT id FROM intents WHERE ended_at IS NOT NULL ORDER BY ran_s LIMIT ?)",
+            (kept.mebibytes << 20, SLICE),
         ),
         Write(
             "DELETE FROM keys WHERE (scope, key) IN "

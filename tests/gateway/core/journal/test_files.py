@@ -8,7 +8,7 @@ import pytest
 
 from gateway.core.journal import files, writes
 from gateway.core.journal.disk import SqliteDisk
-from gateway.core.journal.retention import DAY_S, Retention
+from gateway.core.journal.retention import DAY_S, SLICE, Retention
 
 
 @pytest.fixture
@@ -62,6 +62,20 @@ def test_what_is_too_much_or_too_old_is_forgotten_and_what_is_open_is_kept(
     assert numbers(tmp_path) == list(range(91, 101))
     assert [row["id"] for row in files.export(tmp_path) if row["table"] == "moves"] == ["m005"]
     assert files.verify(tmp_path) == []
+
+
+def test_of_a_file_that_is_too_large_the_oldest_intents_that_are_over_are_forgotten(tmp_path: Path) -> None:
+    disk = SqliteDisk(tmp_path)
+    told = {"target": "a.3F", "command": "home", "effect": "motion", "caller": "test", "frame": "x" * 500}
+    ids = [f"i{number:05}" for number in range(2 * SLICE)]
+    disk.commit([writes.intent(intent_id, 1.0, **told) for intent_id in ids], durable=True)
+    disk.commit([writes.ended(intent_id, 2.0, "answered") for intent_id in ids[1:]], durable=True)
+    disk.close()
+    assert (tmp_path / "journal.db").stat().st_size > 2 << 20
+    assert files.prune(tmp_path, Retention(mebibytes=2)) == SLICE
+    kept = [row["id"] for row in files.export(tmp_path) if row["table"] == "intents"]
+    assert kept == [ids[0], *ids[SLICE + 1 :]]
+    assert (tmp_path / "journal.db").stat().st_size < 2 << 20
 
 
 def test_what_a_wall_clock_has_dated_a_year_early_or_late_is_kept(tmp_path: Path) -> None:

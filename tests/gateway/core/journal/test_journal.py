@@ -163,8 +163,9 @@ async def test_what_was_noted_before_the_start_is_written() -> None:
 
 
 async def test_a_full_disk_refuses_what_has_an_effect_until_there_is_room(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
+    caplog.set_level("INFO")
     monkeypatch.setattr(module, "LOOK_S", 0.01)
     told: list[str | None] = []
     disk = ShakyDisk()
@@ -181,6 +182,7 @@ async def test_a_full_disk_refuses_what_has_an_effect_until_there_is_room(
         await recovery(journal)
         await journal.write(intent())
     assert told == ["journal.db: No space left on device", None]
+    assert [record.levelname for record in caplog.records] == ["ERROR", "INFO"]
 
 
 async def test_a_file_that_another_program_holds_is_written_when_it_is_free(
@@ -273,11 +275,14 @@ async def test_a_disk_that_has_failed_is_not_trusted_again(monkeypatch: pytest.M
     assert disk.commits == []
 
 
-async def test_a_file_that_has_gone_is_noticed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+@pytest.mark.parametrize("file", ["journal.db", "journal.db-wal"])
+async def test_a_file_that_has_gone_is_noticed(
+    file: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     monkeypatch.setattr(module, "LOOK_S", 0.01)
     async with journal_on(SqliteDisk(tmp_path)) as journal:
         await journal.write(intent())
-        (tmp_path / "journal.db").unlink()
+        (tmp_path / file).unlink()
         while journal.trouble is None:  # noqa: ASYNC110
             await asyncio.sleep(0.002)
         assert "has gone" in journal.trouble
