@@ -90,6 +90,9 @@ from motion_gateway_client.generated.types import (
     PlannedMove,
     PlannedRobotMove,
     PlannedScaraMove,
+    PortList,
+    PortScan,
+    PortScanRequest,
     Position,
     PositionLabel,
     PositionMoveRequest,
@@ -531,7 +534,10 @@ class Operations(Protocol):
         return answer
 
     def add_line(self, body: NewLine, /, *, idempotency_key: str | None = None) -> Reloaded:
-        """Write one more line into the configuration file, and serve it; the file keeps its comments."""
+        """Write one more line with its bodies or its robot into the configuration file, and serve it.
+
+        A scan of ports gives the line of who is found there. The file keeps its comments.
+        """
         answer: Reloaded = self.call("POST", filled("/lines"), body=body, idempotency_key=idempotency_key)
         return answer
 
@@ -1428,6 +1434,38 @@ class Operations(Protocol):
             filled("/lines/{line_id}/bodies", line_id=line_id),
             body=body,
             idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def list_ports(self) -> PortList:
+        """List the serial ports of the gateway's machine, and which line has each; nothing is sent."""
+        answer: PortList = self.call("GET", filled("/system/ports"))
+        return answer
+
+    def start_port_scan(
+        self, body: PortScanRequest, /, *, wait: float | None = None, idempotency_key: str | None = None
+    ) -> PortScan:
+        """Ask who is at ports that no line has: an RC-400 with which bodies, or a Fics robot.
+
+        Only questions are sent; whatever else is at a port hears bytes that it does not know. `POST /lines` adds
+        the `line` of what is found, with its `comment`.
+        """
+        answer: PortScan = self.call(
+            "POST", filled("/system/scans"), query={"wait": wait}, body=body, idempotency_key=idempotency_key
+        )
+        return answer
+
+    def get_port_scan(self, scan_id: str, *, wait: float | None = None) -> PortScan:
+        """Get a scan of ports, at once or when it is over; `current` is the one under way, or the last."""
+        answer: PortScan = self.call(
+            "GET", filled("/system/scans/{scan_id}", scan_id=scan_id), query={"wait": wait}
+        )
+        return answer
+
+    def break_off_port_scan(self, *, idempotency_key: str | None = None) -> PortScan:
+        """Ask nobody more; what was found until then is in the record."""
+        answer: PortScan = self.call(
+            "DELETE", filled("/system/scans/current"), idempotency_key=idempotency_key
         )
         return answer
 

@@ -2171,6 +2171,8 @@ class EventList(TypedDict):
         | IoEvent
         | GatewayReloadedEvent
         | GatewayReloadFailedEvent
+        | GatewayScanFinishedEvent
+        | GatewayScanFailedEvent
         | GatewayKeyMadeEvent
         | GatewayKeyRevokedEvent
         | StreamSnapshotEvent
@@ -2312,6 +2314,7 @@ class EventList(TypedDict):
         | RobotStatusChangedEvent
         | RobotSensorChangedEvent
         | RobotUnitChangedEvent
+        | RobotUnitMissingEvent
         | RobotJogStartedEvent
         | RobotJogStoppingEvent
         | RobotJogEndedEvent
@@ -2380,6 +2383,18 @@ class FoundBody(TypedDict):
     body_id: str
     configured: bool
     """Whether the configuration knows it."""
+
+
+class FoundPort(TypedDict):
+    """Somebody who answered at a port."""
+
+    address: str
+    told: str
+    """Who it is, in words."""
+    line: dict[str, JsonValue]
+    """A table `[[lines]]` that serves it, for `POST /lines`."""
+    comment: str
+    """What the table does not tell; of a robot, what to compare first."""
 
 
 class Gap(TypedDict):
@@ -2533,6 +2548,38 @@ class GatewayReloadedEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: Changes
+
+
+class GatewayScanFailedEvent(TypedDict):
+    """A scan of ports was broken off; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.scan.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: PortScan
+
+
+class GatewayScanFinishedEvent(TypedDict):
+    """A scan of ports has asked at all of them; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.scan.finished"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: PortScan
 
 
 class GatewayShuttingDownEvent(TypedDict):
@@ -3653,6 +3700,12 @@ class Millidegrees(TypedDict):
     unit: Literal["mdeg"]
 
 
+class MissingUnit(TypedDict):
+    """A unit of the configuration that the robot does not have."""
+
+    unit: int
+
+
 class ModeChange(TypedDict):
     """The mode a robot is to be in."""
 
@@ -3752,6 +3805,8 @@ class NewBodies(TypedDict):
 
     dry_run: NotRequired[bool]
     """Tell what would change, and change nothing. Left out: false."""
+    comment: NotRequired[str]
+    """Stands above it in the file, after when it was added and by whom. Left out: empty."""
     bodies: list[dict[str, JsonValue]]
     """Tables `[[lines.bodies]]` of the configuration."""
 
@@ -3774,6 +3829,8 @@ class NewLine(TypedDict):
 
     dry_run: NotRequired[bool]
     """Tell what would change, and change nothing. Left out: false."""
+    comment: NotRequired[str]
+    """Stands above it in the file, after when it was added and by whom. Left out: empty."""
     line: dict[str, JsonValue]
     """A table `[[lines]]` of the configuration, with its `bodies` or its `robot`."""
 
@@ -3945,6 +4002,44 @@ class PlannedScaraMove(TypedDict):
     """How long pulses would run, with the settings of now."""
     note: str | None
     """Why something is not known, or would be refused."""
+
+
+class Port(TypedDict):
+    """A serial port of the gateway's machine."""
+
+    port: str
+    line_id: str | None
+    """The line that has it."""
+
+
+class PortList(TypedDict):
+    """The serial ports of the gateway's machine."""
+
+    ports: list[Port]
+
+
+class PortScan(TypedDict):
+    """One scan of ports."""
+
+    id: str
+    ports: list[str]
+    status: Literal["running", "finished", "failed"]
+    doing: list[str]
+    """What goes on at the ports now."""
+    found: list[FoundPort]
+    """Who was found, when the scan is over or was broken off."""
+    notes: list[str]
+    """Why a port could not be asked."""
+    error: str | None
+    started_at: str
+    ended_at: str | None
+
+
+class PortScanRequest(TypedDict):
+    """Where to ask."""
+
+    ports: list[str]
+    """Devices and addresses: /dev/ttyUSB1, tcp://HOST:PORT, dpram:///dev/uio0. A serial port is tried at every baud rate, unless its address has `?baud=`."""
 
 
 class Position(TypedDict):
@@ -4263,6 +4358,8 @@ class Reloaded(TypedDict):
     """Keys whose change takes a restart of the gateway."""
     applied: bool
     """Whether the lines are served so now; false after a dry run."""
+    busy: list[str]
+    """What moves or is at work on lines that would be closed: nothing changes while it does."""
 
 
 class Resolution(TypedDict):
@@ -4641,6 +4738,8 @@ class RobotInfo(TypedDict):
     """The error that stands, as far as is known."""
     bit_mismatches: list[str]
     """What its units showed when they stood still, homed, that status_bits and sensor_bits of the configuration do not explain."""
+    missing_units: list[int]
+    """Units of the configuration that the robot says it does not have."""
     units: list[UnitInfo]
 
 
@@ -5565,6 +5664,22 @@ class RobotUnitChangedEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: UnitChange
+
+
+class RobotUnitMissingEvent(TypedDict):
+    """The robot says that it has no such unit as is configured; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.unit.missing"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: MissingUnit
 
 
 class RobotUnreadableEvent(TypedDict):
@@ -6773,6 +6888,8 @@ Event: TypeAlias = (
     | IoEvent
     | GatewayReloadedEvent
     | GatewayReloadFailedEvent
+    | GatewayScanFinishedEvent
+    | GatewayScanFailedEvent
     | GatewayKeyMadeEvent
     | GatewayKeyRevokedEvent
     | StreamSnapshotEvent
@@ -6914,6 +7031,7 @@ Event: TypeAlias = (
     | RobotStatusChangedEvent
     | RobotSensorChangedEvent
     | RobotUnitChangedEvent
+    | RobotUnitMissingEvent
     | RobotJogStartedEvent
     | RobotJogStoppingEvent
     | RobotJogEndedEvent
