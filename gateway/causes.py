@@ -13,6 +13,8 @@ EVENTS = get("/events", "See what has happened.", "発生した事象を確認�
 RELOAD = post("/system/reload", "Read the configuration again.", "設定を再読み込みします。")
 
 LINE_DOWN = "line.down"
+CONFIGURED_ANEW = "it is configured anew"
+"""Why a line is closed that somebody has changed, at rest: nobody needs to look at it."""
 UNUSABLE = (LineState.DOWN, LineState.SILENT)
 
 
@@ -41,6 +43,7 @@ def causes_of(
         "RC-420 manual 10.2; C-HOST manual 1-1",
         (LINE_STATE,),
         line_is_down,
+        applies=lambda event: event["reason"] != CONFIGURED_ANEW,
     )
     yield from _of_the_gateway(journal_trouble)
     for family in families:

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from gateway import logbook
 from gateway.access.territory import Territory
-from gateway.causes import LINE_DOWN, UNUSABLE, causes_of
+from gateway.causes import CONFIGURED_ANEW, LINE_DOWN, UNUSABLE, causes_of
 from gateway.config import Config
 from gateway.config_file import ConfigFile, changes
 from gateway.core import tables
@@ -171,7 +171,7 @@ class Plant:
             wanted = {line.id: line for line in config.lines}
             found = changes(self.config, config)
             for line_id in gone:
-                self._ports[line_id].retire("it is configured anew")
+                self._ports[line_id].retire(CONFIGURED_ANEW)
             for line_id in gone:
                 await self._remove(line_id)
             self.config = self.config.model_copy(update={"lines": config.lines, "scaras": config.scaras})

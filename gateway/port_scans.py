@@ -101,7 +101,7 @@ class PortScans(Works[PortScan]):
         if line_id := self._line_at(addresses[0]):
             raise InvalidRequest(
                 f"Line {line_id} has the port {port}; nothing was sent.",
-                f"Scan line {line_id} for more bodies, and other ports for more lines.",
+                "Name a port that no line has; a scan of the line itself finds more of its bodies.",
             )
         return addresses
 

@@ -74,11 +74,6 @@ def test_what_a_route_without_a_body_would_pass_over_is_refused(body: object, st
 
 
 @on_stand()
-async def test_a_stop_goes_out_whatever_its_body_says(stand: Stand) -> None:
-    assert (await stand.post("/bodies/3F/stop", {"bodies": 1})).status_code == 200
-
-
-@on_stand()
 async def test_a_scan_can_be_waited_for(stand: Stand) -> None:
     answer = await stand.post("/lines/arm/scans", prefer="wait=60")
     assert (answer.status_code, answer.json()["status"]) == (200, "finished")

@@ -145,6 +145,21 @@ async def test_who_waits_on_a_line_that_is_closed_is_told_so(tmp_path: Path) -> 
 
 
 @in_virtual_time
+async def test_a_line_opened_anew_is_no_alarm_and_one_that_does_not_come_up_is(
+    tmp_path: Path,
+) -> None:
+    async with hall(tmp_path, ARM, LEG) as it:
+        it.write(ARM, LEG + "reply_timeout_s = 0.6\n")
+        await reload(it.plant, ME, dry_run=False)
+        await asyncio.sleep(10)
+        assert it.events("line.down") == ["line.down"]
+        assert it.plant.alarms.history() == []
+        it.wires["tcp://127.0.0.1:2"].unplug()
+        await asyncio.sleep(10)
+        assert [alarm.cause for alarm in it.plant.alarms.standing()] == ["line.down"]
+
+
+@in_virtual_time
 async def test_a_file_that_is_wrong_changes_nothing(tmp_path: Path) -> None:
     async with hall(tmp_path, ARM) as it:
         for text, words in (("[[lines]", "not valid TOML"), (ARM + "nme = 1\n", "unknown key")):

@@ -690,6 +690,16 @@ export const en = {
     metrics: "Figures for Prometheus",
   },
 
+  ports: {
+    title: "Find controllers",
+    what: "Asks who is at a port that no line has, an RC-400 or a robot. Nothing is sent that moves a motor.",
+    port: "Port",
+    ask: "Ask who is there",
+    breakOff: "Break off",
+    nobody: "Nobody has answered: check power and cable.",
+    added: "It is added.",
+  },
+
   keys: {
     title: "Keys",
     open: "Everybody is let in here (access.mode is open), so there are no keys to manage.",

@@ -691,6 +691,16 @@ export const ja: typeof en = {
     metrics: "Prometheus 用の数値",
   },
 
+  ports: {
+    title: "コントローラを探す",
+    what: "ラインのないポートに RC-400 またはロボットがあるかを尋ねます。モータを動かす指令は送りません。",
+    port: "ポート",
+    ask: "尋ねる",
+    breakOff: "中止",
+    nobody: "応答がありません。電源とケーブルを確認してください。",
+    added: "加えました。",
+  },
+
   keys: {
     title: "キー",
     open: "ここでは誰でも使えるため（access.mode が open）、管理するキーはありません。",
