@@ -40,6 +40,10 @@ SILENT = (
     "the robot does not answer; check the cable, its power, the baud rate, the terminator, and its "
     "communication mode"
 )
+NO_MODES = (
+    "the robot answers, but not MOD: it moves in mode 2, or its C-HOST is Ver.2, which has no other mode "
+    "(C-HOST manual 1-7); stop it, or configure mode = 2"
+)
 GARBLED = "what comes back is no answer; check the baud rate and the terminator, then the cable"
 CLEARING = b"!\rPOF 2\r"
 """Spoils a half command, and ends an upload that an earlier life may have left open: that takes no stop.
@@ -93,6 +97,8 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
         """Whether it was silent, or its port gone, since."""
         self._missing = False
         """Whether its silence has been reported."""
+        self._tells_mode = True
+        """Whether it has answered MOD, or refused it, when last asked."""
         self._patient_until = 0.0
         """Deadline for requests that wait for the set-up."""
 
@@ -178,6 +184,8 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
             return True
         if self._open and self.counters["replies"] == replies:
             self._is_silent(GARBLED if self.counters["garbage"] > garbage else SILENT)
+        elif self._open and not self._tells_mode:
+            self._is_silent(NO_MODES)
         return False
 
     async def _agree_on_mode(self) -> bool:
@@ -203,6 +211,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
         any time, in Ver.3 with that of C-HOST (C-HOST manual 2-36).
         """
         outcome = await self._tell(GetCommunicationMode())
+        self._tells_mode = isinstance(outcome, Answered | Refusal)
         if isinstance(outcome, Refusal):
             return HostMode.VER_3 if outcome.error == BLOCK_ERRORS[Block.MOTION] else None
         if isinstance(outcome, Answered) and isinstance(reply := outcome.replies[0], CommunicationMode):

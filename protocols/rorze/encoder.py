@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 
 from protocols.rorze.notation import Digits, Flag, Number, PaddedHundredths, TwoDecimals, Word, two_decimals
-from protocols.rorze.row import RorzeCommand
+from protocols.rorze.row import OTHER_MODE, RorzeCommand
 from protocols.rorze.stall_sensor import MOVING_ERRORS, SETTING_ERRORS, Enabled, StallError
 from protocols.table import Ack, Effect, Reply, Retry
 
@@ -134,6 +134,7 @@ class GetAdjustment(
     RorzeCommand[Enabled],
     code="PJD",
     modes="1",
+    errors=OTHER_MODE,
     retry=Retry.READ,
     example=("&3FPJD", ">&3FPJD1"),
 ):
@@ -146,7 +147,7 @@ class SetAdjustment(
     args="{enabled}",
     modes="1",
     moving=False,
-    errors=SETTING_ERRORS,
+    errors=SETTING_ERRORS | OTHER_MODE,
     retry=Retry.SETTING,
     example=("&3FPJS1", ">&3FPJS"),
 ):
@@ -159,6 +160,7 @@ class GetAdjustmentLimit(
     RorzeCommand[AdjustmentLimit],
     code="PKD",
     modes="1",
+    errors=OTHER_MODE,
     retry=Retry.READ,
     example=("&3FPKD", ">&3FPKD00800"),
 ):
@@ -171,7 +173,7 @@ class SetAdjustmentLimit(
     args="{limit}",
     modes="1",
     moving=False,
-    errors=SETTING_ERRORS,
+    errors=SETTING_ERRORS | OTHER_MODE,
     retry=Retry.SETTING,
     example=("&3FPKS800", ">&3FPKS"),
 ):
@@ -184,6 +186,7 @@ class GetAdjustmentSpeed(
     RorzeCommand[AdjustmentSpeed],
     code="PLD",
     modes="1",
+    errors=OTHER_MODE,
     retry=Retry.READ,
     example=("&3FPLD", ">&3FPLD00001000"),
 ):
@@ -196,7 +199,7 @@ class SetAdjustmentSpeed(
     args="{speed}",
     modes="1",
     moving=False,
-    errors=SETTING_ERRORS,
+    errors=SETTING_ERRORS | OTHER_MODE,
     retry=Retry.SETTING,
     example=("&3FPLS500", ">&3FPLS"),
 ):
@@ -253,6 +256,7 @@ class GetAdjustmentDelay(
     RorzeCommand[AdjustmentDelay],
     code="PTD",
     modes="1",
+    errors=OTHER_MODE,
     retry=Retry.READ,
     example=("&3FPTD", ">&3FPTD00003"),
 ):
@@ -265,7 +269,7 @@ class SetAdjustmentDelay(
     args="{delay_10ms}",
     modes="1",
     moving=False,
-    errors=SETTING_ERRORS,
+    errors=SETTING_ERRORS | OTHER_MODE,
     retry=Retry.SETTING,
     example=("&3FPTS3", ">&3FPTS"),
 ):

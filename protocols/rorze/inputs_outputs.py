@@ -16,7 +16,7 @@ from protocols.rorze.notation import (
     UpTo,
     Word,
 )
-from protocols.rorze.row import RorzeCommand
+from protocols.rorze.row import OTHER_MODE, RorzeCommand
 from protocols.table import Ack, Effect, Reply, Retry
 
 SENSORS = "0 STALL, 1 ORG, 2 CW limit, 3 CCW limit, 4 INP, 5 EMS"
@@ -134,6 +134,7 @@ class GetClearPulseTime(
     RorzeCommand[ClearPulseTime],
     code="CCD",
     modes="2",
+    errors=OTHER_MODE,
     retry=Retry.READ,
     example=("&3FCCD", ">&3FCCD000000050"),
 ):
@@ -145,7 +146,7 @@ class SetClearPulseTime(
     code="CCS",
     args="{duration_ms}",
     modes="2",
-    errors=frozenset({0x4A}),
+    errors=frozenset({0x4A}) | OTHER_MODE,
     retry=Retry.SETTING,
     example=("&3FCCS50", ">&3FCCS"),
 ):
@@ -270,7 +271,7 @@ class SetClearSignal(
     code="CLS",
     args="{on}",
     modes="2",
-    errors=frozenset({0x4A}),
+    errors=frozenset({0x4A}) | OTHER_MODE,
     retry=Retry.SETTING,
     example=("&3FCLS0", ">&3FCLS"),
 ):

@@ -18,11 +18,16 @@ from protocols.rorze.notation import (
     Word,
 )
 from protocols.rorze.position import SignedPulses
-from protocols.rorze.row import R_co, RorzeCommand
+from protocols.rorze.row import OTHER_MODE, R_co, RorzeCommand
 from protocols.table import Ack, Effect, Reply, Retry, Wire
 
-NOT_MOVING = frozenset({0x50})
-PREPARATION_ERRORS = frozenset({*range(0x40, 0x49), 0x4A, 0x50, 0x51, 0x52, 0x55})
+NOT_MOVING = OTHER_MODE | {0x50}
+# The pages list neither a way that is not possible, nor an error output that stands, nor EPS, nor a position
+# index that has left the table, but what they mean (21, 13.4.3) befalls these commands.
+NO_WAY = frozenset({0x63, 0x64})
+BY_REFERENCE = NOT_MOVING | {0x4A, 0x5D}
+NOT_FREE = NOT_MOVING | {0x51, 0x52, 0x55, 0x5D, 0x66}
+PREPARATION_ERRORS = NOT_FREE | NO_WAY | {*range(0x40, 0x49), 0x4A}
 
 
 class WrittenNumber(float):
@@ -225,6 +230,7 @@ class SetPathPoint(
     Interpolation[Ack],
     code="HDS",
     args="H[{path}],{point},X:{x},Y:{y},R:{radius}|H[{path}],{point},{place}|H[{path}]",
+    errors=BY_REFERENCE,
     retry=Retry.SETTING,
     example=(
         "&01HDSH[3],1,X:200000,Y:100000,R:50000",
@@ -274,6 +280,7 @@ class TurnFinger(
     Interpolation[Ack],
     code="HFM",
     args="<A[{pattern}],>F:{angle}|<A[{pattern}],>{angle}",
+    errors=PREPARATION_ERRORS,
     retry=Retry.NEVER,
     effect=Effect.MOTION,
     example=("&01HFMA[0],F:90000", ">&01HFM"),
@@ -311,6 +318,7 @@ class ConvertPulsesToCoordinates(
     Interpolation[Coordinates],
     code="HLD",
     args="0:{axis_0},1:{axis_1}<,2:{axis_2}>|",
+    errors=BY_REFERENCE | {0x63},
     retry=Retry.READ,
     example=(
         "&01HLD0:1000,1:-2000",
@@ -343,6 +351,7 @@ class ConvertCoordinatesToPulses(
     Interpolation[AxisPositions],
     code="HLS",
     args="X:{x},Y:{y}<,F:{angle}>",
+    errors=BY_REFERENCE | {0x63},
     retry=Retry.READ,
     example=(
         "&01HLSX:200000,Y:100000",
@@ -366,7 +375,7 @@ class ConvertCoordinatesToPulses(
 class StartInterpolation(
     Interpolation[Ack],
     code="HMM",
-    errors=NOT_MOVING,
+    errors=NOT_FREE,
     retry=Retry.NEVER,
     effect=Effect.MOTION,
     example=("&80HMM", ">&80HMM"),
@@ -421,6 +430,7 @@ class SetStartPosition(
     Interpolation[Ack],
     code="HPS",
     args="{axis},{position}",
+    errors=BY_REFERENCE,
     retry=Retry.SETTING,
     example=("&01HPS0,83333", ">&01HPS"),
 ):

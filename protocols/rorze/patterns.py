@@ -34,6 +34,7 @@ class GetSpeedChange(
     PatternCommand[SpeedChangePoint],
     code="SED",
     args="A[{pattern}],{point}",
+    errors=PATTERN_ERRORS | {0x65},
     retry=Retry.READ,
     example=("&3FSEDA[3],2", ">&3FSEDF5321,T8000,S5000", "&3FSEDA[3],5", ">&3FSEDNoData"),
 ):

@@ -22,6 +22,9 @@ MAX_COMMAND_LENGTH = 60
 """Characters between introducer and CR; longer commands are refused with error 23h (RC-420 manual 12)."""
 
 
+WRONG_MODE: Final = 0x61
+OTHER_MODE: Final = frozenset({WRONG_MODE})
+"""An assumption: the manual marks commands by operating mode, but not what they answer in another one."""
 OF_THE_FORM: Final = frozenset({0x23, 0x49, 0x4A, 0x4B, 0x5D})
 """Too long, no command, wrong parameters, a wrong checksum behind the RC-400, a value out of range."""
 
@@ -36,7 +39,7 @@ class RorzeCommand(Command[R_co]):
     program: ClassVar[bool] = True
     """Allowed in a user program."""
     errors: ClassVar[frozenset[int]] = frozenset()
-    """Error codes its page lists."""
+    """Error codes that its page lists, or that chapter 21 has for what it does."""
     takes_s: ClassVar[float] = 0.0
     """Seconds before the reply comes, beyond the usual: 1.5 for the flash memory (RC-420 manual 14.12)."""
 

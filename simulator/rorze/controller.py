@@ -8,6 +8,7 @@ from protocols.rorze.errors import ErrorKind, lookup
 from protocols.rorze.interpolation import PathPoint
 from protocols.rorze.link import MoveEnded, StatusChanged
 from protocols.rorze.profile import SpeedChange
+from protocols.rorze.row import WRONG_MODE
 from protocols.table import Retry
 from simulator.rorze.actions import Delayed, Order, Outcome, Refused, understand
 from simulator.rorze.axis import Axis
@@ -48,9 +49,6 @@ _ERROR_BITS = {ErrorKind.COMMAND: COMMAND_ERROR, ErrorKind.COMMUNICATION: COMMUN
 """What an error does to the controller status; that a system error does nothing is an assumption."""
 
 MOVING = 0x50
-
-WRONG_MODE = 0x61
-"""An assumption: the manual marks commands by operating mode, but not what they answer in another one."""
 
 _END_ERRORS = {
     CW_LIMIT_CAUSE: (LIMIT_ERROR, "limit"),

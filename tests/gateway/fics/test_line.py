@@ -183,6 +183,23 @@ async def test_a_robot_that_stays_in_the_wrong_mode_is_asked_less_and_less_often
         await it.ready()
 
 
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_robot_of_c_host_ver_2_knows_no_mod_and_is_served_in_mode_2_alone(mode: int) -> None:
+    """MOD is new in Ver.3 (C-HOST manual 1-7); what to configure is told, and not that nobody answers."""
+
+    @virtual
+    async def story() -> None:
+        async with stand(mode=mode) as it:
+            it.wire.lost_command = "MOD"
+            await asyncio.sleep(20)
+            if mode == 2:
+                assert it.line.state is LineState.READY
+            else:
+                assert "configure mode = 2" in str(it.line.trouble)
+
+    story()
+
+
 @virtual
 async def test_before_the_mode_is_agreed_on_nothing_is_sent_but_stops() -> None:
     async with stand() as it:

@@ -4,6 +4,9 @@ import pytest
 
 from api.common.problems import problem_of
 from gateway.core.errors import ControllerRefused
+from gateway.rorze.errors import refused
+from protocols.rorze.interpolation import SetStartPosition, StartInterpolation, TurnFinger
+from protocols.rorze.notation import PositionReference
 from protocols.rorze.origin import CentreStallDog, HomeWithStallDetection
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Ack
@@ -31,3 +34,18 @@ async def test_the_remedy_is_that_of_the_command_in_both_languages(
         assert cause in english.detail
         assert not japanese.detail.isascii()
         assert all(name in english.remedy and name in japanese.remedy for name in remedies)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        StartInterpolation(),
+        TurnFinger(angle=90_000),
+        SetStartPosition(axis=0, position=PositionReference(position="next")),
+    ],
+    ids=lambda command: command.code,
+)
+def test_a_place_out_of_range_is_no_sign_of_a_garbled_command(command: RorzeCommand[Ack]) -> None:
+    """5D is answered by any move that would end outside EPS, and for an index past the table (13.4.3, 14)."""
+    refusal = refused("line1.00", command, 0x5D)
+    assert (type(refusal), refusal.lasting) == (ControllerRefused, True)

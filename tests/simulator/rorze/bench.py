@@ -3,14 +3,22 @@
 from dataclasses import replace
 from typing import Any
 
+from protocols.rorze.commands import COMMANDS
+from protocols.rorze.errors import ErrorKind, lookup
 from protocols.rorze.link import MoveEnded
-from protocols.rorze.row import RorzeCommand
+from protocols.rorze.row import OF_THE_FORM, RorzeCommand
 from simulator.rorze.controller import Rc420
 from simulator.rorze.world import Span
 from simulator.truth import TruthLog
 
 BODY = 0x3F
 FOREVER_S = 1e7
+
+
+def require_listed(code: str, error: int) -> None:
+    """See that the row of a command lists a refusal that is not for its form."""
+    if code in COMMANDS and error not in OF_THE_FORM and lookup(error).kind is ErrorKind.COMMAND:
+        assert error in COMMANDS[code].errors, f"the row of {code} does not list {error:02X}"
 
 
 class Bench:
@@ -21,7 +29,11 @@ class Bench:
 
     def send(self, text: str) -> str:
         """A command, sent now; what follows the code in the reply."""
-        return self.axis.execute(text.replace(" ", ""), self.now).payload
+        written = text.replace(" ", "")
+        payload = self.axis.execute(written, self.now).payload
+        if payload.startswith("@"):
+            require_listed(written[:3], int(payload[1:], 16))
+        return payload
 
     def sent(self, *texts: str) -> None:
         """Commands that must all be accepted."""

@@ -128,7 +128,12 @@ def test_coordinates_of_positions_that_were_never_told(robot: Bench) -> None:
     assert robot.send("HLD") == "X:+000330000,Y:+000000000,F:+000000000"
 
 
-@pytest.mark.parametrize("text", ["HLSX:0,Y:115000", "HLD0:1,1:2", "HDSH[64],0,CENTER", "HZS10,5.0"])
+@pytest.mark.parametrize("text", ["HDSH[64],0,CENTER", "HPS0,1000000000", "HLSX:1000000000,Y:0,F:0"])
+def test_what_is_out_of_range_is_refused_as_chapter_21_has_it(robot: Bench, text: str) -> None:
+    assert robot.send(text) == "@5D"
+
+
+@pytest.mark.parametrize("text", ["HLSX:0,Y:115000", "HLD0:1,1:2", "HZS10,5.0"])
 def test_what_cannot_be_is_refused(robot: Bench, text: str) -> None:
     """An angle is missing, an axis, and numbers that there are not."""
     assert robot.send(text) == "@4A"
