@@ -4,6 +4,7 @@ import asyncio
 import os
 import socket
 import sys
+import time
 from asyncio.subprocess import PIPE, Process
 from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager, contextmanager
@@ -12,6 +13,9 @@ from pathlib import Path
 START_S = 20.0
 """A program that has not started by then never will."""
 END_S = 10.0
+
+_SCHEDULED = 2
+"""The kind of clock, in its number, that counts what the scheduler gave a process (Linux)."""
 
 MOTION_GATEWAY = ("-c", "from app.cli import main; main()")
 """The command line as the installed script runs it, also where it is not installed."""
@@ -110,8 +114,8 @@ async def _accepts(port: int) -> bool:
 
 
 def cpu_s(process: Process) -> float:
-    """Processor time that a program has taken until now."""
-    return int(Path(f"/proc/{process.pid}/schedstat").read_text().split()[0]) / 1e9
+    """Processor time that a program has taken until now, with all its threads."""
+    return time.clock_gettime((~process.pid << 3) | _SCHEDULED)
 
 
 def resident_mib(process: Process) -> float:

@@ -326,8 +326,9 @@ class Subscription(AsyncIterator[Event]):
 
     def _in_turn(self, turn: Turn) -> None:
         """Have a turn: at news, or soon where there is something to be read, or nothing more to come."""
-        hub, due = self._hub, self._watch is not None and self._watch.due
-        if self._has_read_all and not hub.closed and not due:
+        hub = self._hub
+        has_read_all = self._position == hub.last and self._missed_after is None
+        if has_read_all and not hub.closed and (self._watch is None or not self._watch.due):
             self._waits = True
             hub.turns.at_news(self, turn)
         else:

@@ -112,7 +112,8 @@ class Intents(Generic[X]):
     def __init__(self, book: Book, address_of: Callable[[int], str]) -> None:
         self._book = book
         self._address_of = address_of
-        self._held: set[X] = set()
+        self._held: dict[X, None] = {}
+        """What waits for the disk, in its order."""
         self._gathered: list[_Held[X]] = []
         """Those of them that the disk was not given yet."""
         self._ahead: set[X] = set()
@@ -170,7 +171,7 @@ class Intents(Generic[X]):
         intents = {own: exchange} | {f"{own}{place:04x}": it for place, it in enumerate(to_come, 1)}
         entries = [self._entry(it, intent_id) for intent_id, it in intents.items()]
         self._follow(exchange, whole)
-        self._held.add(exchange)
+        self._held[exchange] = None
         self._gathered.append(_Held(exchange, intents, whole, entries, admit))
         if not self._ahead or current_series() is not None:
             self._write_down()
@@ -195,7 +196,7 @@ class Intents(Generic[X]):
         if self._gathered:
             self._write_down()  # before it is noted what became of it
         for exchange in [it for it in self._held if unwanted(it)]:
-            self._held.remove(exchange)
+            del self._held[exchange]
             exchange.settle(reason)
 
     def note_written(self, exchange: X) -> None:
@@ -227,27 +228,29 @@ class Intents(Generic[X]):
         wanted = [held for held in gathered if held.exchange in self._held]
         self._ahead.update(held.exchange for held in wanted)
         for held in gathered:
-            self._share(held)
+            if held.whole is not None:
+                self._share(held, held.whole)
         for held in wanted:
-            self._held.discard(held.exchange)
-            _admit(held.exchange, held.admit)
+            if held.exchange in self._held:  # not where the port was lost with the one before
+                del self._held[held.exchange]
+                _admit(held.exchange, held.admit)
 
-    def _share(self, held: _Held[X]) -> None:
+    def _share(self, held: _Held[X], whole: _Undertaking[X]) -> None:
         """Let the rest of its undertaking use what was written down with it."""
-        if held.whole is None or not held.whole.is_open:
+        if not whole.is_open:
             self._drop(held.others)
             return
         for intent_id, exchange in held.intents.items():
-            held.whole.note_durable(intent_id)
+            whole.note_durable(intent_id)
             if exchange is not held.exchange:
-                held.whole.keep(exchange.frame, intent_id)
+                whole.keep(exchange.frame, intent_id)
 
     def _refuse(self, gathered: Iterable[_Held[X]], error: JournalUnavailable) -> None:
         """Send nothing of it."""
         for held in gathered:
             self._drop(held.others)
             if held.exchange in self._held:
-                self._held.remove(held.exchange)
+                del self._held[held.exchange]
                 held.exchange.settle(error)
 
     def _follow(self, exchange: X, whole: _Undertaking[X] | None = None) -> None:

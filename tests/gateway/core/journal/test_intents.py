@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from gateway.core.errors import Cancelled, GatewayError, NoReply, QueueFull
+from gateway.core.errors import Cancelled, GatewayError, LineDown, NoReply, QueueFull
 from gateway.core.journal.intents import GATHERED_WITHIN_S, Intents
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.lanes import QUEUE_LIMIT, Lane
@@ -152,6 +152,21 @@ async def test_what_is_withdrawn_before_the_disk_has_it_is_not_sent_and_its_inte
     assert far.times_of("&031+M5") == []
     [intent] = [intent for _, intent in book.intents() if intent["target"] == "line1.03"]
     assert book.outcomes()[intent["id"]] == "not_sent"
+
+
+@virtual
+async def test_a_port_that_is_lost_with_the_first_lets_nothing_be_sent_of_what_was_gathered_with_it() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        ahead = await send_ahead(line)
+        gathered = [line.submit(body, MOVE, Lane.COMMAND) for body in (3, 4)]
+        await asyncio.gather(*ahead)
+        far._receiver = None  # it is found out at the next write
+        assert {type(outcome) for outcome in await asyncio.gather(*gathered)} == {Cancelled, LineDown}
+        await asyncio.sleep(0)
+    assert far.times_of("&031+M5") == far.times_of("&041+M5") == []
+    assert [book.outcomes()[intent["id"]] for _, intent in book.intents()][-2:] == ["not_sent", "not_sent"]
 
 
 @virtual
