@@ -12,7 +12,7 @@ import typer
 from app import exits
 from app.client import ANSWER_S, LOCAL, STEP_S, Client, Json, KeyFile, Url, refusal, why_not_reached
 from app.exits import Failure
-from app.output import Row, table
+from app.output import Row, json_text, table
 from app.progress import Progress
 from app.targets import find
 
