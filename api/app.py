@@ -17,6 +17,7 @@ from api import (
     health,
     leases,
     lines,
+    port_scans,
     samples,
     sign_in,
     stops,
@@ -56,6 +57,14 @@ was sent to a controller. A software stop does not replace a hardware stop.
 
 class Application(FastAPI):
     """An application that gives each request an id before anything can go wrong with it."""
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer without FastAPI's telemetry, which is off."""
+        scope["app"] = self
+        if self.middleware_stack is None or scope["type"] == "lifespan":
+            await super().__call__(scope, receive, send)
+        else:
+            await self.middleware_stack(scope, receive, send)
 
     def build_middleware_stack(self) -> ASGIApp:
         """Put the ids around everything, the answer to a fault of the gateway itself included."""
@@ -118,7 +127,7 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     problems.install(app, partial(calls_for, plant))
     modules = [info, moves, samples, stops, alarms, audit, groups, lines, streams, catalogue, text_commands]
     modules += [health, system, programs, memories, settings, speed_sets, patterns, backups]
-    modules += [leases, configuration, access_keys]
+    modules += [leases, configuration, port_scans, access_keys]
     routers = [module.router for module in modules]
     for family in map(type, plant.families.values()):
         routers += [*OWN_ROUTES.get(family, list)(), *command_routes.routers(family)]

@@ -20,8 +20,18 @@ class ReloadRequest(RequestModel, json_schema_extra=example(dry_run=True)):
     dry_run: bool = Field(default=False, description="Tell what would change, and change nothing.")
 
 
+class NewTable(ReloadRequest):
+    """Something to be served, too, and written into the configuration file."""
+
+    comment: str = Field(
+        default="",
+        max_length=1000,
+        description="Stands above it in the file, after when it was added and by whom.",
+    )
+
+
 class NewLine(
-    ReloadRequest,
+    NewTable,
     json_schema_extra=example(
         line={"id": "line2", "address": "tcp://192.0.2.7:4001", "bodies": [{"id": "40"}]}, dry_run=True
     ),
@@ -33,9 +43,7 @@ class NewLine(
     )
 
 
-class NewBodies(
-    ReloadRequest, json_schema_extra=example(bodies=[{"id": "40", "name": "grip"}], dry_run=True)
-):
+class NewBodies(NewTable, json_schema_extra=example(bodies=[{"id": "40", "name": "grip"}], dry_run=True)):
     """Bodies to be served, too."""
 
     bodies: list[dict[str, JsonValue]] = Field(
@@ -60,9 +68,14 @@ async def reload_configuration(request: Request, how: HowToReload) -> Response:
 
 @router.post("/lines", Right.ADMIN, response_model=Reloaded)
 async def add_line(request: Request, new: NewLine) -> Response:
-    """Write one more line into the configuration file, and serve it; the file keeps its comments."""
+    """Write one more line with its bodies or its robot into the configuration file, and serve it.
+
+    A scan of ports gives the line of who is found there. The file keeps its comments.
+    """
     plant, caller = plant_of(request), origin_of(request)
-    return json_response(await configuration.add_line(plant, caller, new.line, dry_run=new.dry_run))
+    return json_response(
+        await configuration.add_line(plant, caller, new.line, comment=new.comment, dry_run=new.dry_run)
+    )
 
 
 @router.post("/lines/{line_id}/bodies", Right.ADMIN, response_model=Reloaded)
@@ -73,4 +86,8 @@ async def add_bodies(request: Request, line_id: LineId, new: NewBodies) -> Respo
     """
     plant, caller = plant_of(request), origin_of(request)
     tables: list[dict[str, Any]] = list(new.bodies)
-    return json_response(await configuration.add_bodies(plant, caller, line_id, tables, dry_run=new.dry_run))
+    return json_response(
+        await configuration.add_bodies(
+            plant, caller, line_id, tables, comment=new.comment, dry_run=new.dry_run
+        )
+    )

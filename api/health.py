@@ -1,6 +1,6 @@
 """Whether the gateway lives, whether its lines work, what has happened on them, and which version it is."""
 
-from typing import Literal
+from typing import Final, Literal
 
 from fastapi import Request, Response
 from prometheus_client import CONTENT_TYPE_LATEST, CollectorRegistry, generate_latest
@@ -13,6 +13,12 @@ from gateway.core.rights import Right
 
 router = new_router("health")
 
+_USABLE: Final = (LineState.READY, LineState.OUT_OF_STEP)
+_JOURNAL_TROUBLE: Final = (
+    "The journal cannot be written: reads and stops are carried out, what else has an effect is refused and "
+    "not sent. GET /alarms tells why, and what to do."
+)
+
 
 class Liveness(BaseModel):
     """The gateway's process answers."""
@@ -21,10 +27,14 @@ class Liveness(BaseModel):
 
 
 class Readiness(BaseModel):
-    """Whether all lines can take commands."""
+    """Whether requests can be carried out, and by which part they cannot."""
 
-    ready: bool
+    ready: bool = Field(description="Whether every line is open and set up, and somebody answers on it.")
     lines: dict[str, LineState]
+    journal: Literal["ready", "unavailable"] = Field(
+        description="While it is unavailable, reads and stops go on; what else has an effect is refused."
+    )
+    detail: str = Field(description="The same in words, and what to do.")
 
 
 class Version(BaseModel):
@@ -47,10 +57,24 @@ async def livez() -> Response:
     responses={503: {"model": Readiness, "description": "A line is down, silent or being set up."}},
 )
 async def readyz(request: Request) -> Response:
-    """Say whether all lines are open and set up, and somebody answers on each."""
-    states = {port.id: port.state for port in plant_of(request).ports().values()}
-    ready = all(state in (LineState.READY, LineState.OUT_OF_STEP) for state in states.values())
-    return json_response(Readiness(ready=ready, lines=states), 200 if ready else 503)
+    """Say whether all lines are open and set up, somebody answers on each, and the journal can be written.
+
+    A journal in trouble is no 503: nobody else could carry out the stops and reads that go on.
+    """
+    plant = plant_of(request)
+    states = {port.id: port.state for port in plant.ports().values()}
+    unusable = [f"{line_id} is {state}" for line_id, state in states.items() if state not in _USABLE]
+    journal_works = plant.journal is None or plant.journal.trouble is None
+    sentences = [f"Not every line can be used: {', '.join(unusable)}."] if unusable else []
+    if not journal_works:
+        sentences.append(_JOURNAL_TROUBLE)
+    readiness = Readiness(
+        ready=not unusable,
+        lines=states,
+        journal="ready" if journal_works else "unavailable",
+        detail=" ".join(sentences) or "All lines and the journal are ready.",
+    )
+    return json_response(readiness, 503 if unusable else 200)
 
 
 @router.get("/version", Right.OPEN, response_model=Version)

@@ -20,6 +20,7 @@ from app.commands import (
     plot_move,
     program,
     reload,
+    scan,
     serve,
     stop,
     trace,
@@ -36,7 +37,7 @@ simulate = typer.Typer(help="Run fake controllers to develop and test against.",
 
 for command in (
     *(serve.serve, init.init, init.check),
-    *(watch.status, watch.watch, watch.scan, trace.trace),
+    *(watch.status, watch.watch, scan.scan, trace.trace),
     moves.send,
     stop.stop,
     reload.reload,

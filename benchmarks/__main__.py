@@ -21,6 +21,7 @@ from benchmarks import (
     line_use,
     live_values,
     move_cost,
+    pages,
     stop_latency,
     tls_crowd,
 )
@@ -45,6 +46,7 @@ class Benchmark(StrEnum):
     KEY_COST = "key-cost"
     FULL_LINE = "full-line"
     TLS_CROWD = "tls-crowd"
+    PAGES = "pages"
 
 
 RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
@@ -63,6 +65,7 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.KEY_COST: key_cost.run,
     Benchmark.FULL_LINE: full_line.run,
     Benchmark.TLS_CROWD: tls_crowd.run,
+    Benchmark.PAGES: pages.run,
 }
 
 

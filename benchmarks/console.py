@@ -51,7 +51,7 @@ async def _rounds(seconds: float) -> list[tuple[Watched, Watched]]:
     line, web = free_port(), free_port()
     async with AsyncExitStack() as stack:
         folder = Path(stack.enter_context(TemporaryDirectory()))
-        browser = await _browser(stack)
+        browser = await browser_in(stack)
         apart = stack.enter_context(set_apart())
         await stack.enter_async_context(simulated_line(BODIES, "--listen", f"tcp://127.0.0.1:{line}"))
         config = write_config(folder, web, line, BODIES)
@@ -63,7 +63,8 @@ async def _rounds(seconds: float) -> list[tuple[Watched, Watched]]:
         return [await _round(browser, process, f"http://127.0.0.1:{web}/", seconds) for _ in range(ROUNDS)]
 
 
-async def _browser(stack: AsyncExitStack) -> Browser:
+async def browser_in(stack: AsyncExitStack) -> Browser:
+    """Start a browser, which ends with the stack."""
     playwright = await stack.enter_async_context(async_playwright())
     browser = await playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
     stack.push_async_callback(browser.close)

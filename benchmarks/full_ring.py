@@ -38,9 +38,9 @@ def a_move(number: int) -> dict[str, object]:
     return {"id": f"{number:032x}", "frame": "&3F1+M500\\r", "position": place, "evidence": evidence, **times}
 
 
-def main(config: Path) -> None:
+def main(config: Path, hub: type[FullHub] = FullHub) -> None:
     """Serve until the process is ended."""
-    with patch("gateway.plant.EventHub", FullHub):
+    with patch("gateway.plant.EventHub", hub):
         uvloop.run(serve(load(config), config.with_suffix(".data")))
 
 

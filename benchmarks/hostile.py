@@ -15,7 +15,10 @@ GIANT_BYTES = 120 * 2**20
 PIECE = b"x" * 65_536
 SLOW_HEADS = 50
 PAUSE_S = 0.2
-DOCUMENTS = ("/openapi.json", "/docs", "/static-offline-docs/swagger-ui-bundle.js", "/redoc")
+DOCUMENTS = (
+    *("/", "/docs", "/docs/all", "/static-offline-docs/swagger-ui-bundle.js", "/redoc"),
+    *("/openapi.json", "/openapi/core.json", "/openapi/resources.json"),
+)
 POSITIONS = tuple(f"/bodies/{body:02X}/position" for body in range(6, 8))
 
 

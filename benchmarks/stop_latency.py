@@ -65,9 +65,9 @@ class Line(Overheard):
 
 async def run(seconds: float) -> list[Figure]:
     """Stop moving bodies again and again, first among friends and then among others."""
-    async with full_gateway() as (line, port, _), _clients(port, "reads"):
+    async with full_gateway() as (line, port, _), clients(port, "reads"):
         quiet = await stops_ms(line, Door(port), QUIET_SHARE * seconds)
-        async with _clients(port, *HOSTILE):
+        async with clients(port, *HOSTILE):
             loud = await stops_ms(line, Door(port), (1 - QUIET_SHARE) * seconds)
     name, unit = "stop among hostile clients", f"ms of {len(loud)}"
     return [
@@ -82,7 +82,9 @@ def quantile(values: list[float], share: float) -> float:
 
 
 @asynccontextmanager
-async def full_gateway(connections: int = 1000) -> AsyncIterator[tuple[Line, int, Process]]:
+async def full_gateway(
+    connections: int = 1000, program: str = "benchmarks.full_ring"
+) -> AsyncIterator[tuple[Line, int, Process]]:
     """Run the gateway, its event ring full, on a line in this process; give the line, port and process."""
     line = Line(build_line(BODIES, monotonic()))
     web = free_port()
@@ -92,15 +94,16 @@ async def full_gateway(connections: int = 1000) -> AsyncIterator[tuple[Line, int
         folder = Path(stack.enter_context(TemporaryDirectory()))
         config = write_config(folder, web, int(port.address.rpartition(":")[2]), BODIES, connections)
         apart = stack.enter_context(set_apart())
-        full_ring = module("benchmarks.full_ring", web, str(config), processors=apart)
-        process = await stack.enter_async_context(full_ring)
+        serving = module(program, web, str(config), processors=apart)
+        process = await stack.enter_async_context(serving)
         await asyncio.to_thread(teach_speeds, Door(web), MOVERS)
         await asyncio.to_thread(_wait_until_full, web)
         yield line, web, process
 
 
 @asynccontextmanager
-async def _clients(port: int, *kinds: str) -> AsyncIterator[None]:
+async def clients(port: int, *kinds: str) -> AsyncIterator[None]:
+    """Let clients of these kinds ask flat out, each kind one."""
     async with announced("-m", "benchmarks.hostile", str(port), *kinds):
         yield
 

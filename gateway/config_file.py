@@ -83,17 +83,19 @@ class ConfigFile:
         """
         return self._on_port(load(self.path))
 
-    def with_line(self, table: Mapping[str, Any]) -> tuple[str, Config]:
-        """Give its text with one more line, and what that means.
+    def with_line(self, table: Mapping[str, Any], comment: str = "") -> tuple[str, Config]:
+        """Give its text with one more line below a comment, and what that means.
 
         :raises ConfigError: it would be no configuration.
         """
         text, tables = self._read()
-        new = text.rstrip("\n") + "\n\n" + "".join(_array_table("lines", table))
+        new = text.rstrip("\n") + "\n\n" + _commented(comment) + "".join(_array_table("lines", table))
         return self._checked(new, {**tables, "lines": [*tables.get("lines", []), dict(table)]})
 
-    def with_bodies(self, line_id: str, bodies: Sequence[Mapping[str, Any]]) -> tuple[str, Config]:
-        """Give its text with more bodies on a line, and what that means.
+    def with_bodies(
+        self, line_id: str, bodies: Sequence[Mapping[str, Any]], comment: str = ""
+    ) -> tuple[str, Config]:
+        """Give its text with more bodies on a line below a comment, and what that means.
 
         :raises ConfigError: it would be no configuration.
         """
@@ -107,11 +109,13 @@ class ConfigFile:
             start = sum(len(row) + 1 for row in rows[: index.line_of((*path, "bodies")) - 1])
             end, last = end_of_array(text, text.index("[", text.index("=", start)))
             values = ", ".join(map(_value, bodies))
-            new = f"{text[:end]}{'' if last in '[,' else ','} {values}{text[end:]}"
+            above = f"{text[:start]}{_commented(comment)}{text[start:end]}"
+            new = f"{above}{'' if last in '[,' else ','} {values}{text[end:]}"
         else:
             end = index.end_of_table(path)
-            added = ["\n" + "".join(_array_table("lines.bodies", body)).rstrip("\n") for body in bodies]
-            new = "\n".join((*rows[:end], *added, *rows[end:]))
+            tables = ["".join(_array_table("lines.bodies", body)) for body in bodies]
+            added = "\n" + _commented(comment) + "\n".join(tables)
+            new = "\n".join((*rows[:end], added.rstrip("\n"), *rows[end:]))
         line = whole["lines"][number]
         line["bodies"] = [*line.get("bodies", []), *map(dict, bodies)]
         return self._checked(new, whole)
@@ -153,6 +157,12 @@ class ConfigFile:
         if self._port is None:
             return config
         return config.model_copy(update={"server": config.server.model_copy(update={"port": self._port})})
+
+
+def _commented(comment: str) -> str:
+    """Write lines of a comment; what people cannot read is left out."""
+    lines = ("".join(it for it in line if it.isprintable()) for line in comment.splitlines())
+    return "".join(f"# {line}\n" for line in lines)
 
 
 def _array_table(name: str, table: Mapping[str, Any]) -> Iterator[str]:

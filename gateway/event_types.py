@@ -7,6 +7,7 @@ from gateway.access.keys import KeyInfo
 from gateway.config_file import Changes
 from gateway.core.event_types import CORE, GATEWAY, EventData, EventType, table_of
 from gateway.families import FAMILIES
+from gateway.port_scans import PortScan
 
 
 class ReloadFailed(EventData):
@@ -20,6 +21,14 @@ OF_THE_CONFIGURATION = (
     EventType("gateway.reload_failed", GATEWAY, ReloadFailed, "the file was not taken; nothing has changed"),
 )
 
+OF_PORTS = tuple(
+    EventType(f"gateway.scan.{status}", GATEWAY, PortScan, when)
+    for status, when in {
+        "finished": "a scan of ports has asked at all of them",
+        "failed": "a scan of ports was broken off",
+    }.items()
+)
+
 OF_ACCESS = (
     EventType("gateway.key.made", GATEWAY, KeyInfo, "an administrator has made a key"),
     EventType("gateway.key.revoked", GATEWAY, KeyInfo, "a key can never be used again"),
@@ -29,7 +38,7 @@ OF_ACCESS = (
 def event_types() -> Mapping[str, EventType]:
     """The types of the core and of every family, by their names."""
     families = (family.event_types for family in FAMILIES.values())
-    return table_of(CORE, OF_THE_CONFIGURATION, OF_ACCESS, snapshot.TYPES, *families)
+    return table_of(CORE, OF_THE_CONFIGURATION, OF_PORTS, OF_ACCESS, snapshot.TYPES, *families)
 
 
 EVENT_TYPES = event_types()

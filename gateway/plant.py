@@ -34,7 +34,9 @@ from gateway.families import FAMILIES
 from gateway.fics.family import Fics
 from gateway.figures import Figures
 from gateway.memory import Memory
+from gateway.port_scans import PortScans
 from gateway.rorze.family import Rorze
+from gateway.rorze.position_uploads import TableUploads
 from gateway.rorze.positions import PositionReadings
 from gateway.snapshot import taking
 from gateway.wind_down import SUBJECT, WindDown
@@ -86,11 +88,13 @@ class Plant:
         self.backups = Backups(partial(self._publish_reading, "backup"))
         self.comparisons = Comparisons(partial(self._publish_reading, "comparison"))
         self.position_readings = PositionReadings(partial(self._publish_reading, "position_reading"))
+        self.position_uploads = TableUploads(partial(self._publish_reading, "position_upload"))
         self.figures = Figures(self._line_of)
         self.events.listeners += [self.figures.note, logbook.note, self.alarms.hear]
         self.on_lines: Callable[[], None] = lambda: None
         """Told that there are other lines."""
         self._open_transport = open_transport
+        self.port_scans = PortScans(self.events, lambda: self.config, open_transport)
         self._reloading = asyncio.Lock()
         self._watch_of_alarms: asyncio.Task[None] | None = None
         self._watches: dict[str, list[asyncio.Task[None]]] = {}
@@ -185,20 +189,29 @@ class Plant:
 
         :raises BodyBusy: something does, or is at work; nothing was changed.
         """
-        wanted = config.served()
-        gone = [line_id for line_id, it in self.config.served().items() if wanted.get(line_id) != it]
+        gone = self._gone(config)
         for line_id in gone:
-            family = self._family_of(line_id)
-            moving = [it.subject.rpartition("/")[2] for it in family.left_moving()]
-            there = {part.address for part in map(self._part, moving) if part.line_id == line_id}
-            busy = sorted({*there, *family.at_work(self._ports[line_id])})
-            if busy:
+            if busy := self._busy_on(line_id):
                 raise BodyBusy(
                     f"Line {line_id} would be closed, and {', '.join(busy)} moves or is at work; "
                     "nothing was changed.",
                     "Stop it, or wait for its end; then reload again.",
                 )
         return gone
+
+    def busy(self, config: Config) -> list[str]:
+        """What moves or is at work on the lines that another configuration would close."""
+        return [address for line_id in self._gone(config) for address in self._busy_on(line_id)]
+
+    def _gone(self, config: Config) -> list[str]:
+        wanted = config.served()
+        return [line_id for line_id, it in self.config.served().items() if wanted.get(line_id) != it]
+
+    def _busy_on(self, line_id: str) -> list[str]:
+        family = self._family_of(line_id)
+        moving = [it.subject.rpartition("/")[2] for it in family.left_moving()]
+        there = {part.address for part in map(self._part, moving) if part.line_id == line_id}
+        return sorted({*there, *family.at_work(self._ports[line_id])})
 
     def _part(self, address: str) -> Part:
         return next(iter(self.territory.parts(address)), Part(address, address))
@@ -223,9 +236,11 @@ class Plant:
     async def close(self) -> None:
         """End all work. What `on_exit` leaves moving runs on in the controllers; nothing more is sent."""
         await self.wind_down()
+        await self.port_scans.close()
         await self.backups.close()
         await self.comparisons.close()
         await self.position_readings.close()
+        await self.position_uploads.close()
         self.alarms.closed = True
         self.watch.close()
         self.leases.close()

@@ -193,6 +193,7 @@ class FicsRig:
 async def fics_rig(
     *,
     units: int = 1,
+    there: int | None = None,
     mode: int = 3,
     baud: int | None = None,
     settings: LineSettings | None = None,
@@ -201,14 +202,17 @@ async def fics_rig(
     bits: str = "",
     seed: int = 0,
 ) -> AsyncIterator[FicsRig]:
-    """Start a plant and wait until its line is ready; `prepare` may touch the robot before."""
+    """Start a plant and wait until its line is ready; `prepare` may touch the robot before.
+
+    It has as many units as are configured, or those that are `there`.
+    """
     tables = ", ".join([SCARA, CARTESIAN][:units])
     config = parse(
         f'[[lines]]\nid = "cell"\naddress = "tcp://127.0.0.1:1"\nprotocol = "fics"\nmode = {mode}\n'
         f'robot = {{id = "r1", units = [{tables}]{bits}}}\n{options}{OPEN}',
         "test.toml",
     )
-    machine = build_line(Layout(units=units), settings=settings, seed=seed)
+    machine = build_line(Layout(units=there or units), settings=settings, seed=seed)
     prepare(machine)
     cable = Cable(machine, baud)
     plant = TestedPlant(config, open_transport=lambda _: cable, rng=Random(0))

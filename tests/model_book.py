@@ -2,7 +2,7 @@
 
 import asyncio
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
 from typing import Any
 
 from gateway.core.journal.journal import WRITTEN_WITHIN_S, JournalUnavailable
@@ -29,6 +29,9 @@ class ModelBook:
 
     def note(self, *entries: Write) -> None:
         self.noted += entries
+
+    def note_newest(self, _row: Hashable, write: Callable[[], Write]) -> None:
+        self.noted.append(write())
 
     def write(self, *entries: Write) -> asyncio.Future[None]:
         self.require()
@@ -69,7 +72,7 @@ class ModelBook:
 
     def written(self) -> list[object]:
         """The intents whose first byte was handed to the port, in order."""
-        return [entry.values[1] for entry in self.noted if "written_at" in entry.sql]
+        return [entry.values[1] for entry in self.noted if _is(entry, "UPDATE intents SET written_at")]
 
     def outcomes(self) -> dict[object, object]:
         """What became of each intent."""

@@ -93,3 +93,19 @@ class SimulatedLine(SimulatedCable):
 
     def __init__(self, machine: Rc400Line, baud: int | None = None) -> None:
         super().__init__(machine, baud)
+
+
+class Unplugged(Transport):
+    """A port that cannot be opened."""
+
+    async def open(self, _receiver: Receiver) -> None:
+        raise TransportUnavailable(f"{self.address} was not opened: there is no such port.")
+
+    def write(self, _data: bytes) -> None:
+        raise TransportLost(f"{self.address} is not open")
+
+    def unsent(self) -> int:
+        return 0
+
+    async def close(self) -> None:
+        pass

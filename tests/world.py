@@ -1,7 +1,7 @@
 """A line that outlives the gateways before it, on virtual time, with a journal in real files."""
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Hashable
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -35,7 +35,7 @@ class Immediate(Journal):
         with suppress(DiskFailed):
             self.disk.commit(entries, durable=False)
 
-    def note_newest(self, row: str, write: Callable[[], Write]) -> None:
+    def note_newest(self, row: Hashable, write: Callable[[], Write]) -> None:
         del row
         self.note(write())
 

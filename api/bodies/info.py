@@ -93,7 +93,10 @@ class BodyInfo(TypedDict):
     groups: list[str]
     counted_in: Annotated[
         CountedIn | None,
-        Field(description="Of the position; null until a request had its operating mode read."),
+        Field(
+            description="Of the position; null until its operating mode is read, as `position` of a body and "
+            "its live values have it, and again after it may have changed."
+        ),
     ]
     position: Annotated[
         int | None,

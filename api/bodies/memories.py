@@ -1,5 +1,6 @@
 """Data memories, counters and timers of user programs over HTTP."""
 
+from collections.abc import Sequence
 from typing import Annotated
 
 from fastapi import Path, Query, Request, Response
@@ -10,6 +11,7 @@ from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import programs
 from gateway.rorze.family import Rorze
+from gateway.rorze.memories import MemoryValue
 
 router = new_router("programs")
 
@@ -34,25 +36,58 @@ class MemoryList(BaseModel):
     memories: list[Memory]
 
 
+Value = Annotated[
+    int,
+    Field(description="A data memory holds -999999999 to 999999999, a counter or timer 0 to 9999999."),
+]
+
+
 class MemoryChange(RequestModel, json_schema_extra=example(value=12)):
     """What a memory shall hold."""
 
-    value: int = Field(
-        description="A data memory holds -999999999 to 999999999, a counter or timer 0 to 9999999."
-    )
+    value: Value
+
+
+class NamedMemory(RequestModel):
+    """A memory, and what it shall hold."""
+
+    name: Annotated[str, Field(description="D0-D199, C0-C29 or T0-T29.", max_length=8)]
+    value: Value
+
+
+class MemoryChanges(RequestModel, json_schema_extra=example(memories=[{"name": "D0", "value": 12}])):
+    """What memories shall hold."""
+
+    memories: Annotated[list[NamedMemory], Field(min_length=1, max_length=MOST)]
 
 
 @router.get("/bodies/{body_id}/memories", Right.VIEW, response_model=MemoryList)
 async def get_memories(request: Request, body_id: BodyId, first: First = "D0", count: Count = 1) -> Response:
     """Read memories of the user program, one by one (UDD)."""
     found = await programs.read_memories(plant_of(request), origin_of(request), body_id, first, count)
-    address = plant_of(request).family(Rorze).body(body_id).address
-    memories = [Memory(name=name, value=value) for name, value in found]
-    return json_response(MemoryList(body_id=address, memories=memories))
+    return _told(request, body_id, found)
+
+
+@router.put("/bodies/{body_id}/memories", Right.OPERATE, response_model=MemoryList)
+async def set_memories(request: Request, body_id: BodyId, change: MemoryChanges) -> Response:
+    """Set memories in order (UDS), and tell what they hold then: a program may change them at once."""
+    wanted = [(it.name, it.value) for it in change.memories]
+    return _told(
+        request,
+        body_id,
+        await programs.write_memories(plant_of(request), origin_of(request), body_id, wanted),
+    )
 
 
 @router.put("/bodies/{body_id}/memories/{name}", Right.OPERATE, response_model=Memory)
 async def set_memory(request: Request, body_id: BodyId, name: MemoryName, change: MemoryChange) -> Response:
     """Set a memory (UDS), and tell what it holds then: a program that runs may change it at once."""
-    held = await programs.write_memory(plant_of(request), origin_of(request), body_id, name, change.value)
+    wanted = [(name, change.value)]
+    [held] = await programs.write_memories(plant_of(request), origin_of(request), body_id, wanted)
     return json_response(Memory(name=held.name, value=held.value))
+
+
+def _told(request: Request, body_id: str, found: Sequence[MemoryValue]) -> Response:
+    address = plant_of(request).family(Rorze).body(body_id).address
+    memories = [Memory(name=name, value=value) for name, value in found]
+    return json_response(MemoryList(body_id=address, memories=memories))

@@ -4,7 +4,7 @@ from fastapi import Request, Response
 
 from api.bodies.speed_sets import Flash
 from api.common.etags import DECLARED_HEADER, expected_by, tagged
-from api.common.requests import BodyId, json_response, new_router, origin_of, plant_of
+from api.common.requests import BodyId, new_router, origin_of, plant_of
 from gateway.core.rights import Right
 from gateway.operations import body_settings
 from gateway.rorze.encoders import Encoder, Resolution, ResolutionRequest
@@ -85,9 +85,7 @@ async def set_encoder_resolution(
     """Set multiplier and ratio (PAS, PBS) by what a turn is to motor and encoder (RC-420 manual 13.7.2)."""
     plant, expects = plant_of(request), expected_by(request)
     caller = origin_of(request)
-    return json_response(
-        await body_settings.set_resolution(plant, caller, body_id, resolution, expects, flash=flash)
-    )
+    return _told(await body_settings.set_resolution(plant, caller, body_id, resolution, expects, flash=flash))
 
 
 async def _change(
@@ -95,6 +93,9 @@ async def _change(
 ) -> Response:
     plant, expects = plant_of(request), expected_by(request)
     caller = origin_of(request)
-    return json_response(
-        await body_settings.change_settings(plant, caller, body_id, change, expects, flash=flash)
-    )
+    return _told(await body_settings.change_settings(plant, caller, body_id, change, expects, flash=flash))
+
+
+def _told(changed: ChangedSettings | Resolution) -> Response:
+    """Answer with the settings that were named, without the others."""
+    return Response(changed.model_dump_json(exclude_unset=True), media_type="application/json")

@@ -13,7 +13,7 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
-from api.common.idempotent_requests import REPLAYED, has_key
+from api.common.idempotent_requests import REPLAYED, relies_on_key
 from api.common.request_ids import HEADER, has_begun
 from api.common.route_index import RouteIndex
 from api.common.security import SameSite, refusal
@@ -58,7 +58,7 @@ class Entrance:
         reason = self._same_site.reason_against(scope)
         if reason is not None:
             await refusal(scope, reason)(scope, receive, send)
-        elif has_key(scope):
+        elif relies_on_key(scope):
             await self._idempotent(scope, receive, send)
         else:
             await self._answering(scope, receive, send)

@@ -3,12 +3,14 @@
 from typing import Final
 
 from starlette.requests import HTTPConnection
+from starlette.types import Scope
 
 from api.front.stop_paths import is_stop
 from gateway.core.errors import InvalidRequest
 
 WITH_EFFECT: Final = frozenset({"POST", "PUT", "PATCH", "DELETE"})
 """Methods whose requests do something. Reads may carry the header."""
+HEADER: Final = b"idempotency-key"
 LONGEST_KEY: Final = 255
 AS_TEXT: Final = "/raw"
 """A command as text may be a stop, which waits for no disk: its route refuses keys."""
@@ -18,12 +20,17 @@ HONOURED: Final = "motion-gateway.key-honoured"
 """Stands in the scope of a request whose key is seen to."""
 
 
+def has_key(scope: Scope) -> bool:
+    """Whether a request has the header."""
+    return HEADER in dict(scope["headers"])
+
+
 def require_no_key(request: HTTPConnection) -> None:
     """Refuse a request that relies on being carried out once, where nobody sees to that.
 
     :raises InvalidRequest: it has the header.
     """
-    if "idempotency-key" in request.headers and HONOURED not in request.scope:
+    if has_key(request.scope) and HONOURED not in request.scope:
         raise InvalidRequest(
             "The header Idempotency-Key is not honoured here, for there is no journal, or the command comes "
             "as text, or its answer is secret: it would be carried out again; nothing was sent.",

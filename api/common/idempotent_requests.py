@@ -13,7 +13,7 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from api.common.access import Access
-from api.common.idempotency import HONOURED, LONGEST_KEY, WITH_EFFECT, takes_key
+from api.common.idempotency import HEADER, HONOURED, LONGEST_KEY, WITH_EFFECT, has_key, takes_key
 from api.common.problems import plain_problem, problem_of, response_to
 from api.common.results import render
 from api.common.strict_json import read_body
@@ -27,7 +27,6 @@ from gateway.rorze.scaras.record import ScaraMove
 REPLAYED: Final = "Idempotency-Replayed"
 MOST_BYTES: Final = 262_144
 """No route takes a longer body."""
-_HEADER: Final = b"idempotency-key"
 
 
 @dataclass(eq=False)
@@ -158,16 +157,15 @@ class IdempotentRequests:
         return answer
 
 
-def has_key(scope: Scope) -> bool:
+def relies_on_key(scope: Scope) -> bool:
     """Whether a request does something, stops nothing, and has a key."""
     if scope["type"] != "http" or scope["method"] not in WITH_EFFECT:
         return False
-    named = any(name == _HEADER for name, _ in scope["headers"])
-    return named and takes_key(scope["method"], scope["path"])
+    return has_key(scope) and takes_key(scope["method"], scope["path"])
 
 
 def _key_of(scope: Scope) -> str:
-    return b",".join(value for name, value in scope["headers"] if name == _HEADER).decode("latin-1")
+    return b",".join(value for name, value in scope["headers"] if name == HEADER).decode("latin-1")
 
 
 def _require_good(key: str) -> None:

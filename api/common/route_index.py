@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from typing import Final
 
 from starlette._utils import get_route_path
-from starlette.routing import BaseRoute, Match
+from starlette.routing import BaseRoute
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api.common.routes import HttpRoute
@@ -32,16 +32,23 @@ class RouteIndex:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Let the request's route handle it."""
         route = self.find(scope) if scope["type"] == "http" else None
-        await (self._search if route is None else route.handle)(scope, receive, send)
+        if route is None:
+            await self._search(scope, receive, send)
+        else:
+            await route.let_in(route.app, scope, receive, send)  # its method fits
 
     def find(self, scope: Scope) -> HttpRoute | None:
         """Find the route of a request, and note in the scope what its path says."""
-        key = _key(scope["method"], get_route_path(scope))
+        path = get_route_path(scope)
+        key = _key(scope["method"], path)
         for it in (key, (*key[:3], ANY)):
             for route in self._routes.get(it, ()):
-                match, found = route.matches(scope)
-                if match is Match.FULL:
-                    scope.update(found)
+                found = route.path_regex.match(path)
+                if found is not None:
+                    params = found.groupdict()
+                    for name, text in params.items():
+                        params[name] = route.param_convertors[name].convert(text)
+                    scope.update(endpoint=route.endpoint, path_params=params, route=route)
                     return route
         return None
 

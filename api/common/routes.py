@@ -6,7 +6,7 @@ from typing import Any, Final, TypeVar
 from fastapi.middleware.asyncexitstack import AsyncExitStackMiddleware
 from fastapi.routing import APIRoute, APIWebSocketRoute
 from starlette.routing import BaseRoute, Mount, Route
-from starlette.types import Receive, Scope, Send
+from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api.common.access import CLOSE_NOT_AUTHENTICATED, Access, while_it_holds
 from api.common.problems import DECLARED
@@ -32,10 +32,14 @@ class Guarded(BaseRoute):
 
     async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Refuse, or do what the route does."""
+        await self.let_in(super().handle, scope, receive, send)
+
+    async def let_in(self, app: ASGIApp, scope: Scope, receive: Receive, send: Send) -> None:
+        """Refuse, or let an application answer."""
         access: Access = scope["app"].state.access
         passage = access.require(scope, self.right, any_scope=self.any_scope)
         with passage:
-            handling = super().handle(scope, receive, send)
+            handling = app(scope, receive, send)
             if passage.holds is None:
                 await handling
             elif not await while_it_holds(passage.holds, handling):

@@ -4,15 +4,18 @@ import json
 import math
 import re
 from collections.abc import Callable, Coroutine
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from fastapi import HTTPException, Request, Response
+from pydantic import ValidationError
 from starlette.types import Message, Receive, Scope, Send
 
 from api.common.direct import NO_QUERY, NOTHING, DirectCall, NotPlain
+from api.common.faults import InvalidBody
 from api.common.idempotency import WITH_EFFECT, require_no_key
 from api.common.query_params import require_known
 from api.common.routes import HttpRoute
+from gateway.core.records import RequestModel
 from gateway.core.rights import Right
 
 MAX_BODY_BYTES = 65_536
@@ -45,13 +48,7 @@ def parse(data: bytes) -> object:
     :raises ValueError: it is no JSON, or not UTF-8.
     """
     try:
-        value: object = json.loads(
-            data.decode("utf-8"),
-            object_pairs_hook=_object,
-            parse_constant=float,
-            parse_int=_integer,
-            parse_float=_number,
-        )
+        value: object = _DECODER.decode(data.decode("utf-8"))
     except RecursionError:
         raise NotStrict(f"arrays and objects are nested more than {MAX_DEPTH} deep") from None
     _check(value, MAX_DEPTH, "")
@@ -79,6 +76,11 @@ def _object(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return result
 
 
+_DECODER: Final = json.JSONDecoder(
+    object_pairs_hook=_object, parse_constant=float, parse_int=_integer, parse_float=_number
+)
+
+
 def _check(value: object, levels: int, place: str) -> None:
     """Refuse what is no number, lone surrogates, which no answer could repeat, and bottomless nesting."""
     if isinstance(value, float):
@@ -95,12 +97,20 @@ def _check(value: object, levels: int, place: str) -> None:
             _check(item, levels - 1, f"{place}.{key}" if place else str(key))
 
 
+def _header(request: Request, wanted: bytes) -> bytes:
+    """The first header of a name, empty where there is none; starlette's own search decodes all of them."""
+    for name, value in request.scope["headers"]:
+        if name == wanted:
+            return bytes(value)
+    return b""
+
+
 async def read_body(request: Request, most: int) -> bytes:
     """Read the bytes of a request's body.
 
     :raises HTTPException: 413 as soon as they are over `most`, 400 where the client leaves in the middle.
     """
-    length = int(request.headers.get("content-length", 0))
+    length = int(_header(request, b"content-length") or 0)
     received = bytearray()
     more = True
     while more and max(length, len(received)) <= most:
@@ -167,6 +177,7 @@ class StrictRoute(HttpRoute):
         self._stops = self.right is Right.STOP
         effect = not WITH_EFFECT.isdisjoint(self.methods or ())
         self._refuses_keys = self.refuses_keys and effect and not self._stops
+        self._takes_nothing = self.body_field is None and effect and not self._stops
         self._known = [parameter.alias for parameter in self.dependant.query_params]
 
         async def strict(request: Request) -> Response:
@@ -199,6 +210,8 @@ class StrictRoute(HttpRoute):
             require_known(request, self._known)
         if self._refuses_keys:
             require_no_key(request)
+        if self._takes_nothing and _has_body(request):
+            await _require_nothing(request)
         if self.body_field is None:
             return request
         scope = _as_json(request.scope) if self._stops else request.scope
@@ -223,8 +236,34 @@ def _as_json(scope: Scope) -> Scope:
     return {**scope, "headers": [*headers, (b"content-type", b"application/json")]}
 
 
+class Nothing(RequestModel):
+    """What a request asks for at a route that takes no body."""
+
+
+def _has_body(request: Request) -> bool:
+    headers = request.headers
+    return headers.get("content-length", "0") != "0" or "transfer-encoding" in headers
+
+
+async def _require_nothing(request: Request) -> None:
+    """Refuse what a body asks for at a route that would pass it over.
+
+    :raises InvalidBody: it names something.
+    :raises HTTPException: as of `StrictRequest.json`, or it is not JSON.
+    """
+    strict = StrictRequest(request.scope, request.receive)
+    if not await strict.body():
+        return
+    _require_json(strict)
+    content = await strict.json()
+    try:
+        Nothing.model_validate(content)
+    except ValidationError as error:
+        raise InvalidBody(error, content, Nothing) from None
+
+
 def _require_json(request: Request) -> None:
-    content_type = request.headers.get("content-type", "")
+    content_type = _header(request, b"content-type").decode("latin-1")
     if content_type.partition(";")[0].strip().lower() != "application/json":
         raise HTTPException(
             415,

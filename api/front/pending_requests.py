@@ -62,5 +62,6 @@ class PendingRequest:
         return self.is_stop and not self._taken and not self.cycle.more_body
 
     async def _send(self, message: Message) -> None:
-        await self.turn.wait()
+        if not self.turn.is_set():
+            await self.turn.wait()
         await self.cycle.send(message)  # type: ignore[arg-type]  # two names for the same dictionaries

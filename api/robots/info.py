@@ -84,6 +84,9 @@ class RobotInfo(BaseModel):
         description="What its units showed when they stood still, homed, that status_bits and sensor_bits of "
         "the configuration do not explain."
     )
+    missing_units: list[int] = Field(
+        description="Units of the configuration that the robot says it does not have."
+    )
     units: list[UnitInfo]
 
 
@@ -285,6 +288,7 @@ def _info(robot: Robot) -> RobotInfo:
         power_cycled=robot.power_cycled,
         error=robot.latched_error,
         bit_mismatches=list(robot.bits.mismatches.values()),
+        missing_units=sorted(robot.selection.missing),
         units=[_unit_info(unit) for unit in robot.units],
     )
 

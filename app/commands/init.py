@@ -13,9 +13,9 @@ from app.exits import Failure, Misuse
 from app.progress import Progress
 
 if TYPE_CHECKING:
-    from app.search import Found
     from gateway.config import Config
     from gateway.core.tables import Line
+    from gateway.found import Found
 
 
 def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOML).")]) -> None:
@@ -74,8 +74,8 @@ def init(
 
     Nothing is sent that moves or changes a motor. Ctrl-C ends the search and keeps what was found.
     """
-    from app.found import config_of, in_words
-    from app.search import addresses_of
+    from app.found import config_of
+    from gateway.search import addresses_of
 
     if out is not None and out.exists():
         raise Misuse(f"{out} exists, and is left as it is. Name a new file")
@@ -93,7 +93,7 @@ def init(
         )
     _write(config_of(found, finished=finished), out)
     for it in found:
-        typer.echo(in_words(it), err=True)
+        typer.echo(it.in_words(), err=True)
     if not finished:
         raise Failure(
             "The search was ended before it was over: only what was found until then is written.",
@@ -105,7 +105,7 @@ def init(
 
 def _agreed_ports(*, yes: bool) -> list[str]:
     """The serial ports of this machine, if people agree that all of them are spoken to."""
-    from app import search
+    from gateway import search
 
     devices = search.serial_devices()
     if not devices:
@@ -134,7 +134,7 @@ def _is_asked() -> bool:
 
 async def _search(ports: list[list[str]], found: list["Found"]) -> bool:
     """Whether the search came to its end; Ctrl-C cancels it."""
-    from app.search import search
+    from gateway.search import search
 
     doing: dict[str, str] = {}
     with Progress() as progress:

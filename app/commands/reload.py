@@ -26,6 +26,8 @@ def _told(answer: dict[str, Any]) -> Iterator[str]:
         yield f"line {line['line_id']}  {line['change']}{keys}"
     if answer["needs_restart"]:
         yield f"A restart alone changes {', '.join(answer['needs_restart'])}."
+    if answer["busy"]:
+        yield f"Refused while {', '.join(answer['busy'])} moves or is at work."
     if not answer["lines"]:
         yield "All lines are as they were."
     elif not answer["applied"]:

@@ -1,4 +1,4 @@
-"""Looking at a running gateway from the command line: `status`, `watch` and `scan`."""
+"""Looking at a running gateway from the command line: `status` and `watch`."""
 
 import json
 import time
@@ -10,14 +10,11 @@ import httpx
 import typer
 
 from app import exits
-from app.client import ANSWER_S, LOCAL, STEP_S, Client, Json, KeyFile, Url, refusal, why_not_reached
+from app.client import ANSWER_S, LOCAL, Client, Json, KeyFile, Url, refusal, why_not_reached
 from app.exits import Failure
 from app.output import Row, json_text, table
-from app.progress import Progress
 from app.targets import find
 
-SCAN_S = 60.0
-"""A scan of 120 body numbers is over sooner, however slow the line."""
 SILENT_S = 45.0
 """A stream says that it is still here every 15 s; one that does not is begun anew."""
 TRY_AGAIN_S = 1.0
@@ -65,7 +62,8 @@ def _robot_row(robot: dict[str, Any]) -> Row:
         f"{unit['number']}: {''.join(axis['name'] for axis in unit['axes'])}" for unit in robot["units"]
     )
     error = f"error {robot['error']['code']}" if robot["error"] else ""
-    note = "; ".join(filter(None, (_lost_power(robot), error)))
+    missing = ", ".join(f"no unit {number}" for number in robot["missing_units"])
+    note = "; ".join(filter(None, (_lost_power(robot), error, missing)))
     return robot["robot_id"], robot["name"], _state(robot), units, note
 
 
@@ -77,28 +75,6 @@ def _state(it: dict[str, Any]) -> str:
 
 def _lost_power(it: dict[str, Any]) -> str:
     return "has lost its power" if it["power_cycled"] else ""
-
-
-def scan(
-    line: Annotated[str, typer.Argument(help="The line to scan, as the configuration names it.")],
-    url: Url = LOCAL,
-    key_file: KeyFile = None,
-) -> None:
-    """Ask all 120 body numbers of a line who is there, and print the addresses that answer."""
-    client = Client.at(url, key_file)
-    found = client.request("POST", f"/lines/{line}/scans", wait_s=STEP_S)
-    with Progress() as progress:
-        for _ in range(int(SCAN_S / STEP_S) - 1):
-            if found["status"] != "running":
-                break
-            progress.say(f"asked {found['asked']} of 120; {len(found['found'])} found")
-            found = client.request("GET", f"/lines/{line}/scans/{found['id']}", wait_s=STEP_S)
-    if found["status"] == "running":
-        raise Failure(f"The scan of {line} is still running.", exits.UNDER_WAY)
-    if found["status"] == "failed":
-        raise Failure(f"The scan of {line} has failed: {found['error']}", exits.REFUSED)
-    for body in found["found"]:
-        typer.echo(f"{body['body_id']}{'' if body['configured'] else '  (not in the configuration)'}")
 
 
 def watch(

@@ -19,10 +19,11 @@ class Notices {
   list = $state.raw<Notice[]>([]);
   #last = 0;
 
-  /** Bad news stays until somebody has taken note. */
+  /** Bad news stays until somebody has taken note; the same again takes the place of what stood. */
   add(good: boolean, text: string, detail = "", request: string | null = null): void {
     const id = ++this.#last;
-    this.list = [{ id, good, text, detail, request }, ...this.list].slice(0, 5);
+    const others = this.list.filter((it) => it.text !== text || it.detail !== detail);
+    this.list = [{ id, good, text, detail, request }, ...others].slice(0, 5);
     if (good) setTimeout(() => this.drop(id), SHOWN_MS);
   }
 

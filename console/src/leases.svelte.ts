@@ -13,8 +13,6 @@ const HEADER = "Lease-Token";
 class Leases {
   #all = $state.raw<Lease[]>([]);
   #mine = $state.raw<Taken[]>([]);
-  /** Whether this gateway has leases. */
-  exist = $state(false);
 
   start(): void {
     setInterval(() => this.#mine.forEach((taken) => void quietly(() => this.#renew(taken))), (TTL_S * 1000) / RENEWALS);
@@ -23,7 +21,6 @@ class Leases {
   async read(): Promise<void> {
     const { data } = await gateway.http.GET("/leases");
     this.#all = data?.leases ?? [];
-    this.exist = data !== undefined;
   }
 
   /** The lease of something, mine or another's. */

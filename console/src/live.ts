@@ -15,8 +15,8 @@ export interface Listener<T> {
   subprotocol?: string;
   /** What to ask for; undefined while that is not known. */
   query: () => Record<string, string> | undefined;
-  opened: () => void;
-  closed: (invalid: boolean) => void;
+  opened?: () => void;
+  closed?: (invalid: boolean) => void;
   told: (message: T) => void;
 }
 
@@ -47,12 +47,12 @@ export class Live<T> {
     this.#socket = socket;
     socket.onopen = () => {
       this.#failures = 0;
-      this.#listener.opened();
+      this.#listener.opened?.();
     };
     socket.onmessage = ({ data }) => this.#listener.told(JSON.parse(data as string) as T);
     socket.onclose = ({ code }) => {
       if (this.#ended) return;
-      this.#listener.closed(code === CLOSE_INVALID);
+      this.#listener.closed?.(code === CLOSE_INVALID);
       this.#later();
     };
   }

@@ -4,6 +4,7 @@ import {
   type AnyMove,
   type Body,
   type Event,
+  GatewayError,
   type Group,
   type Identity,
   type Line,
@@ -46,8 +47,8 @@ class Plant {
   groups = $state.raw<Group[]>([]);
   robots = $state.raw<Robot[]>([]);
   scaras = $state.raw<Scara[]>([]);
-  /** The alarms that stand; undefined where the gateway keeps none. */
-  alarms = $state.raw<Schemas["Alarm"][]>();
+  /** The alarms that stand. */
+  alarms = $state.raw<Schemas["Alarm"][]>([]);
   identity = $state.raw<Identity>();
   /** The newest move of each body, unit and SCARA robot, by address. */
   moves = $state.raw<Record<string, AnyMove>>({});
@@ -73,8 +74,8 @@ class Plant {
     groups: async () => (this.groups = (await gateway.http.GET("/groups")).data?.groups ?? []),
     robots: async () => (this.robots = (await gateway.http.GET("/robots")).data?.robots ?? []),
     scaras: async () => (this.scaras = (await gateway.http.GET("/scaras")).data?.scaras ?? []),
-    alarms: () => optional(async () => (this.alarms = await standingAlarms())),
-    leases: () => optional(() => leases.read()),
+    alarms: async () => (this.alarms = await standingAlarms()),
+    leases: () => leases.read(),
   };
 
   /** Whether what is shown is what is known now. */
@@ -141,6 +142,7 @@ class Plant {
       await this.#read();
       this.signedOut = false;
     } catch (error) {
+      if (!(error instanceof GatewayError)) throw error;
       if (error instanceof Refused && error.status === 401) this.signedOut = true;
     } finally {
       this.#reading = false;
@@ -219,18 +221,8 @@ function concernedBy(type: string): readonly Part[] {
   return what === "lease" ? ["leases"] : (CONCERNED[family] ?? ALL);
 }
 
-async function standingAlarms(): Promise<Schemas["Alarm"][] | undefined> {
-  return (await gateway.http.GET("/alarms", { params: { query: { standing: true } } })).data?.alarms;
-}
-
-/** Read what an older gateway does not have. */
-async function optional<T>(read: () => Promise<T>): Promise<T | undefined> {
-  try {
-    return await read();
-  } catch (error) {
-    if (error instanceof Refused && error.status === 404) return undefined;
-    throw error;
-  }
+async function standingAlarms(): Promise<Schemas["Alarm"][]> {
+  return (await gateway.http.GET("/alarms", { params: { query: { standing: true } } })).data?.alarms ?? [];
 }
 
 function moveOf({ data }: Event): AnyMove | undefined {

@@ -1,9 +1,8 @@
 /** Live positions: the newest of each motor, and those of the last 20 s. */
 
-import { type Event, gateway } from "./gateway.ts";
+import type { Event } from "./gateway.ts";
 import { EVENTS, Live } from "./live.ts";
 import { plant } from "./plant.svelte.ts";
-import { every } from "./reading.ts";
 
 export interface Sample {
   pulses: number;
@@ -13,8 +12,6 @@ export interface Sample {
 
 const KEPT_MS = 20_000;
 const OLD_MS = 3000;
-/** How often a gateway without live values is asked for one position. */
-const POLL_MS = 500;
 
 class Samples {
   #pending: Record<string, Sample> = {};
@@ -22,7 +19,6 @@ class Samples {
   /** What comes within this time is shown together. */
   #gatherMs = 0;
   #newest = $state.raw<Record<string, Sample>>({});
-  #supported = true;
   /** The samples of one motor, oldest first; not reactive, the plot looks when it draws. */
   readonly trail: Sample[] = [];
 
@@ -37,25 +33,12 @@ class Samples {
     this.trail.length = 0;
     this.#gatherMs = 1000 / rate;
     this.#newest = {};
-    let end = this.#supported ? this.#listen(rate, one) : this.#poll(one);
-    return () => end();
-  }
-
-  #listen(rate: number, one?: string): () => void {
-    let end = () => live.end();
     const live = new Live<Event[]>({
       ...EVENTS,
       query: () => plant.identity && this.#query(rate, one),
-      opened: () => undefined,
-      closed: (invalid) => {
-        if (!invalid) return;
-        this.#supported = false;
-        live.end();
-        end = this.#poll(one);
-      },
       told: (events) => events.forEach((event) => this.#take(event, one)),
     });
-    return () => end();
+    return () => live.end();
   }
 
   #query(rate: number, one?: string): Record<string, string> {
@@ -80,16 +63,6 @@ class Samples {
     this.#showing = undefined;
     this.#newest = { ...this.#newest, ...this.#pending };
     this.#pending = {};
-  }
-
-  /** A gateway without live values is asked for one motor's position only. */
-  #poll(one?: string): () => void {
-    return one ? every(POLL_MS, () => this.#ask(one)) : () => undefined;
-  }
-
-  async #ask(body_id: string): Promise<void> {
-    const { data } = await gateway.http.GET("/bodies/{body_id}/position", { params: { path: { body_id } } });
-    if (data) this.#note(body_id, data.pulses, body_id);
   }
 }
 

@@ -14,6 +14,17 @@ def hex_digits(count: int) -> str:
     return f"{_DIGITS.getrandbits(4 * count):0{count}x}"
 
 
-def sorted_by_time(at_ms: int) -> str:
-    """An id for what happens at a time of the wall clock, in milliseconds: ids sort by it."""
-    return f"{at_ms:012x}{hex_digits(8)}"
+class _ByTime:
+    """Ids that sort in the order in which they are drawn, whatever becomes of the clock."""
+
+    def __init__(self) -> None:
+        self._last = 0
+
+    def draw(self, at_ms: int) -> str:
+        """An id for what happens at a time of the wall clock, in milliseconds."""
+        self._last = max(at_ms << 32 | _DIGITS.getrandbits(32), self._last + 1)
+        return f"{self._last:020x}"
+
+
+sorted_by_time: Final = _ByTime().draw
+"""Draws an id for a time of the wall clock, in milliseconds: ids sort by it."""

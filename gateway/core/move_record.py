@@ -11,6 +11,7 @@ from gateway.core.errors import ControllerError, GatewayError, Moved
 from gateway.core.next_calls import NextCall
 from gateway.core.origin import current
 from gateway.core.records import Record
+from protocols.members import at_hand
 
 LOST_AFTER_S = 30.0
 """What has not answered this long in the middle of a move has lost it."""
@@ -22,6 +23,7 @@ CountedIn = Literal["pulses", "encoder_counts"]
 MoveKind = Literal["relative", "absolute", "home", "continuous", "jog", "interpolated"]
 
 
+@at_hand
 class MoveStatus(StrEnum):
     """Where a move is in its life."""
 

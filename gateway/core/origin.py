@@ -36,6 +36,10 @@ class Origin:
     claim: Claim = field(default=NO_CLAIM, compare=False)
     """What the write gate looks at again."""
 
+    def claiming(self, claim: Claim) -> "Origin":
+        """The same with another claim: `replace` takes three times as long, at every request."""
+        return Origin(self.caller, self.request_id, self.key, self.work, claim)
+
 
 GATEWAY = Origin("gateway", work="health")
 FENCE = Origin("gateway: fence", work="fences")

@@ -1,4 +1,4 @@
-"""Long readings of controllers, one after the other: minutes of work, followed and cancelled."""
+"""Long readings of controllers, one after the other: minutes of work, followed and cancelled; uploads too."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
 from math import inf
-from typing import Protocol, TypeVar
+from typing import ClassVar, Protocol, TypeVar
 
 from gateway.core.backup_record import BackupError, Reading, Status
 from gateway.core.errors import BodyBusy, Cancelled, GatewayError, NotFound, ShuttingDown
@@ -53,6 +53,7 @@ class Readings(Works[R]):
     """The readings of one kind, one at a time of each target."""
 
     noun: str
+    doing: ClassVar = "being read"
 
     def __init__(self, publish: Callable[[str, R], None]) -> None:
         super().__init__(HISTORY, self.noun, lambda it: it.target)
@@ -68,27 +69,31 @@ class Readings(Works[R]):
         return record
 
     def require_none(self, target: str) -> None:
-        """Make sure that nothing of the kind is being read of a target.
+        """Make sure that nothing of the kind is under way for a target.
 
         :raises BodyBusy: it is.
         """
         if self._current(target) is not None:
             raise BodyBusy(
-                f"A {self.noun} of {target} is being read; nothing was sent.",
+                f"A {self.noun} of {target} is {self.doing}; nothing was sent.",
                 "Wait for its end or cancel it.",
             )
 
     async def cancel(self, target: str) -> R:
-        """Read no more, and give the record.
+        """Ask no more, and give the record.
 
         :raises NotFound: none is under way.
         """
         record = self._current(target)
         if record is None:
-            raise NotFound(f"No {self.noun} of {target} is being read.")
+            raise NotFound(f"No {self.noun} of {target} is {self.doing}.")
         self.break_off(record)
         await self.wait(record, inf)
         return record
+
+    def left_by(self, _: R, /) -> str:
+        """What one that was broken off has changed."""
+        return "nothing was changed"
 
     def _current(self, target: str) -> R | None:
         return next((it for it in self.under_way() if it.target == target), None)
@@ -110,7 +115,7 @@ class Readings(Works[R]):
         """Note the end of what was cancelled, maybe before it had begun."""
         if task.cancelled():
             unwanted = Cancelled(
-                f"The {self.noun} was cancelled by request; nothing was changed.", "Begin anew."
+                f"The {self.noun} was cancelled by request; {self.left_by(record)}.", "Begin anew."
             )
             self._end(record, "cancelled", ShuttingDown() if self._closed else unwanted)
 
@@ -121,5 +126,5 @@ class Readings(Works[R]):
 
     def _tell(self, what: str, record: R) -> None:
         """Publish the record without what was read: that is long."""
-        results = type(record).model_fields.keys() - Reading.model_fields.keys()
-        self._publish(what, record.model_copy(update=dict.fromkeys(results)))
+        results = {name for name, it in type(record).model_fields.items() if it.default is None}
+        self._publish(what, record.model_copy(update=dict.fromkeys(results - Reading.model_fields.keys())))

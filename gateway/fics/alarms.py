@@ -116,6 +116,23 @@ def causes(find: Callable[[str], Robot | None]) -> Iterator[Cause]:
         about(lambda robot: bool(robot.bits.mismatches)),
     )
     yield Cause(
+        "robot.unit.missing",
+        "robot.unit.missing",
+        words(
+            "{address} has no unit {unit}, which the configuration names.",
+            "Nothing moved because of this. The other units can be used; stops are confirmed by them.",
+            "Take unit {unit} out of the configuration, or correct its number, and reload it.",
+        ),
+        words(
+            "設定にあるユニット{unit}は{address}に存在しません。",
+            "これによるモータの動作はありません。他のユニットは使用でき、停止は他のユニットで確認されます。",
+            "設定からユニット{unit}を削除するか、番号を修正し、設定を再読み込みしてください。",
+        ),
+        "C-HOST manual 2-1, 2-12",
+        (ROBOT,),
+        about(lambda robot: bool(robot.selection.missing)),
+    )
+    yield Cause(
         "robot.jog.not_stopped",
         "robot.jog.not_stopped",
         words(

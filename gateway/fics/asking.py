@@ -154,13 +154,22 @@ class Asking:
         try:
             await self.ask(ResetErrors())
         except RobotFailed as failed:
-            raise ErrorRemains(self._commander.robot_id, ResetErrors.code, failed.error) from None
+            raise self._remains(failed.error) from None
         try:
             error = await self._errors.take(reset_by="gateway")
         except GatewayError as unread:
             raise NotReadBack(f"The errors of {self._commander.robot_id} were reset", unread) from unread
         if lookup(error).kind is ErrorKind.FICS:
-            raise ErrorRemains(self._commander.robot_id, ResetErrors.code, error)
+            raise self._remains(error)
+
+    def _remains(self, error: str) -> ErrorRemains:
+        return ErrorRemains(self._commander.robot_id, ResetErrors.code, error, self._errors.told_of(error))
+
+    async def see_units(self) -> None:
+        """Find out once which of its units the robot has; errors as of `Selection.see_all`."""
+        async with self.line.sequence_lock.held(Lane.READ, deadline_of(Lane.READ)):
+            if self._motion.moving is False:
+                await self._selection.see_all()
 
     def note_change(self) -> None:
         """Settings may be others now."""

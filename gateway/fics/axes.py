@@ -137,11 +137,6 @@ def at_rest(axes: Iterable[AxisStatus]) -> bool:
     return all(axis.motion_mode in (MotionMode.STANDING, MotionMode.STOPPED) for axis in axes)
 
 
-def may_brake(axes: Iterable[AxisStatus]) -> bool:
-    """Whether an axis tells of an emergency stop, and by a bit that is an assumption that it still moves."""
-    return any(axis.motion_mode == MotionMode.STOPPED and axis.moving for axis in axes)
-
-
 def in_trouble(axis: AxisStatus) -> bool:
     """Whether the status of an axis tells of an error."""
     return bool(axis.driver_error) or axis.motion_mode == MotionMode.STOPPED

@@ -4,7 +4,7 @@ The figures that name them are lost (C-HOST manual 2-10, 2-11), so their order i
 """
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -17,6 +17,7 @@ from protocols.fics.status import (
     AxisStatuses,
     GetAxisSensors,
     GetAxisStatus,
+    MotionMode,
     SensorStates,
     rename_bits,
 )
@@ -28,6 +29,8 @@ BITS_TOLD_BY: Final = GetAxisStatus, GetAxisSensors
 """The questions that are answered with bits."""
 AT_REST: Mapping[str, bool] = {"origin_done": True, "servo_ready": True, "moving": False, "alarm": False}
 """What a homed axis shows that stands still without an error."""
+TELLS_MOTION = {(True, True), (False, False)}
+"""Whether an axis was at work by the first digit of ACD, and moved by the second: what bears that bit out."""
 
 
 @dataclass(eq=False)
@@ -39,12 +42,18 @@ class Bits:
     mismatches: dict[int, str] = field(default_factory=dict)
     """By unit, what it showed at rest that does not go with their order."""
     _compared: set[int] = field(default_factory=set)
+    _motion_shown: set[tuple[bool, bool]] = field(default_factory=set)
 
     def read(self, outcome: Outcome) -> Outcome:
         """Name the bits of an answer as they are ordered here."""
-        if not isinstance(outcome, Answered) or (self.status, self.sensors) == (STATUS_BITS, SENSOR_BITS):
+        if not isinstance(outcome, Answered):
             return outcome
-        return Answered(tuple(map(self._named, outcome.replies)), outcome.confirmed)
+        if (self.status, self.sensors) != (STATUS_BITS, SENSOR_BITS):
+            outcome = Answered(tuple(map(self._named, outcome.replies)), outcome.confirmed)
+        for reply in outcome.replies:
+            if isinstance(reply, AxisStatuses):
+                self._learn(reply.axes)
+        return outcome
 
     def _named(self, reply: Reply) -> Reply:
         usual, here = STATUS_BITS + SENSOR_BITS, self.status + self.sensors
@@ -55,6 +64,21 @@ class Bits:
         return reply
 
     # whether a robot bears it out
+
+    def _learn(self, axes: Iterable[AxisStatus]) -> None:
+        self._motion_shown |= {
+            (axis.motion_mode != MotionMode.STANDING, axis.moving)
+            for axis in axes
+            if axis.motion_mode != MotionMode.STOPPED
+        }
+
+    def may_brake(self, axes: Iterable[AxisStatus]) -> bool:
+        """Whether an axis may still be on its way in an emergency stop (C-HOST manual 2-10).
+
+        The bit `moving` says otherwise only of a robot that has shown it in motion, and never at rest.
+        """
+        told = self._motion_shown - {(True, False)} == TELLS_MOTION
+        return any(axis.motion_mode == MotionMode.STOPPED and (axis.moving or not told) for axis in axes)
 
     def compare_again(self) -> None:
         """The robot was set up, or will be homed."""

@@ -23,6 +23,8 @@ from protocols.table import Retry
 
 LASTING = frozenset({"E05", "E06", "E07", "E08", "E09", "E11", "E12"})
 """Refusals that the same request meets again until it, or a setting, is changed (C-HOST manual 2-12)."""
+IN_MOTION = "E01"
+"""How what the manual forbids during motion is refused (C-HOST manual 1-7)."""
 CANNOT_BE_CARRIED_OUT = "E10"
 HOME_FIRST = "Home the robot first."
 
@@ -83,6 +85,7 @@ class ErrorRemains(RobotFailed):
 
     kind = "error-remains"
     title = "The error still stands"
+    title_ja = "エラーは解除されていません"
     moved = "no"
 
 
@@ -158,6 +161,20 @@ class UnitNotSelected(NotSent):
 
     kind = "unit-not-selected"
     title = "The unit is not certain"
+
+
+class UnitMissing(UnitNotSelected):
+    """The configuration names a unit that the robot does not have: it is beyond the range of UNT."""
+
+    kind = "unit-missing"
+    title = "The robot has no such unit"
+    retryable = False
+
+    def __init__(self, robot_id: str, unit: int) -> None:
+        super().__init__(
+            f"Robot {robot_id} says that it has no unit {unit}; nothing more was sent.",
+            f"Take unit {unit} of {robot_id} out of the configuration, or correct its number, and reload it.",
+        )
 
 
 class NotProved(NotSent):

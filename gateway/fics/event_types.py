@@ -106,6 +106,12 @@ class BitMismatch(EventData):
     detail: str
 
 
+class MissingUnit(EventData):
+    """A unit of the configuration that the robot does not have."""
+
+    unit: int
+
+
 class UnitChange(EventData):
     """The selected unit, as the gateway had left it and as it was found."""
 
@@ -165,6 +171,9 @@ TYPES = (
         "a sensor of a motor axis is another than when it was last asked for",
     ),
     EventType("robot.unit.changed", ROBOT, UnitChange, "somebody else has selected another unit"),
+    EventType(
+        "robot.unit.missing", ROBOT, MissingUnit, "the robot says that it has no such unit as is configured"
+    ),
     *(
         EventType(f"robot.jog.{news}", ROBOT, JogSession, when)
         for news, when in {

@@ -5,7 +5,7 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from gateway.core.errors import ControllerRefused, GatewayError
+from gateway.core.errors import ControllerRefused, GatewayError, NoReply
 from gateway.core.jogs import (
     HEARTBEAT_S,
     KEPT,
@@ -19,7 +19,7 @@ from gateway.core.jogs import (
 from gateway.core.lanes import Lane
 from gateway.core.origin import Origin, acting, working
 from gateway.fics.axes import Places, at_rest, unit_of
-from gateway.fics.errors import RobotBusy, UnitNotSelected, preparing
+from gateway.fics.errors import IN_MOTION, RobotBusy, UnitNotSelected, preparing
 from gateway.fics.motion_state import Tell
 from gateway.fics.motions import Accepted, Motions
 from gateway.fics.units import RobotUnit
@@ -92,6 +92,7 @@ class Jogs:
         :raises ControllerRefused: the robot refused; nothing moved.
         :raises NotSent: it was not sent; the error says why.
         :raises JogOver: it was stopped before it was answered.
+        :raises NoReply: it was refused as in motion, and moves: it is being stopped.
         """
         self._line.admission.require()
         self._require_settled(unit, axis)
@@ -144,12 +145,21 @@ class Jogs:
         try:
             self._motions.commander.answered(command, await accepted.outcome)
         except GatewayError as error:
+            if await self._runs_although(error, session):
+                self._stop_session(session, "ended")
+                raise _perhaps_begun(self._robot_id, session) from error
             if session.id in self._running and error.moved == "no":
                 self._leave(session, "ended")
                 self._settle(session)
             elif session.id in self._running:
                 self._stop_session(session, "ended")
             raise
+
+    async def _runs_although(self, error: GatewayError, session: JogSession) -> bool:
+        """Whether it was refused as in motion, and its axis moves: by a first copy of a doubled start."""
+        if not isinstance(error, ControllerRefused) or error.error_code != IN_MOTION:
+            return False
+        return session.id in self._running and not await self._stands_still(session.unit, session.axis)
 
     def heartbeat(self, session_id: str) -> JogSession:
         """Keep an axis jogging for another half second.
@@ -411,3 +421,11 @@ class Jogs:
         axes = unit_of(self._units, unit)
         axes.require_axis(axis)
         return set(axes.motors_behind(axis) or axes.motor_axes)
+
+
+def _perhaps_begun(robot_id: str, session: JogSession) -> NoReply:
+    return NoReply(
+        f"{robot_id} refused to jog {session.what} as in motion, and the axis moves: a first copy of the "
+        "command has set it going, or something else has. The axis is being stopped.",
+        "See that it stands still, then try again.",
+    )

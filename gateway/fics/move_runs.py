@@ -24,7 +24,14 @@ from gateway.core.silence import Silence
 from gateway.fics.axes import at_rest, in_trouble
 from gateway.fics.commander import in_time
 from gateway.fics.durations import PATIENCE, PATIENCE_S, Durations
-from gateway.fics.errors import CANNOT_BE_CARRIED_OUT, RefusedUnhomed, RobotFailed, preparing, refused
+from gateway.fics.errors import (
+    CANNOT_BE_CARRIED_OUT,
+    IN_MOTION,
+    RefusedUnhomed,
+    RobotFailed,
+    preparing,
+    refused,
+)
 from gateway.fics.exchange import Answered, Outcome
 from gateway.fics.motion_state import Tell
 from gateway.fics.motions import Accepted, Motions
@@ -264,9 +271,7 @@ class MoveRun:
     async def _conclude(self, outcome: Outcome) -> None:
         """The robot has answered, or nobody will know its answer."""
         if isinstance(outcome, Refusal):
-            refusal = await self._refusal(outcome.error)
-            self._advance(MoveStatus.REJECTED, refusal)
-            self._tell(refusal)
+            await self._rejected(outcome.error)
         elif isinstance(outcome, Answered | Failure):
             self._move.completion = "reply"
             if await self._come_to_rest():
@@ -276,6 +281,25 @@ class MoveRun:
         else:
             self._advance(MoveStatus.CANCELLED, outcome)
             self._tell(outcome)
+
+    async def _rejected(self, error: str) -> None:
+        """It was refused; axes that move although their unit could be selected contradict that.
+
+        A line that has doubled the command had them set going by the first copy.
+        """
+        axes = await self._status() if error == IN_MOTION else []
+        if axes is None:
+            return
+        if at_rest(axes):
+            refusal = await self._refusal(error)
+            self._advance(MoveStatus.REJECTED, refusal)
+            self._tell(refusal)
+            return
+        self._move.evidence.append(
+            f"It refused {self._move.command} as in motion ({error}), and had stood still: the line has "
+            "doubled the command, or something else moves the axes."
+        )
+        await self._resolve(_refused_in_motion(self._unit, self._move))
 
     async def _refusal(self, error: str) -> ControllerRefused:
         """As the robot tells it; that an axis is not homed it does not tell."""
@@ -360,8 +384,7 @@ class MoveRun:
             self._advance(MoveStatus.STOPPED)
         else:
             self._move.end_cause = f"error_{code}"
-            stands = self._motions.errors.latched
-            text = stands if stands is not None and stands.code == code else None
+            text = self._motions.errors.told_of(code)
             failure = RobotFailed(self._move.robot_id, self._move.command, code, text)
             if self._finding().untouched():
                 failure.moved = "no"
@@ -428,6 +451,14 @@ def _ended_with(robot_id: str) -> NoReply:
         f"The gateway has ended while a command to {robot_id} was under way, and nothing proves what has "
         "become of it; nothing was sent again.",
         "Read status and position before anything else.",
+    )
+
+
+def _refused_in_motion(unit: RobotUnit, move: RobotMove) -> NoReply:
+    return NoReply(
+        f"{unit.address} refused {move.command} as in motion, although it had stood still just before: a "
+        "first copy of the command may have set it going, or something else has; nothing was sent again.",
+        "See what else can move it, and read its status and position before anything else.",
     )
 
 

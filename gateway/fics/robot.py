@@ -86,7 +86,7 @@ class Robot:
         self.motion = motion = MotionState(robot_id, self.publish)
         self.errors = errors = SystemErrors(commander, self.publish)
         self.power = power = Power(units, commander, errors, self.publish)
-        self.selection = Selection(len(units), commander, motion, power, self.publish)
+        self.selection = Selection([unit.number for unit in units], commander, motion, power, self.publish)
         edges = Edges({unit.number: unit for unit in units}, self.publish)
         self.asking = Asking(units, commander, motion, self.selection, power, errors, edges)
         self.units = [RobotUnit(axes, self.asking, motion) for axes in units]

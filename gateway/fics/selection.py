@@ -1,15 +1,19 @@
 """Which unit a robot acts on: its answers do not tell, so it is set, and seen, before what depends on it."""
 
 import asyncio
-from dataclasses import dataclass
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
 
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply, PowerCycled
 from gateway.fics.commander import Commander
-from gateway.fics.errors import RobotBusy, UnitNotSelected
+from gateway.fics.errors import RobotBusy, UnitMissing, UnitNotSelected
+from gateway.fics.exchange import Outcome
 from gateway.fics.motion_state import MotionState, Tell
 from gateway.fics.power import Power
 from gateway.fics.questions import UNIT
 from protocols.fics.link import Refusal
+from protocols.fics.row import OUT_OF_RANGE
 from protocols.fics.system import SelectUnit, UnitNumbers
 
 UNIT_HOLDS_S = 0.5
@@ -22,14 +26,18 @@ UNIT_OF_POWER_ON = 1
 class Selection:
     """The unit that a robot is known to act on (C-HOST manual 2-1)."""
 
-    _units: int
-    """How many there are."""
+    _units: Sequence[int]
+    """Those of the configuration."""
     _commander: Commander
     _motion: MotionState
     _power: Power
     _tell: Tell
     unit: int | None = None
     """None while it is not certain."""
+    missing: set[int] = field(default_factory=set)
+    """Units that the robot says it does not have."""
+    _seen: set[int] = field(default_factory=set)
+    """Units of which it is known whether the robot has them."""
     _holds_until: float = 0.0
 
     def __post_init__(self) -> None:
@@ -66,6 +74,7 @@ class Selection:
         move: it refuses that until the unit it acts on stands still (C-HOST manual 1-7).
 
         :raises RobotBusy: the robot moves, and while it does no other unit can be selected.
+        :raises UnitMissing: the robot has no such unit.
         :raises UnitNotSelected: the robot did not answer, or acts on another unit nevertheless.
         :raises ControllerRefused: the teaching terminal keeps the robot from it.
         """
@@ -89,7 +98,26 @@ class Selection:
                 "See who else selects units, then try again.",
             )
         self.unit = number
+        self._seen.add(number)
+        self.missing.discard(number)
         self.trust()
+
+    async def see_all(self) -> None:
+        """Find out once which units the robot has, while it stands still: only a selection tells.
+
+        It acts on the one of before then. Errors as of `make`.
+        """
+        unseen = [] if self._only(self._units[0]) else [it for it in self._units if it not in self._seen]
+        if not unseen:
+            return
+        before = await self._found()
+        self._seen.add(before)
+        for number in unseen:
+            with suppress(UnitMissing):
+                await self.make(number, afresh=False)
+        if self.unit != before:
+            await self._change_to(before)
+            await self._found()
 
     def _require_free(self, number: int, kept: int | None) -> None:
         """Refuse to select another unit than the one that is `kept`, for it moves."""
@@ -101,7 +129,7 @@ class Selection:
 
     def _only(self, number: int) -> bool:
         """Whether nothing else can be selected."""
-        return number == UNIT_OF_POWER_ON and self._units == 1
+        return number == UNIT_OF_POWER_ON and len(self._units) == 1
 
     async def _found(self) -> int:
         """The unit the robot says it acts on; what it was believed to be no longer counts."""
@@ -120,16 +148,35 @@ class Selection:
         return self.unit or 0
 
     async def _change_to(self, number: int) -> None:
-        """Select a unit; whether that has worked is seen afterwards, answered or not."""
+        """Select a unit; whether that has worked is seen afterwards, answered or not.
+
+        A line without a checksum may have made another number of it: what is out of range is said twice.
+        """
         command = SelectUnit(unit=number)
         self.unit, before = None, self.unit
         outcome = await self._commander.say(command)
+        if _is_out_of_range(outcome):
+            outcome = await self._commander.say(command)
+            if _is_out_of_range(outcome):
+                self.unit = before
+                self._miss(number)
         if isinstance(outcome, Refusal):
             self.unit = before
         if isinstance(outcome, NoReply):
             await self._blame_power()
         else:
             self._commander.answered(command, outcome)
+
+    def _miss(self, number: int) -> None:
+        """The robot has no such unit.
+
+        :raises UnitMissing: always.
+        """
+        self._seen.add(number)
+        if number not in self.missing:
+            self.missing.add(number)
+            self._tell("robot.unit.missing", {"unit": number})
+        raise UnitMissing(self._robot_id, number)
 
     async def _blame_power(self) -> None:
         """Silence may be that of Ver.2, the mode of power-on.
@@ -142,3 +189,7 @@ class Selection:
             raise
         except GatewayError:
             return  # it is simply silent
+
+
+def _is_out_of_range(outcome: Outcome) -> bool:
+    return isinstance(outcome, Refusal) and outcome.error == OUT_OF_RANGE

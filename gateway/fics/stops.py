@@ -13,7 +13,9 @@ from gateway.core.origin import current
 from gateway.core.records import Record
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState
 from gateway.core.waiting import happens
-from gateway.fics.axes import Places, at_rest, may_brake
+from gateway.fics.axes import Places, at_rest
+from gateway.fics.bits import Bits
+from gateway.fics.errors import UnitMissing
 from gateway.fics.exchange import Answered, Outcome
 from gateway.fics.jogs import Jogs
 from gateway.fics.line import FicsLine
@@ -30,6 +32,8 @@ from protocols.fics.system import HostMode
 
 STOPPING_ALREADY = "E04"
 """The refusal of a stop while another is under way (C-HOST manual 2-12)."""
+BRAKES_FOR_S = 0.05
+"""Between two looks at motors that may brake: in less, a slow one would not change what it displays."""
 OF_THE_END_BEFORE = (NO_UPLOAD, BLOCK_ERRORS[Block.MOTION])
 """How the end of an upload is refused that was sent to be sure; motion keeps no stop (C-HOST manual 1-7)."""
 
@@ -57,7 +61,7 @@ class RobotStops:
     def __init__(self, units: Sequence[RobotUnit], motions: Motions, jogs: Jogs, tell: Tell) -> None:
         self._motion, self._errors, self._line = motions.state, motions.errors, motions.line
         self._jogs = jogs
-        self._new = partial(_RobotStop, units, motions.line, motions.errors, tell)
+        self._new = partial(_RobotStop, units, motions.line, motions.errors, motions.commander.bits, tell)
         self._running: dict[StopMode, _RobotStop] = {}
         self._tasks: dict[_RobotStop, asyncio.Task[None]] = {}
         """Of these, and of those that are confirmed and whose moves have not all been recorded yet."""
@@ -132,11 +136,17 @@ class _RobotStop(Stopping):
     """The stop of all axes, and everything that keeps it from being confirmed."""
 
     def __init__(
-        self, units: Sequence[RobotUnit], line: FicsLine, errors: SystemErrors, tell: Tell, mode: StopMode
+        self,
+        units: Sequence[RobotUnit],
+        line: FicsLine,
+        errors: SystemErrors,
+        bits: Bits,
+        tell: Tell,
+        mode: StopMode,
     ) -> None:
         self.report = RobotStopReport(robot_id=units[0].robot_id)
         super().__init__(mode, self.report)
-        self._units, self._line, self._errors, self._tell = units, line, errors, tell
+        self._units, self._line, self._errors, self._bits, self._tell = units, line, errors, bits, tell
         self._refusal: str | None = None
         """The error the robot refused it with, last."""
         self._times_written = 0
@@ -209,11 +219,13 @@ class _RobotStop(Stopping):
     async def stands_still(self) -> bool:
         """Whether every unit says so, twice; if not, the report says which did not, and why."""
         await self._hear_refusal()
-        for _ in range(2):
+        for pause_s in (BRAKES_FOR_S, 0.0):
             for unit in self._units:
                 self._saw(unit, await self._why_not_still(unit))
             if self._not_still:
                 return False
+            if any(self._places.values()):
+                await asyncio.sleep(pause_s)
         return True
 
     def _saw(self, unit: RobotUnit, why_not_still: str | None) -> None:
@@ -230,7 +242,9 @@ class _RobotStop(Stopping):
         """
         try:
             axes = (await unit.status(Lane.STOP)).values()
-            places = await unit.position("motor", Lane.STOP) if may_brake(axes) else {}
+            places = await unit.position("motor", Lane.STOP) if self._bits.may_brake(axes) else {}
+        except UnitMissing:
+            return None  # the robot itself says that nothing is there to move
         except GatewayError as error:
             before = " It stood still when it was last asked." if unit.stood_still else ""
             reason = "it cannot be asked." if isinstance(error, NotSent) else error.detail

@@ -7,7 +7,7 @@ from gateway.core.errors import ControllerRefused, Expired, GatewayError, PowerC
 from gateway.core.line_state import LineState
 from gateway.core.waiting import happens
 from gateway.fics.axes import at_rest, in_trouble
-from gateway.fics.errors import RobotBusy
+from gateway.fics.errors import IN_MOTION, RobotBusy
 from gateway.fics.questions import UNIT
 from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit
@@ -16,9 +16,6 @@ from protocols.fics.system import HostMode
 
 HEALTH_POLL_S = 5.0
 """A robot that does nothing for us is asked for its mode, errors and status this often."""
-
-BUSY = "E01"
-"""The refusal of a selection of units while something moves (C-HOST manual 1-7)."""
 
 
 async def watch(robot: Robot) -> None:
@@ -45,6 +42,7 @@ async def _look(robot: Robot) -> None:
     robot.motion.note_foreign(moves=moves)
     with suppress(ControllerRefused):  # the terminal is at work; before the next motion it is done
         await robot.motions.restore_speeds()
+        await robot.asking.see_units()
 
 
 async def _moves(robot: Robot) -> bool | None:
@@ -61,7 +59,7 @@ async def _moves(robot: Robot) -> bool | None:
         with suppress(GatewayError):  # its sensors and places are asked for again
             await _compare_bits(robot, unit, statuses, await unit.sensors())
     except ControllerRefused as refused:
-        return True if refused.error_code == BUSY else None
+        return True if refused.error_code == IN_MOTION else None
     return not at_rest(statuses.values())
 
 

@@ -9,6 +9,7 @@ from gateway.plant import Plant
 from gateway.rorze import positions
 from gateway.rorze.bodies import Body
 from gateway.rorze.family import Rorze
+from gateway.rorze.position_uploads import TableUpload
 from gateway.rorze.positions import NamedPosition, Position, PositionReading, Wanted
 
 
@@ -49,12 +50,42 @@ async def store(
 ) -> list[Position]:
     """Store positions, and give them as they were read back; then name them.
 
-    Errors as of `positions.store`.
+    :raises BodyBusy: others are being stored; nothing was sent.
+    :raises GatewayError: as of `positions.store`.
     """
     body = plant.family(Rorze).body(body_id)
+    plant.position_uploads.require_none(_target(plant, body_id))
     held = await positions.store(body, wanted, flash=flash)
     await plant.names.name(body.address, names)
     return held
+
+
+@needs(Right.SETUP)
+async def begin_to_store(
+    plant: Plant, body_id: str, wanted: Sequence[Wanted], names: Mapping[int, str], flash: bool, wait_s: float
+) -> TableUpload:
+    """Begin to store and name positions, and give the record after `wait_s` at most; errors as of `start`."""
+    body = plant.family(Rorze).body(body_id)
+
+    async def name_all(held: Sequence[Position]) -> list[NamedPosition]:
+        await plant.names.name(body.address, names)
+        return [named(plant, body, it) for it in held]
+
+    begun = plant.position_uploads.start(body, wanted, flash=flash, named=name_all)
+    await plant.position_uploads.wait(begun, wait_s)
+    return begun
+
+
+@needs(Right.VIEW)
+async def get_upload(plant: Plant, body_id: str, upload_id: str, wait_s: float) -> TableUpload:
+    """Give an upload of positions, or the `current` one; errors as of `Works.get`."""
+    return await plant.position_uploads.get(_target(plant, body_id), upload_id, wait_s)
+
+
+@needs(Right.SETUP)
+async def cancel_upload(plant: Plant, body_id: str) -> TableUpload:
+    """End the upload under way; errors as of `Readings.cancel`."""
+    return await plant.position_uploads.cancel(_target(plant, body_id))
 
 
 @needs(Right.SETUP)

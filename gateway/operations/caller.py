@@ -1,13 +1,12 @@
 """The caller of an operation, and whether he may: every front end asks here."""
 
 from collections.abc import Callable, Coroutine
-from dataclasses import replace
 from functools import wraps
 from typing import Any, Concatenate, Final, ParamSpec, TypeVar
 
 from gateway.access import principal
 from gateway.core.leases import Holder
-from gateway.core.origin import ORIGIN, Claim, Origin, acting
+from gateway.core.origin import ORIGIN, Claim, Origin
 from gateway.core.rights import Right
 from gateway.plant import Plant
 
@@ -26,8 +25,11 @@ def for_caller(operation: Operation[P, R]) -> OfCaller[P, R]:
 
     @wraps(operation)
     async def carried_out(plant: Plant, caller: Origin, /, *args: P.args, **kwargs: P.kwargs) -> R:
-        with acting(caller):
+        before = ORIGIN.set(caller)
+        try:
             return await operation(plant, *args, **kwargs)
+        finally:
+            ORIGIN.reset(before)
 
     return carried_out
 
@@ -62,7 +64,7 @@ def require(plant: Plant, right: Right, *targets: object, leased: bool = True) -
     if leased and right in LEASED and plant.leases.mode != "off":
         parts = tuple(part for address in addresses for part in plant.territory.parts(address))
         origin = ORIGIN.get()
-        ORIGIN.set(replace(origin, claim=plant.leases.admit(Claim(origin.claim.tokens, parts))))
+        ORIGIN.set(origin.claiming(plant.leases.admit(Claim(origin.claim.tokens, parts))))
 
 
 def holder() -> Holder:

@@ -2,10 +2,12 @@
 
 import asyncio
 from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
 from typing import Any
 
 from pydantic import Field
 
+from gateway.access import principal
 from gateway.config import Config, ConfigError
 from gateway.config_file import Changes, ConfigFile, changes
 from gateway.core.errors import InvalidRequest, NotAllowed
@@ -20,6 +22,9 @@ class Reloaded(Changes):
     """What differed from what was served."""
 
     applied: bool = Field(description="Whether the lines are served so now; false after a dry run.")
+    busy: list[str] = Field(
+        description="What moves or is at work on lines that would be closed: nothing changes while it does."
+    )
 
 
 @needs(Right.ADMIN, whole_plant=True)
@@ -39,14 +44,16 @@ async def reload(plant: Plant, *, dry_run: bool) -> Reloaded:
 
 
 @needs(Right.ADMIN, whole_plant=True)
-async def add_line(plant: Plant, table: Mapping[str, Any], *, dry_run: bool) -> Reloaded:
+async def add_line(plant: Plant, table: Mapping[str, Any], *, comment: str = "", dry_run: bool) -> Reloaded:
     """Write one more line, with its bodies or its robot, into the file, and serve it; errors as of `reload`.
+
+    A comment above it says when it was added, and by whom.
 
     :raises NotSent: the file cannot be written; nothing was changed.
     """
     file = _file_of(plant)
     try:
-        text, wanted = await asyncio.to_thread(file.with_line, table)
+        text, wanted = await asyncio.to_thread(file.with_line, table, _signed(comment))
     except ConfigError as error:
         raise _unusable(error, NOT_ADDED) from None
     return await _write_and_serve(plant, file, text, wanted, dry_run=dry_run)
@@ -54,35 +61,40 @@ async def add_line(plant: Plant, table: Mapping[str, Any], *, dry_run: bool) -> 
 
 @needs(Right.ADMIN)
 async def add_bodies(
-    plant: Plant, line_id: str, bodies: Sequence[Mapping[str, Any]], *, dry_run: bool
+    plant: Plant, line_id: str, bodies: Sequence[Mapping[str, Any]], *, comment: str = "", dry_run: bool
 ) -> Reloaded:
-    """Write more bodies of a line into the file, and serve them; errors as of `add_line`.
+    """Write more bodies of a line into the file, and serve them; comment and errors as of `add_line`.
 
     :raises NotFound: there is no such line.
     """
     plant.port(line_id)
     file = _file_of(plant)
     try:
-        text, wanted = await asyncio.to_thread(file.with_bodies, line_id, bodies)
+        text, wanted = await asyncio.to_thread(file.with_bodies, line_id, bodies, _signed(comment))
     except ConfigError as error:
         raise _unusable(error, NOT_ADDED) from None
     return await _write_and_serve(plant, file, text, wanted, dry_run=dry_run)
 
 
+def _signed(comment: str) -> str:
+    return f"Added on {datetime.now(UTC):%Y-%m-%d} by {principal.current().name}.\n{comment}"
+
+
 async def _write_and_serve(
     plant: Plant, file: ConfigFile, text: str, wanted: Config, *, dry_run: bool
 ) -> Reloaded:
-    plant.require_rest(wanted)
     if not dry_run:
+        plant.require_rest(wanted)
         await asyncio.to_thread(file.write, text)
     return await _serve(plant, wanted, dry_run=dry_run)
 
 
 async def _serve(plant: Plant, wanted: Config, *, dry_run: bool) -> Reloaded:
     found = changes(plant.config, wanted)
+    busy = plant.busy(wanted)
     if not dry_run:
         await plant.reload(wanted)
-    return Reloaded(**found.model_dump(), applied=not dry_run)
+    return Reloaded(**found.model_dump(), applied=not dry_run, busy=busy)
 
 
 def _file_of(plant: Plant) -> ConfigFile:

@@ -1,5 +1,7 @@
 """User programs of bodies: checked, uploaded, read, run; and the memories they share with their hosts."""
 
+from collections.abc import Sequence
+
 from gateway.core.errors import InvalidText, Misplaced
 from gateway.core.rights import Right
 from gateway.operations.caller import needs, require
@@ -101,9 +103,9 @@ async def read_memories(plant: Plant, body_id: str, first: str, count: int) -> l
 
 
 @needs(Right.OPERATE)
-async def write_memory(plant: Plant, body_id: str, name: str, value: int) -> MemoryValue:
-    """Set a memory, and read it back; errors as of `memories.write`."""
-    return await memories.write(_body(plant, body_id), name, value)
+async def write_memories(plant: Plant, body_id: str, wanted: Sequence[tuple[str, int]]) -> list[MemoryValue]:
+    """Set memories, and read them back; errors as of `memories.write`."""
+    return await memories.write(_body(plant, body_id), wanted)
 
 
 def _body(plant: Plant, body_id: str) -> Body:

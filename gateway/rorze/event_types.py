@@ -17,6 +17,7 @@ from gateway.core.event_types import (
 from gateway.core.move_record import CountedIn, Move
 from gateway.core.restore_record import Restore
 from gateway.rorze.jogs import BodyJog
+from gateway.rorze.position_uploads import TableUpload
 from gateway.rorze.positions import PositionReading
 from gateway.rorze.power import Acknowledgement
 from gateway.rorze.program_runs import ProgramRun
@@ -102,7 +103,7 @@ class BodyPosition(EventData):
     """Where a motor stands (6PD)."""
 
     pulses: int = Field(description="Or encoder counts: see `counted_in`.")
-    counted_in: CountedIn | None = Field(description="Null where its operating mode was not read yet.")
+    counted_in: CountedIn | None = Field(description="Null where its operating mode could not be read.")
     value: float | None = Field(description="The same in `unit`; null without a scale.")
     unit: str | None
 
@@ -174,6 +175,16 @@ BODIES = (
             "progress": "more of it was read; once a second at most",
             "succeeded": "all was read: the record has the positions",
             "failed": "it did not tell all",
+            "cancelled": "a request or the end of the gateway has ended it",
+        }.items()
+    ),
+    *(
+        EventType(f"body.position_upload.{news}", BODY, TableUpload, when)
+        for news, when in {
+            "started": "positions are being stored in it",
+            "progress": "more were sent, or read back; once a second at most",
+            "succeeded": "all were read back and are those that were sent",
+            "failed": "not all were sent, or it holds others",
             "cancelled": "a request or the end of the gateway has ended it",
         }.items()
     ),

@@ -17,6 +17,9 @@ KEPT: Final = re.compile("0[BRS]|9V|C[CEFPS]|D[CIL]|E[ADP]|H[ACFTZ]|O[ABHLS]|P[A
 """What FIS keeps, by the first two characters of the commands; but the position index (3I), which moves step,
 and the outputs (CO), which pulses, interrupts and errors switch."""
 
+_UNSEEN: Final = frozenset((RunProgram, StepProgram, EraseFlash))
+"""After these either memory may hold something else."""
+
 
 @dataclass(eq=False)
 class FlashState:
@@ -31,7 +34,7 @@ class FlashState:
 
     def note_told(self, command: RorzeCommand[Any], *, is_known: bool) -> None:
         """A command that is no mere read was queued, or its outcome is known."""
-        if not is_known or isinstance(command, RunProgram | StepProgram | EraseFlash):
+        if not is_known or type(command) in _UNSEEN:
             self.forget()
         elif command.effect is Effect.SETTING:
             self._set.add(command.code[:2])
@@ -46,7 +49,7 @@ class FlashState:
 
     def note_done(self, command: RorzeCommand[Any], *, certain: bool) -> None:
         """A command was executed, or without a reply may have been."""
-        if isinstance(command, SaveSettings):
+        if type(command) is SaveSettings:
             self.forget()
             self.known = certain
 

@@ -1,6 +1,6 @@
 """Rules across the bodies of a line, asked in the instant in which a frame is written."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 
 from gateway.core.errors import BodyBusy, Cancelled, GatewayError, InvalidRequest
 from gateway.rorze.bodies import Body
@@ -22,7 +22,7 @@ class Guards:
         restored: Callable[[Body, RorzeExchange], bool],
     ) -> None:
         self._line = line
-        self._bodies = bodies
+        self._bodies = {body.number: body for body in bodies}
         self._stopping = stopping
         """Whether a stop of a body is not confirmed yet."""
         self._keeps_out = keeps_out
@@ -31,27 +31,28 @@ class Guards:
         """Whether an exchange would change a body to which a backup is being restored."""
         for guard in (
             self._flash_while_moving,
-            self._motion_while_stopping,
-            self._motion_to_a_lost_place,
-            self._motion_without_a_move,
+            self._motion_at_the_wrong_time,
             self._amid_an_upload,
             self._amid_a_restore,
         ):
             line.gate.add(guard)
 
-    def _reached_by(self, exchange: RorzeExchange) -> Iterator[Body]:
-        numbers = self._line.groups.get(exchange.body, [exchange.body])
-        return (body for body in self._bodies if body.number in numbers)
+    def _reached_by(self, exchange: RorzeExchange) -> list[Body]:
+        alone = self._bodies.get(exchange.target)
+        if alone is not None:
+            return [alone]
+        members = self._line.groups.get(exchange.target, ())
+        return [body for number, body in self._bodies.items() if number in members]
 
     def _flash_while_moving(self, exchange: RorzeExchange, _: float) -> GatewayError | None:
         """A flash command holds up the line for 1.5 s: not while anything moves there, or may move."""
         if not exchange.command.takes_s:
             return None
         code = exchange.command.code
-        moving = [body.address for body in self._bodies if body.moving]
+        moving = [body.address for body in self._bodies.values() if body.moving]
         if moving:
             return BodyBusy(f"{', '.join(moving)} moves; {code} was not sent.", "Wait for standstill.")
-        unread = [body.address for body in self._bodies if body.moving is None and body.online]
+        unread = [body.address for body in self._bodies.values() if body.moving is None and body.online]
         if unread:
             return BodyBusy(
                 f"Whether {', '.join(unread)} moves is not known yet; {code} was not sent.",
@@ -59,10 +60,18 @@ class Guards:
             )
         return None
 
-    def _motion_while_stopping(self, exchange: RorzeExchange, _: float) -> GatewayError | None:
-        """Until a stop is confirmed nothing is sent that could move the motor again."""
+    def _motion_at_the_wrong_time(self, exchange: RorzeExchange, now: float) -> GatewayError | None:
+        """What could move a motor: not before a stop is confirmed, to no lost place, and to a known end."""
         if exchange.command.effect is not Effect.MOTION:
             return None
+        return (
+            self._while_stopping(exchange)
+            or self._to_a_lost_place(exchange, now)
+            or self._without_a_move(exchange)
+        )
+
+    def _while_stopping(self, exchange: RorzeExchange) -> GatewayError | None:
+        """Until a stop is confirmed nothing is sent that could move the motor again."""
         stopping = [body.address for body in self._reached_by(exchange) if self._stopping(body)]
         if not stopping:
             return None
@@ -71,7 +80,7 @@ class Guards:
             "Wait for standstill.",
         )
 
-    def _motion_to_a_lost_place(self, exchange: RorzeExchange, now: float) -> GatewayError | None:
+    def _to_a_lost_place(self, exchange: RorzeExchange, now: float) -> GatewayError | None:
         """A motion to a place is written only where the place is what it was when it was asked for."""
         if not needs_place(exchange.command):
             return None
@@ -81,7 +90,7 @@ class Guards:
                 return refusal
         return None
 
-    def _motion_without_a_move(self, exchange: RorzeExchange, _: float) -> GatewayError | None:
+    def _without_a_move(self, exchange: RorzeExchange) -> GatewayError | None:
         """Whatever way it came here: a motion that nobody would follow to its end is not begun."""
         command = exchange.command
         if not command.starts_motion():

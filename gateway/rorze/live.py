@@ -14,6 +14,7 @@ from gateway.rorze.bodies import Body, R
 from gateway.rorze.event_types import BodyPosition
 from gateway.rorze.sweep import Sweep, Told
 from protocols.rorze.inputs_outputs import GetInputs, GetOutputs
+from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.position import GetPosition
 from protocols.rorze.row import RorzeCommand
 
@@ -67,6 +68,9 @@ class PositionSource(BodySource):
 
     async def read(self, due: Sequence[Source]) -> list[Source]:
         """Put what somebody else has just been told, or ask."""
+        if self.body.mode is None:
+            unknown = [it for it in self.company(due) if it.mode is None]
+            await self.sweep.ask(unknown, GetOperatingMode(), Lane.BACKGROUND)
         if self._put_if_fresh():
             return [self]
         sources = self.company(due)

@@ -1,10 +1,12 @@
 """Data memories, counters and timers of user programs (RC-420 manual 14.U, 15.2.5)."""
 
 import re
+from collections.abc import Sequence
 from typing import NamedTuple
 
-from gateway.core.errors import InvalidRequest
+from gateway.core.errors import GatewayError, InvalidRequest
 from gateway.rorze.bodies import Body
+from gateway.rorze.errors import PartlyDone
 from protocols.rorze.notation import BILLION
 from protocols.rorze.programs import LARGEST_COUNT, GetProgramMemory, SetProgramMemory
 
@@ -37,18 +39,35 @@ async def read(body: Body, first: str, count: int) -> list[MemoryValue]:
     return [await _read(body, f"{bank}{place + offset}") for offset in range(count)]
 
 
-async def write(body: Body, name: str, value: int) -> MemoryValue:
-    """Set a memory (UDS), and give what it holds then: a program that runs may change it at once.
+async def write(body: Body, wanted: Sequence[tuple[str, int]]) -> list[MemoryValue]:
+    """Set memories in order (UDS), and give what they hold then: a program that runs may change them at once.
 
-    :raises InvalidRequest: there is no such memory, or it cannot hold the number.
-    :raises GatewayError: it was not set, or not read back.
+    :raises InvalidRequest: there is no such memory, or it cannot hold the number; nothing was sent.
+    :raises PartlyDone: it was broken off after the first.
+    :raises GatewayError: none was set, or read back.
     """
+    commands = [_setting(name, value) for name, value in wanted]
+    held: list[MemoryValue] = []
+    for place, command in enumerate(commands):
+        try:
+            await body.ask(command)
+            held.append(await _read(body, command.memory))
+        except GatewayError as error:
+            if not held:
+                raise
+            done, left = (
+                [it.code + it.written() for it in part] for part in (commands[:place], commands[place:])
+            )
+            raise PartlyDone(body.address, done, left, error) from error
+    return held
+
+
+def _setting(name: str, value: int) -> SetProgramMemory:
     bank, place = _split(name)
     least, largest = limits(bank)
     if not least <= value <= largest:
         raise InvalidRequest(f"value: {bank}{place} holds {least} to {largest}; nothing was sent.")
-    await body.ask(SetProgramMemory(memory=f"{bank}{place}", value=value))
-    return await _read(body, f"{bank}{place}")
+    return SetProgramMemory(memory=f"{bank}{place}", value=value)
 
 
 async def _read(body: Body, name: str) -> MemoryValue:

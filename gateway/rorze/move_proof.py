@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from gateway.core.errors import (
     BodyBusy,
+    ControllerRefused,
     GatewayError,
     MoveFailed,
     NoReply,
@@ -32,6 +33,8 @@ from protocols.table import Reply
 
 STRAIGHT = ("relative", "absolute", "continuous", "jog")
 """Moves that go from where the motor stands, one way."""
+IN_MOTION = frozenset({"0x4C", "0x50"})
+"""How what is told at standstill only is refused (RC-420 manual 21)."""
 MOTION_ERRORS = 0x66
 """Bits of the controller status: a limit, EMS, the movement range or STALL can end a move (9CD)."""
 IN_POSITION_S = 6.0
@@ -87,6 +90,8 @@ class Case:
     """Whether the motor was seen where its way does not lead."""
     _half: MotorState | None = None
     """A reading that counts when the next one agrees; no cut of the line undoes it."""
+    _refusal: ControllerRefused | None = None
+    """What the controller has answered although the motor, which had stood still, was set going."""
     _patience_s: float = OVERDUE_S
     _silence: Silence = field(init=False)
 
@@ -281,6 +286,25 @@ class Case:
 
     # the verdict
 
+    async def contradicted(self, refusal: ControllerRefused) -> NoReply | None:
+        """See whether a refusal hides that the command was executed: what then counts in its place.
+
+        A motor that stood still is in motion when a line that has doubled the command had it set going by the
+        first copy, whose reply was lost.
+        """
+        before = self.before
+        if refusal.error_code not in IN_MOTION or self.move.status is not MoveStatus.SENT or before is None:
+            return None
+        state = await self._state(lambda _: False)
+        if state is not None and not state.runs and state.position == before.position:
+            return None
+        self._refusal = refusal
+        self._note(
+            f"It refused {self.move.command} as in motion ({refusal.error_code}), and had stood still: the "
+            "line has doubled the command, or something else moves the motor."
+        )
+        return _refused_in_motion(self.body, self.move)
+
     async def without_reply(self, error: NoReply) -> Verdict | None:
         """Nobody knows whether the command was executed: let the motor tell; None where the move runs on."""
         state = await self._state(lambda _: False)
@@ -288,9 +312,10 @@ class Case:
             return self.given_up(error)
         self.move.position = state.position
         if state.runs:
-            self._note(
-                "The motor runs, and had stood still: the command was executed although no reply came."
-            )
+            if self._refusal is None:
+                self._note(
+                    "The motor runs, and had stood still: the command was executed although no reply came."
+                )
             return None
         kept = await self._mark_tells()
         if kept is False:
@@ -349,6 +374,8 @@ class Case:
         kept = await self._kept_its_power()
         if kept is False:
             return Verdict(MoveStatus.LOST, error=_without_power(body))
+        if self._refusal is not None and not self._is_target(move.position):
+            return Verdict(MoveStatus.UNKNOWN, error=_refused_in_motion(body, move))
         if move.target_position is not None and not self._is_target(move.position):
             return Verdict(MoveStatus.FAILED, "position_mismatch", _missed(body, move))
         if kept is None:
@@ -496,6 +523,14 @@ class Case:
 
     def _note(self, sentence: str) -> None:
         self.move.evidence.append(sentence)
+
+
+def _refused_in_motion(body: Body, move: Move) -> NoReply:
+    return NoReply(
+        f"{body.address} refused {move.command} as in motion, although it had stood still just before: a "
+        "first copy of the command may have set it going, or something else has; nothing was sent again.",
+        "See what else can move it, and read its status and position before anything else.",
+    )
 
 
 def _not_in_position(body: Body) -> MoveFailed:

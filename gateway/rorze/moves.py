@@ -207,6 +207,9 @@ class Moves:
         except GatewayError as error:
             results = {case.body: error for case in flight.cases}
         for case in flight.cases:
+            result = results[case.body]
+            if isinstance(result, ControllerRefused):
+                results[case.body] = await case.contradicted(result) or result
             self._reply(case.body, case.move, results[case.body])
         flight.answer(results)
         await together(*(self._see_through(case, results[case.body]) for case in flight.cases))

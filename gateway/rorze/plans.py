@@ -112,6 +112,7 @@ async def plan_of(body: Body, command: RorzeCommand[Ack]) -> PlannedMove:
         planned.note = "How far it goes is only known when it is done."
         return planned
     planned.distance = round(abs(target - position.pulses) * await pulses_per_count(body))
+    planned.counted_in = body.counted_in
     try:
         profile = await _profile(body, command, planned.distance)
     except (ProfileError, ControllerRefused) as error:

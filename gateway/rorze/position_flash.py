@@ -6,7 +6,7 @@ a position is the same in both until it is set.
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final
 
 from protocols.rorze.flash import EraseFlash, LoadPositions, SavePositions
 from protocols.rorze.inputs_outputs import SetInterruptAction
@@ -14,6 +14,8 @@ from protocols.rorze.position_table import NumberedPositionEntry, SetPositionEnt
 from protocols.rorze.programs import RunProgram, StepProgram
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Effect, Reply
+
+_PROGRAMS: Final = frozenset((RunProgram, StepProgram))
 
 
 @dataclass(eq=False)
@@ -35,28 +37,28 @@ class PositionFlash:
 
     def note_told(self, command: RorzeCommand[Any], *, is_known: bool) -> None:
         """A command that is no mere read was queued, or its outcome is known."""
-        if not is_known or isinstance(command, EraseFlash):
+        if not is_known or type(command) is EraseFlash:
             self.forget()
-        elif isinstance(command, RunProgram | StepProgram):  # it may set positions, and cannot save them
+        elif type(command) in _PROGRAMS:  # they may set positions, and cannot save them
             self._same = False
-        elif isinstance(command, SetPositionEntry) and isinstance(command.entry.position, int):
+        elif type(command) is SetPositionEntry and isinstance(command.entry.position, int):
             self._set.add(command.entry.position)
-        elif isinstance(command, SetInterruptAction):
+        elif type(command) is SetInterruptAction:
             self._set |= {it for it in (command.number,) if it is not None}
         elif command.effect is Effect.SETTING and command.code[0] == "3":
             self._same = False
 
     def note_read(self, reply: Reply) -> None:
         """A question was answered."""
-        if isinstance(reply, NumberedPositionEntry) and self._same and reply.position not in self._set:
+        if type(reply) is NumberedPositionEntry and self._same and reply.position not in self._set:
             self._held[reply.position] = reply.pulses
 
     def note_done(self, command: RorzeCommand[Any], *, certain: bool) -> None:
         """A command was executed, or without a reply may have been."""
-        if isinstance(command, SavePositions):
+        if type(command) is SavePositions:
             self.forget()
             self._same = certain
-        elif isinstance(command, LoadPositions):
+        elif type(command) is LoadPositions:
             self._set.clear()
             self._same = certain
 

@@ -132,10 +132,16 @@ class PositionReadings(Readings[PositionReading]):
         return self.follow(record, collect)
 
 
-async def store(body: Body, wanted: Sequence[Wanted], *, flash: bool = False) -> list[Position]:
+async def store(
+    body: Body,
+    wanted: Sequence[Wanted],
+    *,
+    flash: bool = False,
+    answered: Callable[[], None] = lambda: None,
+) -> list[Position]:
     """Store positions (3PS), read them back, and write the whole table to flash memory (FPS) if asked.
 
-    What differs is sent again: no checksum tells a garbled digit.
+    What differs is sent again: no checksum tells a garbled digit. `answered` is called for each answer.
 
     :raises InvalidRequest: a number comes twice, or does not exist; nothing was sent.
     :raises BodyBusy: it moves, and is to store where it stands; nothing was sent.
@@ -143,14 +149,16 @@ async def store(body: Body, wanted: Sequence[Wanted], *, flash: bool = False) ->
     :raises PositionsDiffer: all were sent, and what was read back is something else.
     :raises GatewayError: nothing was sent, or it was not read back, or not written to flash memory.
     """
-    _check(wanted)
+    check(wanted)
     if any(it.pulses is None for it in wanted) and (await body.where_it_rests()).runs:
         raise BodyBusy(f"{body.address} moves; nothing was sent.", "Wait for standstill.")
     held: dict[int, Position] = {}
     left = list(wanted)
     for _ in range(TRIES):
-        await _send(body, left, len(wanted))
-        held |= {it.number: it async for it in closely(read_one(body, it.number) for it in left)}
+        await _send(body, left, len(wanted), answered)
+        async for it in closely(read_one(body, it.number) for it in left):
+            held[it.number] = it
+            answered()
         left = [it for it in left if it.pulses not in (None, held[it.number].pulses)]
         if not left:
             break
@@ -165,7 +173,7 @@ async def store(body: Body, wanted: Sequence[Wanted], *, flash: bool = False) ->
     return [held[it.number] for it in wanted]
 
 
-async def _send(body: Body, wanted: Sequence[Wanted], of: int) -> None:
+async def _send(body: Body, wanted: Sequence[Wanted], of: int, answered: Callable[[], None]) -> None:
     for sent, it in enumerate(wanted):
         try:
             await _set(body, it)
@@ -173,9 +181,14 @@ async def _send(body: Body, wanted: Sequence[Wanted], of: int) -> None:
             if sent:
                 raise StoringBrokenOff(body.address, sent, of, error) from error
             raise
+        answered()
 
 
-def _check(wanted: Sequence[Wanted]) -> None:
+def check(wanted: Sequence[Wanted]) -> None:
+    """Make sure that positions can be stored.
+
+    :raises InvalidRequest: a number comes twice, or does not exist, or a position is out of range.
+    """
     seen: set[int] = set()
     for number, pulses in wanted:
         if number not in PLACES:

@@ -47,6 +47,9 @@ Acknowledgement = Literal["homing", "set_position", "request"]
 RENAMING: Final = (SetPosition, SetEncoderCount, SetEncoderRatio, SetOperatingMode)
 """After these the same place has another number."""
 
+_ELSEWHERE: Final = frozenset((RunProgram, StepProgram, *RENAMING))
+"""After these it may stand, or say that it stands, somewhere else."""
+
 _MARK = re.compile("GW-[0-9a-f]{8}")
 
 
@@ -59,7 +62,7 @@ def needs_place(command: RorzeCommand[Any]) -> bool:
 
     So do moves to a position or by an entry of the position table, interpolated moves, and programs.
     """
-    if command.effect is Effect.READ:
+    if command.effect is not Effect.MOTION:
         return False
     if isinstance(command, RelativeMove):
         return isinstance(command.distance, PositionReference)
@@ -134,18 +137,17 @@ class Power:
         """A command that is no mere read was queued, or its outcome is known."""
         self._errors = 0
         self._settings.clear()
-        unknown = command.code not in COMMANDS
-        if command.starts_motion() or unknown or isinstance(command, (RunProgram, StepProgram, *RENAMING)):
+        if command.starts_motion() or command.code not in COMMANDS or type(command) in _ELSEWHERE:
             self._position = None
 
     def note_done(self, command: RorzeCommand[Any]) -> None:
         """A command was executed, or may have been: what is saved to flash memory proves nothing any more."""
         overwritten = (
-            isinstance(command, SetUserComment)
+            type(command) is SetUserComment
             and command.comment_number == self.comment
             and command.text not in (self.mark, self.candidate)
         )
-        if overwritten or isinstance(command, SaveSettings):
+        if overwritten or type(command) is SaveSettings:
             self._forget_mark()
 
     def _forget_mark(self) -> None:

@@ -7,7 +7,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from gateway.core.errors import BodyBusy, GatewayError, NoReply
+from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply
 from gateway.core.move_log import new_id
 from gateway.core.origin import current
 from gateway.core.records import Record
@@ -19,6 +19,9 @@ from protocols.rorze.programs import GetProgramAddress, GetProgramStatus, RunPro
 HISTORY = 100
 POLL_S = 0.5
 """A program that runs is asked for its status this often."""
+
+RUNS_ALREADY = "0x5A"
+"""How a start is refused while a program runs (RC-420 manual 21)."""
 
 END_CAUSES = {
     0x02: "stopped",
@@ -87,6 +90,7 @@ class ProgramRuns(Works[ProgramRun]):
 
         :raises BodyBusy: a move of the gateway is not over, or a program runs.
         :raises PowerCycled: the body has lost its power, and the program would go to other places.
+        :raises Cancelled: a stop came first; it was not sent.
         :raises ControllerRefused: nothing stands at that place.
         :raises GatewayError: it was not started, or nobody knows.
         """
@@ -98,12 +102,12 @@ class ProgramRuns(Works[ProgramRun]):
         refusal = body.power.refusal(body.address, command)
         if refusal is not None:
             raise refusal
-        last = self.find(body.address)
+        last, epoch = self.find(body.address), body.line.gate.epoch(body.number)
         if last is not None and last.status == "running" and await self._look(body, last):
             raise BodyBusy(
                 f"The program run {last.id} of {body.address} is not over.", "Wait for it or stop it."
             )
-        await self._order(body, command)
+        await self._order(body, command, epoch)
         now = datetime.now(UTC)
         run = ProgramRun(
             id=new_id(now),
@@ -117,12 +121,23 @@ class ProgramRuns(Works[ProgramRun]):
         self._publish("started", run)
         return run
 
-    async def _order(self, body: Body, command: RunProgram | StepProgram) -> None:
-        """Send the command; where no reply tells, a program that runs has been started."""
+    async def _order(self, body: Body, command: RunProgram | StepProgram, epoch: int) -> None:
+        """Send the command where no program runs; one that runs then has been started, whatever was answered.
+
+        A line may double the command: then the second copy is refused, and its reply may be all that arrives.
+        """
+        if await runs(body):
+            raise BodyBusy(
+                f"{body.address} runs a program already; {command.code} was not sent.",
+                "Wait for its end or stop it.",
+            )
+        if body.line.gate.epoch(body.number) != epoch:
+            raise body.line.gate.overtaken(body.number)
         try:
             await body.ask(command)
-        except NoReply:
-            if not await runs(body):
+        except (NoReply, ControllerRefused) as error:
+            doubtful = isinstance(error, NoReply) or error.error_code == RUNS_ALREADY
+            if not doubtful or not await runs(body):
                 raise
 
     async def state(self, body: Body) -> ProgramState:

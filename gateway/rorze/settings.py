@@ -58,7 +58,7 @@ class ChangedSettings(BaseModel):
     """Settings after a change, as they were read back."""
 
     body_id: str
-    settings: Settings = Field(description="Those that were named.")
+    settings: Settings = Field(description="Those that were named; the others are left out.")
     steps: list[ChangeStep] = Field(description="What the change took, in order.")
 
 

@@ -132,6 +132,7 @@ class RobotChange(Strict):
     """What the manual leaves open about the robot; what is left out stays as it is."""
 
     stop_while_braking: Literal["overtakes", "refused"] | None = None
+    emergency_stop: Literal["at_once", "brakes"] | None = None
     status_bits: Bits | None = Field(default=None, description="Bits 0 to 3, each name once.")
     sensor_bits: Bits | None = Field(default=None, description="Bits 0 to 2, each name once.")
     origin_bit: Literal["homed", "lasting"] | None = None

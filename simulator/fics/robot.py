@@ -72,6 +72,8 @@ class Job:
     wait: Wait = ()
     answered: bool = False
     """As JOG is, when it begins."""
+    alarm: Alarm | None = None
+    """What it brakes for, and ends with."""
 
     @property
     def courses(self) -> tuple[Course, ...]:
@@ -266,9 +268,8 @@ class Robot:
         self.terminal = None
         if self.job is None:
             return None
+        self._ramp_down(self.job, now)
         self.braking = Braking(self.truth.request)
-        for course in self.job.courses:
-            course.brake(now)
         if not self.job.courses:
             self.job.wait = ()
         return LATER
@@ -287,7 +288,9 @@ class Robot:
             self.raise_alarm(alarmed.alarm, now)
             return
         if job.rests():
-            if self.braking is not None:
+            if job.alarm is not None:
+                self._finish(job, "alarm", now, job.alarm)
+            elif self.braking is not None:
                 self._finish(job, "stop", now)
             else:
                 self._go_on(job, lambda: job.task.send(now), now)
@@ -362,9 +365,20 @@ class Robot:
         self.terminal = None
         self.truth.log("alarm", now, SYSTEM, code=alarm.code, detail=alarm.detail.written())
         job = self.job
-        if job is not None:
+        if job is None:
+            return
+        if alarm.is_emergency and self.settings.emergency_stop == "brakes" and not job.rests():
+            self._ramp_down(job, now)
+            job.alarm = alarm
+        else:
             self._halt(job, now)
             self._finish(job, "alarm", now, alarm)
+
+    def _ramp_down(self, job: Job, now: float) -> None:
+        """Brake what moves, unless it does already."""
+        if job.alarm is None and self.braking is None:
+            for course in job.courses:
+                course.brake(now)
 
     def reset(self) -> None:
         """Forget the errors of the system; what still has its cause stands (DRT)."""

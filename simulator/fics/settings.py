@@ -15,6 +15,8 @@ class RobotSettings:
 
     stop_while_braking: Literal["overtakes", "refused"] = "overtakes"
     """What becomes of AES while ASS is braking: it stops at once (1-7), or is refused with E04 (2-12)."""
+    emergency_stop: Literal["at_once", "brakes"] = "at_once"
+    """How AES and the stop input stop the axes: where they are, or on their ramps (2-7, 2-10)."""
     status_bits: tuple[str, ...] = STATUS_BITS
     """What bits 0 to 3 of the second digit of ACD mean (2-10)."""
     sensor_bits: tuple[str, ...] = SENSOR_BITS

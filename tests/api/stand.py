@@ -20,7 +20,7 @@ from gateway.core.events import Event
 from simulator.rorze.line import build_line
 from tests.open_access import OPEN_TABLE
 from tests.plants import is_known
-from tests.simulated_line import SimulatedLine
+from tests.simulated_line import SimulatedLine, Unplugged
 from tests.tested_plant import TestedPlant
 from tests.virtual_time import run_virtual
 
@@ -100,7 +100,7 @@ async def build_stand(
     ]
     config = Config.model_validate({"server": server, "access": access, "lines": tables, "scaras": scaras})
     by_address = {addresses[line]: port for line, port in ports.items()}
-    plant = TestedPlant(config, open_transport=lambda address: by_address[address])
+    plant = TestedPlant(config, open_transport=lambda address: by_address.get(address) or Unplugged(address))
     ups = plant.events.subscribe(types=["line.up"])
     await plant.start()
     for _ in lines:

@@ -33,7 +33,7 @@ def give_file(stand: Stand, folder: str) -> Path:
 async def test_it_is_read_again(stand: Stand) -> None:
     with TemporaryDirectory() as folder:
         path = give_file(stand, folder)
-        nothing = {"lines": [], "needs_restart": [], "applied": False}
+        nothing = {"lines": [], "needs_restart": [], "applied": False, "busy": []}
         assert (await stand.post("/system/reload", {"dry_run": True})).json() == nothing
         assert (await stand.post("/system/reload")).json() == nothing | {"applied": True}
         path.write_text("[server]\nraw_commands = true\n" + TEXT + "trace_file = 1")
@@ -56,6 +56,7 @@ async def test_bodies_and_lines_are_added_and_stand_in_the_file(stand: Stand) ->
             "lines": [{"line_id": "arm", "change": "changed", "keys": ["bodies.40"]}],
             "needs_restart": [],
             "applied": False,
+            "busy": [],
         }
         assert path.read_text() == TEXT
         added = (await stand.post("/lines/arm/bodies", wanted | {"dry_run": False})).json()

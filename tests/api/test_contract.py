@@ -29,6 +29,7 @@ from tests.api.access.guarded import Keys
 from tests.api.stand import HOST, Inline
 from tests.fics_plants import CARTESIAN, SCARA, Cable
 from tests.plants import Wire
+from tests.simulated_line import Unplugged
 from tests.tested_plant import TestedPlant
 from tests.virtual_time import VirtualLoop
 
@@ -76,7 +77,11 @@ class Gateway:
             "tcp://127.0.0.1:1": Wire(build_line((0x00, 0x3F), 0.0)),
             "tcp://127.0.0.1:2": Cable(build_robot(Layout(units=2))),
         }
-        plant = TestedPlant(parse(CONFIG, "test.toml"), open_transport=ports.__getitem__, rng=Random(0))
+        plant = TestedPlant(
+            parse(CONFIG, "test.toml"),
+            open_transport=lambda address: ports.get(address) or Unplugged(address),
+            rng=Random(0),
+        )
         await plant.start()
         self._stack.push_async_callback(plant.close)
         await asyncio.sleep(2)

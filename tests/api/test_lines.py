@@ -2,6 +2,8 @@
 
 import asyncio
 
+import pytest
+
 from gateway.access.principal import EVERYBODY, asking
 from gateway.config import Config
 from gateway.operations import traces
@@ -48,6 +50,32 @@ async def test_a_scan_finds_who_is_there_and_can_be_asked_for_later(stand: Stand
     assert (over["status"], over["asked"]) == ("finished", 120)
     assert [found["body_id"] for found in over["found"]] == ["arm.00", "arm.01", "arm.3F"]
     assert (await stand.get("/lines/arm/scans/none")).status_code == 404
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "told"),
+    [
+        ({"bodies": ["3F"]}, 422, "bodies: is not known here; it takes none; nothing was sent."),
+        ({"wait": 5}, 422, "wait: is not known here"),
+        (["3F"], 422, "The request body: must be an object; nothing was sent."),
+        ({}, 202, ""),
+    ],
+)
+def test_what_a_route_without_a_body_would_pass_over_is_refused(body: object, status: int, told: str) -> None:
+    @on_stand()
+    async def story(stand: Stand) -> None:
+        before = len(stand.frames())
+        answer = await stand.post("/lines/arm/scans", body)
+        assert answer.status_code == status, answer.text
+        assert answer.json().get("detail", "").startswith(told)
+        assert status == 202 or len(stand.frames()) == before
+
+    story()
+
+
+@on_stand()
+async def test_a_stop_goes_out_whatever_its_body_says(stand: Stand) -> None:
+    assert (await stand.post("/bodies/3F/stop", {"bodies": 1})).status_code == 200
 
 
 @on_stand()

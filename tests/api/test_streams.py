@@ -272,7 +272,7 @@ async def test_a_websocket_client_watches_where_a_body_stands(stand: Stand) -> N
         values = [await client.event() for _ in range(20)]
     assert 0.9 < asyncio.get_running_loop().time() - began < 1.2
     of = {it["subject"]: it["data"] for it in values}
-    counted = {"counted_in": None}
+    counted = {"counted_in": "pulses"}
     assert of["/bodies/arm.3F"] == {"pulses": 50_000, "value": None, "unit": None} | counted
     assert of["/bodies/arm.01"] == {"pulses": 0, "value": 0.0, "unit": "mm"} | counted
     assert not [it for it in values if "sequence" in it]

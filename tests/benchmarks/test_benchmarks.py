@@ -66,6 +66,16 @@ ROW = re.compile(r"(?P<name>.+?)  .*(ratio|figure) (>=|<=) \S+ +(reached|MISSED)
         ),
         ("key-cost", ["read with a checked key: processor"]),
         ("tls-crowd", ["stop among 200 readers and 100 subscribers over TLS: p99"]),
+        pytest.param(
+            "pages",
+            [
+                "pages: longest hold of the loop",
+                "console: first paint",
+                "/docs: all its sections",
+                "stop while documents are fetched: p99.9",
+            ],
+            marks=pytest.mark.skipif(not CHROMIUM, reason="make test installs Chromium"),
+        ),
     ],
 )
 def test_a_benchmark_runs_and_prints_its_figures(benchmark: str, names: list[str]) -> None:

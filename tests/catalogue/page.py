@@ -8,7 +8,8 @@ _HEAD = """\
 # What can go wrong
 
 Each fault has a number, what the gateway does about it, and tests that prove it: `pytest -k S01` runs those
-of one. S is the serial line, C a controller, G the process and its computer, J the disk and the journal.
+of one. S is the serial line, L the link master, C a controller, H a robot and its dual-port RAM, G the
+process and its computer, A what comes over HTTP and WebSockets, J the disk and the journal.
 `make documents` writes this page, and `make test` compares it.
 
 | Number | Fault | What the gateway does | Tests |

@@ -2,42 +2,60 @@
 
 from typing import Final, NamedTuple
 
+ACCESS = "api/access/test_access"
+ADMISSION = "api/front/test_connections"
+AHEAD = "e2e/test_requests_ahead"
 BIT_FLIPS = "bit_flips/test_bit_flips"
 BODY_POWER = "gateway/rorze/test_body_power"
 BREAKDOWNS = "e2e/test_breakdowns"
+CORE_LEASES = "gateway/core/test_leases"
 DISK = "gateway/core/journal/test_disk"
+DPRAM_FAULTS = "gateway/fics/test_dpram_faults"
+DURATIONS = "gateway/fics/test_durations"
 ERRORS = "gateway/rorze/test_internal_errors"
-FAULT_SIMULATOR = "fault_simulator/test_fault_simulator"
+EVENTS = "gateway/core/test_events"
 FAULTY_LINE = "simulation/test_faulty_line"
+FAULT_SIMULATOR = "fault_simulator/test_fault_simulator"
 FILES = "gateway/core/journal/test_files"
+FULL_DISK = "e2e/test_full_disk"
+HOSTILE = "e2e/test_hostile_http"
+HTTP = "api/front/test_http_protocol"
 INDEX = "gateway/rorze/test_index_steps"
 INTENTS = "gateway/core/journal/test_intents"
 JOURNAL = "gateway/core/journal/test_journal"
+JSON = "api/common/test_strict_json"
 KILLS = "e2e/test_kills"
 LIFE = "e2e/test_life"
 LINE = "gateway/rorze/test_line"
 LINES = "protocols/test_lines"
 LINK = "protocols/rorze/test_link"
+LOOP_WATCH = "gateway/core/test_loop_watch"
 MEMORY = "gateway/test_memory"
 MOVES = "gateway/rorze/test_moves"
+OPENING = "gateway/core/journal/test_opening"
 PLANT = "gateway/test_plant"
 PORT_LOOP = "gateway/core/test_port_loop"
 PROOF = "gateway/rorze/test_move_proof"
 READINGS = "gateway/rorze/test_readings"
 REPEATS = "api/common/test_idempotent_requests"
+RESUMING = "api/test_resuming"
 RING = "gateway/core/test_event_ring"
+ROBOT_FAULTS = "gateway/fics/test_faults"
+ROBOT_INFO = "api/robots/test_info"
 SCARA_MOVES = "gateway/rorze/scaras/test_moves"
 SCHEDULER = "gateway/core/test_scheduler"
 SERIAL = "transports/test_serial_port"
 SERVER_KILLS = "e2e/test_kills_of_the_server"
 SERVO = "api/bodies/test_servo"
-STOPS = "gateway/rorze/test_stops"
 START_POSITIONS = "gateway/rorze/test_start_positions"
 STARVATION = "api/test_starvation"
+STOPS = "gateway/rorze/test_stops"
 STORIES = "catalogue/test_stories"
+STREAMS = "api/test_streams"
 SUSPENSION = "gateway/rorze/test_suspension"
 TRANSPORTS = "transports/test_contract"
 UNDER_LOAD = "e2e/test_stop_under_load"
+WEBSOCKET = "api/front/test_websocket_protocol"
 WIND_DOWN = "gateway/test_wind_down"
 
 
@@ -219,6 +237,77 @@ ROWS: Final = {
         "they are one",
         (STOPS, "a_thousand_stops_at_once_are_one"),
     ),
+    "L01": _row(
+        "the link master loses its power while all is at rest",
+        "it is set up anew",
+        (PLANT, "a_link_master_that_restarts_while_all_is_quiet_is_set_up_again"),
+        (BREAKDOWNS, "a_link_master_that_loses_its_power_for_a_moment"),
+    ),
+    "L02": _row(
+        "the link master loses its power while a motor moves",
+        "the motor moves on, and its end is found by asking",
+        (PLANT, "a_move_runs_on_while_the_link_master_is_without_power"),
+        (BREAKDOWNS, "a_link_master_that_is_without_power_for_a_while"),
+    ),
+    "L03": _row(
+        "the link master has forgotten a group that is stopped",
+        "each member is stopped by a frame of its own",
+        (STOPS, "the_members_of_a_forgotten_group_are_stopped_nevertheless"),
+    ),
+    "L04": _row(
+        "the reply of a group lacks a member",
+        "that member is asked itself",
+        (LINE, "a_group_reply_gives_each_member_its_own_and_the_missing_member_nothing"),
+        (MOVES, "a_member_that_the_reply_leaves_out_is_asked_itself"),
+    ),
+    "L05": _row(
+        "a member of a group refuses",
+        "its move alone is rejected",
+        (MOVES, "a_member_that_refuses_has_a_rejected_move_of_its_own"),
+    ),
+    "L06": _row(
+        "the end of a move is not announced",
+        "it is found by asking, and the link master set up anew",
+        (MOVES, "without_announcements_the_end_is_found_by_polling_and_the_link_set_up_again"),
+    ),
+    "L07": _row(
+        "the end of an earlier move is announced again",
+        "the present one goes on",
+        (MOVES, "a_late_announcement_of_an_earlier_end_does_not_end_the_move"),
+    ),
+    "L08": _row(
+        "something unasked comes between a command and its reply",
+        "it is an event, and the reply is the reply",
+        (LINE, "messages_nobody_asked_for_never_complete_an_exchange_and_are_passed_on"),
+    ),
+    "L09": _row(
+        "events come 500 times a second",
+        "each is told; stops and moves do not notice",
+        (STORIES, "l09_a_storm_of_events_delays_no_stop_and_disturbs_no_move"),
+    ),
+    "L10": _row(
+        "a command is longer than 60 characters",
+        "it is not sent; a refusal is told with its code",
+        (LINK, "sixty_characters_are_sent_and_sixty_one_are_not"),
+        (LINE, "a_refusal_is_told_with_its_code_if_there_is_one"),
+    ),
+    "L11": _row(
+        "the link to a controller has garbled a command (4B)",
+        "it was not executed; reads alone are repeated",
+        (ERRORS, "a_move_that_meets_an_error_is_rejected_and_nothing_moves"),
+        (ERRORS, "the_remedy_says_who_or_what_to_look_at"),
+    ),
+    "L12": _row(
+        "a reply overtakes another",
+        "each is credited to its own command",
+        (STORIES, "l12_a_reply_that_overtakes_another_is_credited_to_its_own_command"),
+    ),
+    "L13": _row(
+        "the link master drops what is sent before its reply",
+        "stops are sent again, or after replies where the configuration says so",
+        (STOPS, "a_link_master_that_drops_interjected_stops_gets_them_again"),
+        (LINE, "a_link_that_takes_no_frame_before_its_reply_gets_stops_after_replies"),
+    ),
     "C01": _row(
         "a body is absent",
         "it is offline after three fences, and the others go on",
@@ -330,6 +419,103 @@ ROWS: Final = {
         (BODY_POWER, "a_comment_with_somebodys_own_text_is_left_alone_and_told_once"),
         (BODY_POWER, "where_position_0_proves_nothing_the_mark_does"),
     ),
+    "H01": _row(
+        "a robot loses its power",
+        "nothing moves until somebody has acknowledged it",
+        (ROBOT_FAULTS, "h01_after_a_power_cycle_nothing_moves_until_somebody_knows_of_it"),
+        (ROBOT_FAULTS, "h01_a_power_cycle_is_noticed_even_when_nothing_is_asked"),
+        (ROBOT_FAULTS, "h01_a_move_that_lost_its_power_is_lost"),
+    ),
+    "H02": _row(
+        "nobody knows which unit is selected",
+        "nothing moves before the robot has named the right one",
+        (ROBOT_FAULTS, "h02_without_a_verified_unit_nothing_moves"),
+        (ROBOT_FAULTS, "h02_a_unit_that_the_robot_did_not_hear_is_selected_again_or_nothing_moves"),
+    ),
+    "H03": _row(
+        "the terminal selects another unit",
+        "that is noticed before a move",
+        (ROBOT_FAULTS, "h03_a_unit_changed_behind_our_back_is_noticed_before_the_move"),
+    ),
+    "H04": _row(
+        "a crash leaves an upload open",
+        "it is closed first, and stops work",
+        (ROBOT_FAULTS, "h04_an_upload_left_open_by_an_earlier_life_is_closed_first"),
+        (ROBOT_FAULTS, "h04_an_upload_whose_end_was_refused_takes_neither_the_robot_nor_its_stops_away"),
+        (ROBOT_FAULTS, "h04_a_stop_ends_an_upload_that_is_open_behind_our_back"),
+    ),
+    "H05": _row(
+        "a stop is asked for in an upload",
+        "the upload is closed, and the stop follows",
+        (ROBOT_FAULTS, "h05_a_stop_in_an_upload_closes_it_first"),
+    ),
+    "H06": _row(
+        "the terminal makes the robot refuse a stop",
+        "it is repeated and never called confirmed",
+        (ROBOT_FAULTS, "h06_a_stop_refused_by_the_teaching_terminal_is_never_called_confirmed"),
+        (ROBOT_FAULTS, "h06_in_mode_2_the_refusal_of_a_stop_is_heard_before_units_are_selected"),
+    ),
+    "H07": _row(
+        "a stop comes while axes brake",
+        "refused or not, it is confirmed by standstill",
+        (ROBOT_FAULTS, "h07_an_immediate_stop_while_axes_brake_is_confirmed_refused_or_not"),
+    ),
+    "H08": _row(
+        "the reply to a stop overtakes that of the move",
+        "each is credited to its own command",
+        (ROBOT_FAULTS, "h08_the_answer_to_the_stop_comes_before_that_of_the_move"),
+    ),
+    "H09": _row(
+        "a robot in mode 2 does not answer, as it should",
+        "the end is inferred from what it tells of its axes",
+        (ROBOT_FAULTS, "h09_in_mode_2_silence_is_no_error_and_the_end_is_inferred"),
+    ),
+    "H10": _row(
+        "the answer that told an error is lost",
+        "the error is not asked for again but found in the details",
+        (ROBOT_FAULTS, "h10_a_lost_error_is_never_asked_for_again_but_found_in_the_details"),
+        (ROBOT_FAULTS, "h10_all_who_ask_hear_that_the_error_is_gone"),
+    ),
+    "H11": _row(
+        "an axis is not homed",
+        "it has no position, and takes no move to a place",
+        (ROBOT_FAULTS, "h11_an_unhomed_axis_has_no_position_and_takes_no_absolute_move"),
+        (ROBOT_INFO, "a_position_that_is_not_known_is_null_with_the_reason"),
+    ),
+    "H12": _row(
+        "a move lasts for minutes",
+        "it is followed to its end; that it takes too long is told",
+        (ROBOT_FAULTS, "h12_a_move_of_minutes_is_followed_to_its_end"),
+        (DURATIONS, "h12_a_move_that_takes_longer_is_told_and_followed_to_its_end"),
+    ),
+    "H13": _row(
+        "the dual-port RAM has an answer of an earlier life",
+        "it is thrown away",
+        (DPRAM_FAULTS, "h13_an_answer_left_from_an_earlier_life_is_thrown_away"),
+    ),
+    "H14": _row(
+        "Fics takes nothing from the dual-port RAM",
+        "the line is down; a stop is not called sent",
+        (DPRAM_FAULTS, "h14_a_flag_that_stays_at_1_takes_the_line_down_and_a_stop_is_not_called_sent"),
+        (DPRAM_FAULTS, "h14_a_move_that_fics_has_not_taken_is_not_carried_out_after_a_stop"),
+        (ROBOT_FAULTS, "h14_a_port_that_takes_nothing_is_told_and_a_stop_through_it_is_not_called_sent"),
+    ),
+    "H15": _row(
+        "Fics writes while the host reads",
+        "nothing is read before it is whole",
+        (DPRAM_FAULTS, "h15_no_answer_is_read_while_it_is_being_written"),
+    ),
+    "H16": _row(
+        "a crash comes between the data and its flag",
+        "the command is never carried out",
+        (DPRAM_FAULTS, "h16_a_command_without_its_flag_is_never_carried_out"),
+    ),
+    "H17": _row(
+        "the dual-port RAM vanishes",
+        "the line is down, the gateway lives, and a move is followed on afterwards",
+        (DPRAM_FAULTS, "h17_a_ram_that_vanishes_takes_the_line_down_and_not_the_gateway"),
+        (DPRAM_FAULTS, "h17_a_move_is_followed_on_after_the_ram_has_come_back"),
+    ),
     "G01": _row(
         "kill -9 before the intent is durable",
         "nothing was sent; a repeat with its key is carried out once",
@@ -401,10 +587,127 @@ ROWS: Final = {
         (STARVATION, "a_stop_goes_out_in_few_turns_whatever_waits"),
         (STARVATION, "a_lag_is_told_and_what_moves_is_followed_and_stopped"),
     ),
+    "A01": _row(
+        "a client repeats a request with the same key",
+        "it is carried out once, over restarts too",
+        (REPEATS, "a_repeat_gets_the_same_answer"),
+        (REPEATS, "over_a_restart_the_answer_is_the_same"),
+    ),
+    "A02": _row(
+        "the same key comes with another request",
+        "422",
+        (REPEATS, "the_same_key_with_another_request_is_refused"),
+    ),
+    "A03": _row(
+        "a hundred requests come at once with one key",
+        "one move, and a hundred equal answers",
+        (REPEATS, "a_hundred_at_once_make_one_move"),
+        (REPEATS, "a_hundred_after_a_kill_behind_the_intent_get_the_one_move"),
+    ),
+    "A04": _row(
+        "a client leaves while it waits for the end",
+        "the move goes on in its record",
+        (AHEAD, "a_move_goes_on_when_the_client_that_waits_for_its_end_has_left"),
+    ),
+    "A05": _row(
+        "a number is no number, or a key comes twice",
+        "422",
+        (JSON, "what_could_mean_something_else_is_422"),
+        (HOSTILE, "a_distance_that_is_no_whole_number"),
+        (HOSTILE, "a_move_that_is_none"),
+    ),
+    "A06": _row(
+        "JSON is endless, deep, or not JSON",
+        "4xx",
+        (JSON, "what_is_no_json_is_400"),
+        (JSON, "every_number_that_is_read_is_finite"),
+        (JSON, "a_body_over_64_kib_is_413"),
+        (HOSTILE, "too_many_bytes"),
+    ),
+    "A07": _row(
+        "a text would become another frame",
+        "422, and the codec would refuse it, too",
+        (HOSTILE, "commands_that_would_become_other_frames"),
+        (LINK, "one_frame_never_becomes_two"),
+    ),
+    "A08": _row(
+        "an address is odd",
+        "it is that of somebody, or refused",
+        (HOSTILE, "addresses_of_nobody"),
+        (HOSTILE, "an_address_in_percent_signs_is_the_same_address"),
+    ),
+    "A09": _row(
+        "a head or a body comes slowly",
+        "the connection ends in time",
+        (HTTP, "a_slow_head_ends_in_time"),
+        (HTTP, "a_byte_now_and_then_makes_a_head_no_faster"),
+        (HTTP, "a_slow_body_ends_in_time_and_nothing_is_done"),
+    ),
+    "A10": _row(
+        "many clients move and read without a pause",
+        "a stop is the next frame",
+        (UNDER_LOAD, "a_stop_is_the_next_frame_and_nothing_moves_after_it"),
+        (STARVATION, "a_stop_goes_out_in_few_turns_whatever_waits"),
+    ),
+    "A11": _row(
+        "the gateway has as many requests as it takes",
+        "stops are taken nevertheless",
+        (ADMISSION, "beyond_the_limit_there_are_only_stops_and_then_nothing"),
+        (HTTP, "at_the_limit_only_stops_are_served"),
+    ),
+    "A12": _row(
+        "a WebSocket is not read",
+        "it is closed at a bound, and can be resumed",
+        (STREAMS, "a_client_that_does_not_read_is_closed_and_can_go_on_later"),
+        (WEBSOCKET, "who_does_not_read_loses_the_socket_for_good"),
+    ),
+    "A13": _row(
+        "a client vanishes while events are replayed",
+        "the gateway goes on",
+        (EVENTS, "lets_the_rest_of_the_gateway_run_while_it_replays"),
+        (WEBSOCKET, "who_has_left_leaves_nothing_to_the_garbage_collector"),
+    ),
+    "A14": _row(
+        "a client resumes after it has missed events",
+        "without a gap, or with one that is told",
+        (RESUMING, "a_thousand_breaks_lose_and_reorder_nothing"),
+        (STREAMS, "a_cursor_of_another_life_is_answered_with_a_gap"),
+        (MEMORY, "cursors_go_on_without_a_gap"),
+    ),
+    "A15": _row(
+        "a WebSocket breaks the protocol",
+        "its code closes it, and others go on",
+        (WEBSOCKET, "a_broken_frame_is_answered_with_its_code"),
+        (WEBSOCKET, "frames_before_the_handshake_is_answered"),
+    ),
+    "A16": _row(
+        "a lease ends between admission and write",
+        "nothing is written",
+        (CORE_LEASES, "what_was_admitted_is_not_written_after_the_lease"),
+    ),
+    "A17": _row(
+        "the holder of a lease comes back with its old token",
+        "it is refused",
+        (CORE_LEASES, "a_lease_ends_with_its_time_and_its_token_with_it"),
+    ),
+    "A18": _row(
+        "a stop comes without a lease, with a viewer's key, beyond all limits",
+        "it goes",
+        (ACCESS, "a_key_at_its_limits_still_stops_and_others_go_on"),
+        (CORE_LEASES, "stops_pass_and_so_does_what_follows_a_move_to_its_end"),
+    ),
+    "A19": _row(
+        "the wall clock jumps by a year",
+        "nothing but the times that are told",
+        (FAULT_SIMULATOR, "a_seed_sends_the_same_again_whatever_the_wall_clock_does"),
+        (LOOP_WATCH, "the_clock_of_the_computer_goes_on_and_never_back"),
+    ),
     "J01": _row(
         "the disk is full",
         "what has an effect is refused until there is room; stops go",
         (JOURNAL, "a_full_disk_refuses_what_has_an_effect_until_there_is_room"),
+        (OPENING, "a_disk_that_is_full_at_the_start_is_used_when_it_has_room"),
+        (FULL_DISK, "what_has_an_effect_waits_for_room_and_stops_do_not"),
         (INTENTS, "a_stop_waits_for_no_disk_and_is_written_down_afterwards"),
     ),
     "J02": _row(
@@ -449,7 +752,8 @@ ROWS: Final = {
         (FILES, "what_is_too_much_or_too_old_is_forgotten_and_what_is_open_is_kept"),
     ),
 }
-"""S: the serial line. C: a controller. G: the process and its computer. J: the disk and the journal."""
+"""S: the serial line. L: the link master. C: a controller. H: a robot and its dual-port RAM. G: the process
+and its computer. A: HTTP and WebSockets. J: the disk and the journal."""
 
-SIZES: Final = {"S": 30, "C": 20, "G": 12, "J": 8}
+SIZES: Final = {"S": 30, "L": 13, "C": 20, "H": 17, "G": 12, "A": 19, "J": 8}
 """How many faults each part has."""

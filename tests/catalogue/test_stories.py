@@ -11,14 +11,20 @@ from gateway.core.journal import files, writes
 from gateway.core.journal.disk import SqliteDisk
 from gateway.core.journal.retention import DAY_S, Retention
 from gateway.core.move_record import MoveStatus
+from gateway.rorze.exchange import Answered
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position_table import SetPositionIndex
-from tests.plants import finished, in_virtual_time, rig, start
+from protocols.rorze.stops import StopImmediately
+from tests.gateway.rorze.far_end import FarEnd, running_line
+from tests.gateway.rorze.test_line import MOVE, MOVE_FRAME, ask
+from tests.plants import Rig, finished, in_virtual_time, rig, start
 from tests.tested_plant import TestedPlant
 from tests.world import World
 
 A_WHILE_S = 5.0
+STORM = 1_000
+"""Events."""
 
 
 @in_virtual_time
@@ -31,6 +37,46 @@ async def test_s11_a_bit_that_turns_a_body_into_another_moves_that_and_both_are_
         assert (move.status, move.end_cause) == (MoveStatus.FAILED, "not_executed")
         assert [event.subject for event in it.events("body.motion.foreign")] == ["/bodies/line1.01"]
         assert [it.axis(body).position(0.0) for body in (0x00, 0x01)] == [0, 20_000]
+
+
+@in_virtual_time
+async def test_l09_a_storm_of_events_delays_no_stop_and_disturbs_no_move() -> None:
+    async with rig(baud=115_200) as it:
+        await start(it, MoveClockwise(distance=200_000))
+        moved = await start(it, MoveClockwise(distance=2_000), "00")
+        storm = asyncio.create_task(_storm(it))
+        await asyncio.sleep(1.0)
+        asked_at = _now()
+        [stopped] = await it.plant.stops.stop([it.body()], "immediate")
+        [stop, *_] = [sent for sent in it.wire.sent if sent.frame == "&3F5IS"]
+        assert stop.at - asked_at < 61 * it.wire.byte_time_s
+        assert stopped.state == "confirmed"
+        assert (await it.plant.moves.wait(moved.id, 60.0)).status is MoveStatus.SUCCEEDED
+        await storm
+        assert len(it.events("body.controller_event")) >= STORM
+
+
+async def _storm(it: Rig) -> None:
+    """A body that reports a change of an input 500 times a second."""
+    for number in range(STORM):
+        it.wire._deliver(f">&7EXED[01:I:H{number % 2:04X}]\r".encode())
+        await asyncio.sleep(0.002)
+
+
+@in_virtual_time
+async def test_l12_a_reply_that_overtakes_another_is_credited_to_its_own_command() -> None:
+    far = FarEnd()
+    async with running_line(far) as line:
+        far.once(MOVE_FRAME, (0.05, ">&021+M"))
+        far.once("&035IS")
+        moving = ask(line, MOVE)
+        await asyncio.sleep(0.001)
+        stopping = ask(line, StopImmediately(), 3)
+        far.say(">&035IS", 0.01)
+        assert isinstance(await stopping, Answered)
+        assert not moving.done()
+        assert isinstance(await moving, Answered)
+        assert far.frames[:2] == [MOVE_FRAME, "&035IS"]
 
 
 @in_virtual_time

@@ -78,6 +78,7 @@ def open_console(browser: Browser) -> Iterator[Callable[..., Console]]:
         key: str = "",
         *,
         tablet: bool = False,
+        faulty: bool = False,
     ) -> Console:
         context = browser.new_context(
             locale={"en": "en-GB", "ja": "ja-JP"}[language],
@@ -87,7 +88,7 @@ def open_console(browser: Browser) -> Iterator[Callable[..., Console]]:
             permissions=["clipboard-read", "clipboard-write"],
         )
         page = context.new_page()
-        page.on("pageerror", lambda error: faults.append(str(error)))
+        page.on("pageerror", lambda error: None if faulty else faults.append(str(error)))
         page.on("console", lambda said: faults.append(said.text) if "Content Security" in said.text else None)
         pages.append(page)
         page.goto(f"{url}/{path}")

@@ -332,6 +332,41 @@ def test_what_happens_while_the_page_reads_is_shown_once(plant: Plant, open_cons
     expect(console.page.locator("tbody tr").first).to_contain_text("body.stop.confirmed")
 
 
+def test_a_fault_of_one_page_leaves_the_others_and_the_stop(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, faulty=True)
+    console.page.route("**/system/posture", lambda route: route.fulfill(json={}))
+    console.go("#/system")
+    console.shows("This part of the page has failed.")
+    expect(console.page.get_by_label("Notices")).to_contain_text("A fault of this page")
+    plant.gateway.moving("3F", FAR)
+    console.page.keyboard.press("Escape")
+    console.shows("Everything stands still")
+    console.go("#/wire/line1")
+    expect(console.page.locator("tbody tr").first).to_contain_text("the gateway:")
+    console.page.unroute("**/system/posture")
+    console.go("#/system")
+    console.shows("Everybody is let in here")
+
+
+def test_a_page_shows_what_is_told_twice(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url)
+
+    def tell_twice(route: Route) -> None:
+        told = route.fetch().json()
+        route.fulfill(json={name: it * 2 if isinstance(it, list) else it for name, it in told.items()})
+
+    for path in ("posture", "audit*", "macros", "events*", "inputs", "outputs"):
+        console.page.route(f"**/{path}", tell_twice)
+    console.go("#/robot/r1")
+    console.page.get_by_role("region", name="Inputs").get_by_role("button", name="Read").first.click()
+    expect(console.page.get_by_text("Inputs 1:")).to_have_count(2)
+    console.go("#/system")
+    expect(console.page.get_by_role("row", name="access.mode")).to_have_count(2)
+    console.go("#/events")
+    console.button("Look it up").click()
+    console.shows("This is all that the gateway still has.")
+
+
 def test_a_body_jogs_while_the_button_is_held(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/axis/line1.3F")
     jog = console.button("Jog +, hold")

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from simulator.rorze.actions import codes_acted_out
 from simulator.rorze.world import EMS, Slits, Span
 from tests.contract.hosts import ClockHost, Host, at_terminal
 
@@ -153,11 +152,10 @@ async def test_the_program_runs_at_a_terminal(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("data", [MODE_0, MODE_1, MODE_2], ids=["17.2", "17.3", "17.4"])
 async def test_the_program_with_each_set_of_data(data: Sequence[str]) -> None:
-    """17.2 to 17.4, with the commands that are acted out."""
+    """17.2 to 17.4."""
     host = ClockHost(0x00)
     mount_disc(host)
-    acted_out = [line for line in data if line.startswith("&7F") or line[3:6] in codes_acted_out()]
-    assert await Program(host).run(acted_out) == screen_without_errors(acted_out)
+    assert await Program(host).run(data) == screen_without_errors(data)
     assert await host.ask("&006PD") == ">&006PD+000000000"
     assert await host.ask("&009CD") == ">&009CDH00"
 

@@ -154,6 +154,27 @@ async def test_positions_preparation_and_start(
 
 
 @pytest.mark.anyio
+async def test_a_place_of_the_position_table_is_a_way_in_micrometres(host: RobotHost) -> None:
+    """13.4.4: 1,000 pulses for a move of one axis, 1,000 um along X for all."""
+    await host.play(f"""
+        &80 3PS P[1], 1000
+        >&803PS[02:][03:][04:]
+        &04 1+M A[3], P[1]
+        >&041+M
+        >&7D1+M[04:00]
+        &04 6PS -16666
+        >&046PS
+        {POSITIONS}
+        &80 HXS A[1], P[1]
+        >&80HXS[02:][03:][04:]
+        &80 HMM
+        >&80HMM[02:][03:][04:]
+        >&7DHMM[02:00][03:00][04:00]
+    """)
+    assert host.end() == pytest.approx(1_000 + 115_000j, abs=40)
+
+
+@pytest.mark.anyio
 async def test_the_finger_turns_alone(host: RobotHost) -> None:
     """13.10.7, 5; it is a little beside 90 degrees, which is less than half a pulse."""
     await host.play(f"""

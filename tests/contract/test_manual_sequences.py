@@ -461,6 +461,34 @@ async def test_distances_from_the_position_table() -> None:
     """)
 
 
+TABLE = {0: 50_000, 1: 87_500, 2: 5_000, 3: 37_512, 4: 5_000, 5: 50_000, 2047: 0}
+
+
+async def test_the_printed_position_table() -> None:
+    """13.4.2: 30,000 pulses with pattern 2, and what stands at place 12 with pattern 1."""
+    host = ClockHost(0x00)
+    for pattern in (1, 2):
+        await host.play(PATTERN_17.replace("A[17]", f"A[{pattern}]"))
+    await host.command(*(f"3PSP[{number}],{pulses}" for number, pulses in TABLE.items()), body=0)
+    for number, pulses in TABLE.items():
+        assert await host.ask(f"&003PDP[{number}]") == f">&003PD+{pulses:09d}"
+    await host.play(
+        MOVE_ENDS_ON
+        + """
+        &001+MA[2],30000
+        >&001+M
+        >&7D1+M[00:00]
+        &003PSP[12],500
+        >&003PS
+        &001+MA[1],P[12]
+        >&001+M
+        >&7D1+M[00:00]
+        &006PD
+        >&006PD+000030500
+    """
+    )
+
+
 async def test_the_position_index_counts_up_to_its_end() -> None:
     """13.4.3: setting values from 2045 on; 2048 does not exist."""
     await ClockHost(0x00).play("""
@@ -706,6 +734,52 @@ async def test_the_stall_sensor_with_a_normally_closed_contact() -> None:
         >&3FCLD1
         &3FCLD
         >&3FCLDH01
+    """)
+
+
+# 13.7 The encoder
+
+
+async def test_stall_detection_and_adjustment_by_the_encoder() -> None:
+    """13.7.4, 13.7.5: 200 pulses a count, and a stall from 128 pulses on."""
+    host = ClockHost()
+    host.change(encoder=400.0)
+    await host.play("""
+        &3FPAS2
+        >&3FPAS
+        &3FEAS1
+        >&3FEAS
+        &3FPBS200.00
+        >&3FPBS
+        &3FPES128
+        >&3FPES
+        &3FPSS1
+        >&3FPSS
+        &3FPKS800
+        >&3FPKS
+        &3FPLS100
+        >&3FPLS
+        &3FPTS3
+        >&3FPTS
+        &3FPJS1
+        >&3FPJS
+        &7FXRSM1
+        >&7FXRS
+        &3F1+M10
+        >&3F1+M
+        >&7D1+M[3F:00]
+        &3F6ED
+        >&3F6ED+000000010
+        &3F6MD
+        >&3F6MD+000002000
+    """)
+    host.change(slipped=400)
+    await host.play("""
+        &3F1+M10
+        >&3F1+M
+        >&7D1+M[3F:01]
+        &3FPRD
+        >&3FPRD1
     """)
 
 
@@ -958,7 +1032,10 @@ async def test_outputs_and_their_pulses() -> None:
 async def test_noise_shorter_than_its_count_is_not_seen() -> None:
     """13.9.7: input 1 has to be on for 5 ms."""
     host = ClockHost()
-    await host.command("DCS1,5")
+    await host.play("""
+        &3FDCS1, 5
+        >&3FDCS
+    """)
     host.change(inputs=0x02)
     host.wait(0.0039)
     assert await host.ask("&3FCID1") == ">&3FCID0"
@@ -970,6 +1047,24 @@ async def test_noise_shorter_than_its_count_is_not_seen() -> None:
     await host.command("DCS1,1")
     host.change(inputs=0)
     assert await host.ask("&3FCID1") == ">&3FCID0"
+
+
+async def test_misprinted_bits_are_refused_and_those_of_their_pages_accepted() -> None:
+    """13.9.5 prints DLS1 for the logic of CLR, which is bit 6; 13.9.7 DCS15,1 for EMS, which is 14."""
+    await ClockHost().play("""
+        &3FDLS1
+        >&3FDLS@4A
+        &3FDLS6,1
+        >&3FDLS
+        &3FDLD6
+        >&3FDLD1
+        &3FDCS15, 1
+        >&3FDCS@4A
+        &3FDCS14, 1
+        >&3FDCS
+        &3FDCD14
+        >&3FDCD001
+    """)
 
 
 async def test_an_error_drives_its_output_until_it_is_released() -> None:

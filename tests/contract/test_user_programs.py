@@ -3,6 +3,7 @@
 import pytest
 
 from protocols.rorze.user_program.assembler import Assembled, assemble
+from simulator.rorze.world import CW_LIMIT, STALL, Slits, Span
 from tests.contract.hosts import BODY, ClockHost
 
 pytestmark = pytest.mark.anyio
@@ -91,6 +92,22 @@ async def test_a_program_is_made_told_and_run_as_printed() -> None:
         >&01UND00003
         &016PD
         >&016PD+000010000
+    """)
+
+
+async def test_an_instruction_is_told_as_it_is_kept() -> None:
+    """15.2.6, of another program: a blank that was not sent is not told."""
+    await ClockHost(0x01).play("""
+        &01UCS
+        >&01UCS
+        &01UWSEAS 1
+        >&01UWS
+        &01UWS00M
+        >&01UWS
+        &01UWD0
+        >&01UWDEAS1
+        &01UWD
+        >&01UWD00M
     """)
 
 
@@ -254,16 +271,17 @@ async def test_the_examples_rotate(source: str, memory: str, bits: str) -> None:
 JUMPS = [
     ("JCP D0 > 1000, *ST1", "LD D0, 1001", "LD D0, 1000"),
     ("JCP PP < 0, +5", "6PS-1", "6PS0"),
-    ("JON M3, *ST1", "SET M3", "RST M3"),
-    ("JOF ID3, *ST1", "", None),
-    ("JOF T10, *ST1", "", "TMS T10, 5"),
+    ("JON M3, *Error1", "SET M3", "RST M3"),
+    ("JOF ID3, *ST3", "", None),
+    ("JOF T10, *Time_up", "", "TMS T10, 5"),
     ("JON T2, *ST1", "TMS T2, 5", ""),
 ]
 
 
 @pytest.mark.parametrize(("jump", "taken", "not_taken"), JUMPS)
 async def test_the_examples_jump(jump: str, taken: str, not_taken: str | None) -> None:
-    after = "LD D9, 1\nEND\n*ST1\nLD D9, 2\nLD D9, 2\nEND"
+    label = jump.partition("*")[2] or "ST1"
+    after = f"LD D9, 1\nEND\n*{label}\nLD D9, 2\nLD D9, 2\nEND"
     for first, mark in ((taken, 2), (not_taken, 1)):
         if first is not None:
             host = Programmer()
@@ -276,6 +294,12 @@ async def test_an_input_that_is_on_lets_a_program_pass() -> None:
     host.inputs(3)
     await host.run("JOF ID3, *ST3\nLD D9, 1\nEND\n*ST3\nEND")
     assert await host.value("D9") == 1
+
+
+async def test_a_timer_that_counts_leads_three_addresses_back() -> None:
+    host = Programmer()
+    await host.run("TMS T2, 5\nINC D9\nWAT 2\nRST M0\nJON T2, -3\nEND", seconds=1)
+    assert (await host.told("URD"), await host.value("D9")) == ("H00", 3)
 
 
 async def test_a_timer_is_waited_for_unless_an_input_comes() -> None:
@@ -296,7 +320,7 @@ async def test_a_subroutine_is_called_and_left() -> None:
     assert (await host.told("URD"), await host.value("D0")) == ("H00", 3)
 
 
-@pytest.mark.parametrize(("jump", "taken"), [("JER *Error", True), ("JER6, *Error", False), ("EED", True)])
+@pytest.mark.parametrize(("jump", "taken"), [("JER * Error", True), ("JER6, * Error", False), ("EED", True)])
 async def test_errors_lead_out(jump: str, taken: bool) -> None:
     host = Programmer()
     await host.command("1+MZ")
@@ -358,7 +382,7 @@ RESULTS = [
     ("6ES50000", "6ED", 50_000),
     ("6ES50000", "6MD", 50_000),
     ("6PS50000", "6PD", 50_000),
-    ("", "9CD", 0),
+    ("", "1+MZ\n9CD", 1),
     ("", "9MD", 0),
     ("EAS2 CCS50", "CCD", 50),
     ("COSH003D", "COD", 0x3D),
@@ -401,7 +425,19 @@ async def test_inputs_and_sensors_go_into_the_result_buffer() -> None:
     host.inputs(2, 3, 4, 5)
     host.change(forced={2: True, 3: True})
     assert await host.result_of("CID") == 0x3C
-    assert await host.result_of("CLD") & 0x0C == 0x0C
+    assert await host.result_of("CLD") == 0x0C
+
+
+async def test_a_distance_to_the_origin_and_an_error_output_go_into_the_result_buffer() -> None:
+    """0PD: 10,000; CRD: H4, once the CW limit has stopped a move."""
+    host = Programmer()
+    host.change(origin=Span(-10_100, -9_990))
+    await host.command("OLS30000", "00M")
+    await host.at_rest()
+    assert await host.result_of("0PD") == 10_000
+    await host.command("CESL,2,1", "1+MZ")
+    host.change(forced={CW_LIMIT: True})
+    assert await host.result_of("CRD") == 0x4
 
 
 EFFECTS = [
@@ -414,6 +450,7 @@ EFFECTS = [
     ("LD D0, H003D\nCOSD0", "COD", "H003D"),
     ("LD D0, 8\nLD D1, 1\nCPSD0, D1", "CPD8", "1"),
     ("LD D0, 8\nLD D1, -50\nLD D2, 50\nCSSD0, D1, D2", "CSD8", "-000000050,+000000050"),
+    ("LD D0, 1\nDLS D0", "DLD", "H01"),
     ("LD D0, 1\nDLS D0, D0", "DLD", "H02"),
     ("LD D0, 0\nEASD0", "EAD", "0"),
     ("LD D0, 1\nEDSD0", "EDD", "1"),
@@ -430,7 +467,16 @@ EFFECTS = [
     ("LD D0, 100\nQIS D0", "QID", "00100"),
     ("LD D0, 1\nQSSD0", "QSD", "1"),
     ("LD D0, 1\nPSSD0", "PSD", "1"),
+    ("LD D0, 200\nCBS1, D0", "COD", "H0002"),
+    ("EAS2\nLD D0, 50\nCCSD0", "CCD", "000000050"),
+    ("EAS2\nLD D0, 0\nCLSD0", "COD", "H0000"),
+    ("EAS1\nLD D0, 1\nPJS D0", "PJD", "1"),
+    ("3PSP[0], 5\n3CS", "3PDP[0]", "+000000000"),
+    ("1+MZ\n5DS", "9CD0", "1"),
+    ("1+MZ\n5IS", "9MD", "H10"),
+    ("1+MZ\n5SS", "9MD", "H10"),
 ]
+"""As printed, but for the brackets lost in OADD0, 1AMD0, 2-MD0 and OHS[D0]: OADS[D0], 1AMA[D0] and so on."""
 
 
 @pytest.mark.parametrize(("source", "asked", "reply"), EFFECTS)
@@ -449,3 +495,43 @@ async def test_memories_move_the_motor(move: str) -> None:
     await host.run(f"LD D0, 3\nLD D1, 500\n{move}A[D0], D1\nJON MT, +0\nEND", seconds=5)
     assert await host.told("URD") == "H00"
     assert int(await host.told("6PD")) == (-500 if "-" in move else 500)
+
+
+@pytest.mark.parametrize("search", ["00M", "01M", "02M", "03M", "04M", "0QM"])
+async def test_a_program_searches_the_origin(search: str) -> None:
+    host = Programmer()
+    await host.command("OLS500", "QSS1", "QIS100")
+    host.change(slits=Slits(-20, 100), ccw_limit=Span(-5_000, -4_900))
+    await host.run(f"6PS700\n{search}\nJON MT, +0\nEND", seconds=60)
+    assert (await host.told("URD"), await host.told("9MD")) == ("H00", "H00")
+    assert await host.told("6PD") == "+000000000"
+
+
+async def test_a_program_clears_the_status() -> None:
+    host = Programmer()
+    assert (await host.told("XXX"), await host.told("9CD")) == ("@49", "H08")
+    await host.run("9CS\nEND")
+    assert (await host.told("URD"), await host.told("9CD")) == ("H00", "H00")
+
+
+@pytest.mark.parametrize(("release", "told"), [("QRS", "QRD0"), ("CRS", "CRDH0")])
+async def test_a_program_clears_what_an_error_has_left(release: str, told: str) -> None:
+    """A STALL error of the sensor, and the output that it drives."""
+    host = Programmer()
+    await host.command("CESS,2,1", "QSS1", "QIS100", "OLS500")
+    host.change(forced={STALL: True})
+    await host.command("0QM")
+    await host.at_rest()
+    assert (await host.told("9MD"), await host.told("CRD"), await host.told("QRD")) == ("H01", "H2", "1")
+    await host.run(f"{release}\nEND")
+    assert await host.told("URD") == "H00"
+    assert await host.told(told[:3]) == told[3:]
+
+
+async def test_a_program_clears_a_stall_that_the_encoder_has_found() -> None:
+    host = Programmer()
+    await host.command("PSS1", "6PS1000", "1+M5000")
+    await host.at_rest()
+    assert await host.told("PRD") == "1"
+    await host.run("PRS\nEND")
+    assert (await host.told("URD"), await host.told("PRD")) == ("H00", "0")

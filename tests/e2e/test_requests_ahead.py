@@ -1,4 +1,4 @@
-"""Requests that are sent ahead of the answer to a move that is waited for."""
+"""Moves that are waited for: their clients leave, or send requests ahead of the answer."""
 
 import json
 import socket
@@ -40,6 +40,19 @@ def test_a_move_sent_ahead_is_not_begun_when_its_client_has_left(
     until(lambda: not moves(gateway, "3F"), "the first body stands still")
     gateway.get("/bodies/00/position")
     assert {it.body for it in line.truth("pulses_start")} == {"3F"}
+
+
+def test_a_move_goes_on_when_the_client_that_waits_for_its_end_has_left(
+    gateway: Gateway, line: SimulatedLine
+) -> None:
+    with connected(gateway) as client:
+        client.sendall(post("/bodies/3F/moves?wait=20", far()))
+        until(lambda: moves(gateway, "3F"), "the body moves")
+    move, *_ = gateway.get("/bodies/3F/moves")["moves"]
+    assert move["status"] in ("sent", "moving")
+    assert not line.truth("pulses_stop")
+    gateway.http.post("/bodies/3F/stop").raise_for_status()
+    assert gateway.ended("3F", move["id"])["status"] == "stopped"
 
 
 def test_a_stop_sent_ahead_goes_at_once(gateway: Gateway, line: SimulatedLine) -> None:

@@ -30,7 +30,7 @@ from simulator.rorze.line import Rc400Line
 from simulator.rorze.line import build_line as build_rc400
 from simulator.truth import Fact
 from tests.fault_simulator.world import Cable
-from tests.fics_plants import SCARA
+from tests.fics_plants import CARTESIAN, SCARA
 from tests.open_access import OPEN
 from tests.plants import configuration
 
@@ -179,22 +179,24 @@ class Rorze(Family):
 
 
 class Fics(Family):
-    """A robot of one unit, in one of the modes."""
+    """A robot of one unit, or of two, in one of the modes."""
 
     reads_back = True
 
-    def __init__(self, mode: int) -> None:
+    def __init__(self, mode: int, units: int) -> None:
         self.name = f"fics-{mode}"  # type: ignore[misc]
+        self._units = units
+        tables = ", ".join([SCARA, CARTESIAN][:units])
         text = (
             f'[[lines]]\nid = "cell"\naddress = "tcp://127.0.0.1:1"\nprotocol = "fics"\nmode = {mode}\n'
-            f'robot = {{id = "r1", units = [{SCARA}]}}\n{OPEN}'
+            f'robot = {{id = "r1", units = [{tables}]}}\n{OPEN}'
         )
         self.config = parse(text, "test.toml")
-        self.machine = build_fics(Layout(units=1))
+        self.machine = build_fics(Layout(units=units))
         self.targets = ("/robots/r1",)
 
     def wish(self, dice: Random) -> Wish:
-        unit = "/robots/r1/units/1"
+        unit = f"/robots/r1/units/{dice.randint(1, self._units)}"
         number = dice.randrange(100)
         return dice.choice(
             (

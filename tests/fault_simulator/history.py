@@ -148,10 +148,8 @@ class History:
         return self.violations
 
     def _times_done(self, deed: Deed, facts: list[Fact]) -> int:
-        """How often it was carried out; a frame that a fault has bent into one to a group was so once."""
-        damaged = {fact.request for fact in facts if _is_damaged(fact)}
-        done = [fact.request for fact in facts if self.family.has_done(fact, deed.command)]
-        return sum(it not in damaged for it in done) + len(damaged.intersection(done))
+        """How often it was carried out; once by a frame that was doubled, or bent into one to a group."""
+        return len({fact.request for fact in facts if self.family.has_done(fact, deed.command)})
 
     def _judge_executed(self) -> None:
         """Nothing that was cut off, or ran into another frame, has become a command."""

@@ -64,7 +64,7 @@ _WORST: Final = {
     Fault.LOST: (0.03, 0.03),
     Fault.GARBLED: (0.02, 0.02),
     Fault.LATE: (0.0, 0.04),
-    Fault.DOUBLED: (0.0, 0.03),
+    Fault.DOUBLED: (0.03, 0.03),
     Fault.MERGED: (0.01, 0.0),
     Fault.NOISE: (0.0, 0.02),
     Fault.SPLIT: (0.02, 0.02),
@@ -103,7 +103,9 @@ class Seed:
         self._life: Life
 
     def _draw_family(self, seed: int) -> Family:
-        return (Rorze(seed), Rorze(seed), Fics(2), Fics(3))[seed % 4]
+        if seed % 4 < 2:
+            return Rorze(seed)
+        return Fics(mode=seed % 4, units=1 + seed // 4 % 2)
 
     async def run(self) -> Report:
         """Live until all is done, and judge."""

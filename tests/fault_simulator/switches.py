@@ -24,8 +24,10 @@ from gateway.core.line import LineDriver
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.origin import Origin, acting
 from gateway.core.session import Session
+from gateway.fics import move_runs
 from gateway.fics.stops import _RobotStop
 from gateway.operations.keys import Keys
+from gateway.rorze import move_proof
 from gateway.rorze.bodies import Body
 from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.guards import Guards
@@ -38,8 +40,9 @@ from protocols.table import Effect
 from tests.api.common import test_idempotent_requests
 from tests.gateway import test_plant
 from tests.gateway.core.journal import test_intents, test_journal
+from tests.gateway.fics import test_move_runs
 from tests.gateway.operations import test_moves
-from tests.gateway.rorze import test_body_power, test_stops, test_suspension
+from tests.gateway.rorze import test_body_power, test_move_proof, test_stops, test_suspension
 from tests.simulation import test_faulty_robot
 from tests.world import World
 
@@ -215,6 +218,14 @@ def a_stop_needs_no_repetition(patch: Patch) -> None:
     patch.setattr("gateway.core.stops.Stopping._repeat", _nothing)
 
 
+def refusals_of_bodies_are_believed(patch: Patch) -> None:
+    patch.setattr(move_proof, "IN_MOTION", frozenset())
+
+
+def refusals_of_robots_are_believed(patch: Patch) -> None:
+    patch.setattr(move_runs, "IN_MOTION", "")
+
+
 def flash_at_any_time(patch: Patch) -> None:
     patch.setattr(Guards, "_flash_while_moving", _nothing)
 
@@ -313,6 +324,20 @@ STORIES = (
         a_stop_needs_no_repetition,
         lambda *_: (
             test_stops.test_a_body_that_does_not_answer_is_unconfirmed_after_two_seconds_and_told_again()
+        ),
+    ),
+    Told(
+        "a motor that runs contradicts its refusal",
+        refusals_of_bodies_are_believed,
+        lambda *_: (
+            test_move_proof.test_a_doubled_command_whose_first_copy_was_executed_is_not_called_rejected()
+        ),
+    ),
+    Told(
+        "axes that move contradict their refusal",
+        refusals_of_robots_are_believed,
+        lambda *_: test_move_runs.test_a_doubled_command_whose_first_copy_was_executed_is_not_called_rejected(
+            3
         ),
     ),
     Told(

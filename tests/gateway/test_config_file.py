@@ -125,6 +125,21 @@ def test_a_line_is_added_with_its_robot(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    "bodies", ["", TABLES, 'bodies = [{ id = "00" }]', 'bodies = [\n    { id = "00" },\n]']
+)
+def test_a_comment_stands_above_what_is_added(tmp_path: Path, bodies: str) -> None:
+    comment = 'Found.\x07\nbodies = "none"\r\n[access]'
+    written = '# Found.\n# bodies = "none"\n# [access]\n'
+    it = file(tmp_path, ARM + bodies + "\n" + LEG)
+    text, config = it.with_bodies("arm", [{"id": "70"}, {"id": "71"}], comment)
+    beneath = "bodies = " if "bodies = " in bodies else '[[lines.bodies]]\nid = "70"'
+    assert written + beneath in text
+    assert parse(text, "again") == config == it.with_bodies("arm", [{"id": "70"}, {"id": "71"}])[1]
+    text, _ = it.with_line({"id": "toe", "address": "tcp://127.0.0.1:9"}, comment)
+    assert "\n\n" + written + '[[lines]]\nid = "toe"' in text
+
+
+@pytest.mark.parametrize(
     ("body", "words"),
     [({"id": "00"}, "is the same as"), ({"id": "99"}, "99"), ({"id": "40", "nam": 1}, "unknown key")],
 )

@@ -121,9 +121,12 @@ async def test_a_line_on_which_something_moves_is_not_closed(tmp_path: Path) -> 
     async with hall(tmp_path, ARM, LEG) as it:
         move = await it.begin("10")
         it.write(ARM)
+        told = await reload(it.plant, ME, dry_run=True)
+        assert (told.lines[0].line_id, told.busy, told.applied) == ("leg", ["leg.10"], False)
         with pytest.raises(BodyBusy, match=r"leg.10 moves or is at work; nothing was changed"):
             await reload(it.plant, ME, dry_run=False)
         assert (await get(it.plant, "/bodies/10", move, 60.0)).status == "succeeded"
+        assert (await reload(it.plant, ME, dry_run=True)).busy == []
         assert (await reload(it.plant, ME, dry_run=False)).applied
         assert it.plant.moves.get(move).status == "succeeded", "its record stays"
 
@@ -177,6 +180,7 @@ async def test_nothing_is_written_into_the_file_while_its_line_is_at_work(tmp_pa
     async with hall(tmp_path, ARM) as it:
         before = it.file.path.read_text()
         await it.begin("3F")
+        assert (await add_bodies(it.plant, ME, "arm", [{"id": "40"}], dry_run=True)).busy == ["arm.3F"]
         with pytest.raises(BodyBusy):
             await add_bodies(it.plant, ME, "arm", [{"id": "40"}], dry_run=False)
         assert it.file.path.read_text() == before

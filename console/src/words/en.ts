@@ -27,7 +27,6 @@ export const en = {
   unknown: "unknown",
   yes: "yes",
   no: "no",
-  ago: (seconds: string) => `${seconds} ago`,
   seconds: (value: number) => (value < 100 ? `${Math.round(value)} s` : `${Math.round(value / 60)} min`),
 
   stop: {
@@ -79,9 +78,7 @@ export const en = {
     unknownState: "Nobody knows whether it moves.",
     powerCycled: "It has lost its power: home it, set its position, or acknowledge that first.",
     error: "An error of the robot stands: reset it first.",
-    noUnit: "The configuration has no scale for this body.",
     empty: "Nothing is entered.",
-    noRoute: "This gateway does not have that.",
     running: "Its program runs.",
     unchanged: "Nothing is changed.",
     leased: (holder: string) => `${holder} has leased it: only they may move it.`,
@@ -109,6 +106,12 @@ export const en = {
       string
     >,
     request: (id: string) => `Request ${id}`,
+  },
+
+  fault: {
+    of: "A fault of this page",
+    here: "This part of the page has failed. STOP ALL still stops.",
+    again: "Show it again",
   },
 
   lamp: {
@@ -146,13 +149,11 @@ export const en = {
     nameOf: (id: string) => `Name of ${id}`,
     add: "Add to the configuration",
     adding: "They are written into the configuration file, and their line is opened anew.",
-    lastEnd: "last move",
     noMove: "no move yet",
     pulses: (value: string) => `${value} pulses`,
     asOf: (age: string) => `read ${age} ago`,
     to: (target: string) => `to ${target}`,
     progress: "Way from start to target",
-    toProgram: "Program",
     units: (count: number) => `${count} units`,
   },
 
@@ -220,7 +221,6 @@ export const en = {
     jog: "Hold to jog",
     jogBy: (direction: string) => `Jog ${direction}, hold`,
     jogging: "It jogs while the button is held.",
-    jogSpeed: "Jog speed",
     goTo: "Go to",
     target: "Target",
     unit: "Unit",
@@ -251,7 +251,6 @@ export const en = {
     noStatus: "Not read yet.",
     clearStatus: "Clear status",
     clearStall: "Clear STALL",
-    acknowledge: "Acknowledge the loss of power",
     setPosition: "Set position",
     lastMove: "The last move",
     moves: "Moves",
@@ -292,7 +291,6 @@ export const en = {
     sensors: "Sensors",
     state: "State",
     originDone: "origin done",
-    servoReady: "servo ready",
     alarm: "alarm",
     driverError: (code: number) => `driver error ${code}`,
     kind: "Kind",
@@ -309,13 +307,11 @@ export const en = {
     endedAt: (number: number) => `Number ${number} is not set.`,
     first: "From",
     macros: "Macro",
-    macroName: "Name",
     macroArguments: "Arguments, with commas",
     run: "Run",
     errors: "Errors",
     noErrors: "No error stands, as far as was read.",
     reset: "Reset errors",
-    acknowledge: "Acknowledge the loss of power",
     variables: "Variables",
     count: "How many",
     outputs: "Outputs",
@@ -684,6 +680,7 @@ export const en = {
     applied: "It was read, and is in force.",
     notApplied: "These would change:",
     noChange: "Nothing has changed.",
+    busy: (addresses: string) => `Refused while ${addresses} moves or is at work.`,
     needsRestart: (key: string) => `${key} changes with a restart only.`,
     support: "Support bundle",
     supportHas: "States, alarms, events, deeds and the traces of all lines, as far as you may see them; no keys.",
@@ -708,14 +705,5 @@ export const en = {
     own: "You have signed in with it.",
     shownOnce: (name: string) => `The key of ${name}. It is shown this once: copy it now.`,
     copy: "Copy the key",
-  },
-
-  alarms: {
-    lineDown: (line: string, reason: string) => `Line ${line} is down: ${reason}`,
-    lineSilent: (line: string, reason: string) => `Nobody answers on line ${line}. ${reason}`,
-    offline: "does not answer",
-    powerCycled: "has lost its power: where it stands is called 0 since then",
-    status: (bits: string) => `has reported: ${bits}`,
-    robotPowerCycled: "has lost its power, and with it its speeds",
   },
 };

@@ -5,12 +5,15 @@ import fcntl
 import os
 import sqlite3
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing, suppress
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any, Protocol
 
-from gateway.core.journal.schema import migrate
+from gateway.core.journal.schema import TooNew, migrate
 from gateway.core.journal.writes import Value, Write
 
 FILE = "journal.db"
@@ -18,16 +21,27 @@ LOCK = "journal.lock"
 WAL_BYTES = 8 << 20
 """A write-ahead log this long is folded into the file at the next quiet moment."""
 
+_NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+_NO_ROOM_LEFT = os.strerror(errno.ENOSPC)
+_SQLITE_FULL = frozenset({sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR_SHMSIZE})
+"""The second where there is no room for the file beside the write-ahead log: nothing was written yet."""
+_SQLITE_LOST = frozenset({sqlite3.SQLITE_IOERR_FSYNC, sqlite3.SQLITE_IOERR_DIR_FSYNC})
+"""Nobody knows what was written."""
+LOCKED_S = 1.0
+"""For so long another program, such as `journal prune`, may hold the file before that is told as trouble."""
+_PROBE_BYTES = 64 << 10
+"""More than SQLite needs at once."""
+
 
 class DiskFull(OSError):
-    """There is no room; what was to be written was not, and can be later."""
+    """There is no room, or another program holds the file; what was to be written can be later."""
 
 
 class DiskFailed(OSError):
     """The file cannot be trusted any more in this process."""
 
 
-class InUse(OSError):
+class InUse(DiskFailed):
     """Another gateway has this directory."""
 
 
@@ -61,7 +75,7 @@ class Disk(Protocol):
 
 
 class SqliteDisk:
-    """A directory with the file and its lock."""
+    """A directory with the file and its lock. Where there is no room for them, commits go on trying."""
 
     def __init__(self, directory: Path) -> None:
         """Open the journal of a directory, or make one.
@@ -70,67 +84,88 @@ class SqliteDisk:
 
         :raises InUse: another gateway has it open.
         :raises TooNew: a later version of the gateway has written it.
-        :raises DiskFull, DiskFailed: the directory cannot be written.
+        :raises DiskFailed: the directory cannot be written.
         """
         self.path = directory / FILE
         self.set_aside: Path | None = None
         """Where a broken file was put when this was opened."""
-        try:
-            directory.mkdir(mode=0o700, parents=True, exist_ok=True)
-            self._lock = os.open(directory / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
-        except OSError as error:
-            raise _fault(error, directory) from None
-        try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            os.close(self._lock)
-            raise InUse(f"another gateway uses {directory}") from None
-        try:
-            self._connection = self._open_or_begin_anew()
-            self._inode = self.path.stat().st_ino
-        except BaseException:
-            os.close(self._lock)
-            raise
+        self._lock: int | None = None
+        self._connection: sqlite3.Connection | None = None
+        self._inode = 0
         self._synchronous = ""
-
-    def _open_or_begin_anew(self) -> sqlite3.Connection:
         try:
-            return _open(self.path)
-        except sqlite3.DatabaseError as error:
-            if isinstance(error, sqlite3.OperationalError):
+            self._make_ready(self._open_or_begin_anew)
+        except DiskFull:
+            return
+        except BaseException:
+            self.close()
+            raise
+
+    def _make_ready(self, open_: Callable[[Path], sqlite3.Connection]) -> sqlite3.Connection:
+        """Do what could not be done yet.
+
+        :raises DiskFull: it still cannot.
+        """
+        if self._lock is None:
+            self._lock = _lock(self.path.parent)
+        if self._connection is None:
+            try:
+                self._connection = open_(self.path)
+            except (OSError, sqlite3.Error) as error:
                 raise _fault(error, self.path) from None
-        self.set_aside = self.path.with_name(f"journal.broken-{time.time_ns():d}.db")
-        self.path.rename(self.set_aside)
-        for rest in ("-wal", "-shm"):
-            with suppress(FileNotFoundError):
-                Path(f"{self.path}{rest}").rename(f"{self.set_aside}{rest}")
-        return _open(self.path)
+            self._inode = self.path.stat().st_ino
+        return self._connection
+
+    def _make_ready_late(self) -> sqlite3.Connection:
+        """Do the same after the past was read: the file has to be sound."""
+        try:
+            return self._make_ready(_open)
+        except TooNew as error:
+            raise DiskFailed(f"{self.path}: {error}") from None
+
+    def _open_or_begin_anew(self, path: Path) -> sqlite3.Connection:
+        try:
+            return _open(path)
+        except sqlite3.OperationalError:
+            raise
+        except sqlite3.DatabaseError:
+            self.set_aside = path.with_name(f"journal.broken-{time.time_ns():d}.db")
+            path.rename(self.set_aside)
+            for rest in ("-wal", "-shm"):
+                with suppress(FileNotFoundError):
+                    Path(f"{path}{rest}").rename(f"{self.set_aside}{rest}")
+        return _open(path)
 
     def commit(self, writes: Sequence[Write], *, durable: bool) -> None:
         """Write all or nothing."""
-        connection = self._connection
+        connection = self._connection or self._make_ready_late()
         try:
-            self._synchronise("FULL" if durable else "NORMAL")
+            self._synchronise(connection, "FULL" if durable else "NORMAL")
             connection.execute("BEGIN IMMEDIATE")
-            for write in writes:
-                connection.execute(write.sql, write.values)
+            for sql, alike in groupby(writes, itemgetter(0)):
+                connection.executemany(sql, map(itemgetter(1), alike))
             connection.execute("COMMIT")
         except sqlite3.Error as error:
             with suppress(sqlite3.Error):
                 connection.execute("ROLLBACK")
             raise _fault(error, self.path) from None
 
-    def _synchronise(self, how: str) -> None:
+    def _synchronise(self, connection: sqlite3.Connection, how: str) -> None:
         if how != self._synchronous:
-            self._connection.execute(f"PRAGMA synchronous = {how}")
+            connection.execute(f"PRAGMA synchronous = {how}")
             self._synchronous = how
 
     def rows(self, sql: str, values: Sequence[Value] = ()) -> list[tuple[Any, ...]]:
         """Read rows."""
-        return self._connection.execute(sql, values).fetchall()
+        if self._connection is not None:
+            return self._connection.execute(sql, values).fetchall()
+        with closing(_open_without_room(self.path)) as connection:
+            return connection.execute(sql, values).fetchall()
 
     def read_apart(self, sql: str, values: Sequence[Value] = ()) -> list[tuple[Any, ...]]:
         """Read rows by a connection of their own, which waits for no writer and keeps none waiting."""
+        if self._connection is None:
+            return self.rows(sql, values)
         uri = f"{self.path.absolute().as_uri()}?mode=ro"
         with closing(sqlite3.connect(uri, uri=True, timeout=1.0)) as connection:
             return connection.execute(sql, values).fetchall()
@@ -148,12 +183,33 @@ class SqliteDisk:
         """Fold a long write-ahead log into the file."""
         with suppress(FileNotFoundError):
             if Path(f"{self.path}-wal").stat().st_size > WAL_BYTES:
-                self._connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+                self.rows("PRAGMA wal_checkpoint(TRUNCATE)")
 
     def close(self) -> None:
         """Release the file and its lock."""
-        self._connection.close()
-        os.close(self._lock)
+        if self._connection is not None:
+            self._connection.close()
+        if self._lock is not None:
+            os.close(self._lock)
+
+
+def _lock(directory: Path) -> int:
+    """Make the directory, if there is none, and lock it; gives the file that holds the lock.
+
+    :raises InUse: another gateway has it.
+    :raises DiskFull, DiskFailed: it cannot be written.
+    """
+    try:
+        directory.mkdir(mode=0o700, parents=True, exist_ok=True)
+        lock = os.open(directory / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    except OSError as error:
+        raise _fault(error, directory) from None
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(lock)
+        raise InUse(f"another gateway uses {directory}") from None
+    return lock
 
 
 def _open(path: Path) -> sqlite3.Connection:
@@ -161,7 +217,7 @@ def _open(path: Path) -> sqlite3.Connection:
 
     :raises sqlite3.DatabaseError: it is not sound.
     """
-    connection = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=1.0)
+    connection = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=LOCKED_S)
     try:
         path.chmod(0o600)
         connection.execute("PRAGMA journal_mode = WAL")
@@ -174,6 +230,20 @@ def _open(path: Path) -> sqlite3.Connection:
     return connection
 
 
+def _open_without_room(path: Path) -> sqlite3.Connection:
+    """Open a file to be read: the index of its write-ahead log, else a file beside it, is kept in memory.
+
+    Nobody else can open it meanwhile. Where there is none yet, it has the tables and no rows.
+    """
+    if not path.exists() or not path.stat().st_size:
+        connection = sqlite3.connect(":memory:", isolation_level=None)
+        migrate(connection)
+        return connection
+    connection = sqlite3.connect(path, isolation_level=None, timeout=LOCKED_S)
+    connection.execute("PRAGMA locking_mode = EXCLUSIVE")
+    return connection
+
+
 def _require_sound(connection: sqlite3.Connection) -> None:
     """Look over the structure of a file, not over each index: that takes long."""
     (found,) = connection.execute("PRAGMA quick_check(1)").fetchone()
@@ -183,7 +253,20 @@ def _require_sound(connection: sqlite3.Connection) -> None:
 
 def _fault(error: Exception, where: Path) -> OSError:
     if isinstance(error, OSError):
-        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
-        return (DiskFull if full else DiskFailed)(f"{where}: {error.strerror}")
-    full = getattr(error, "sqlite_errorcode", 0) == sqlite3.SQLITE_FULL
-    return (DiskFull if full else DiskFailed)(f"{where}: {error}")
+        return (DiskFull if error.errno in _NO_ROOM else DiskFailed)(f"{where}: {error.strerror}")
+    code = getattr(error, "sqlite_errorcode", 0)
+    if code == sqlite3.SQLITE_BUSY:
+        return DiskFull(f"{where}: another program holds it")
+    full = code in _SQLITE_FULL or (code not in _SQLITE_LOST and _has_no_room(where.parent))
+    return (DiskFull if full else DiskFailed)(f"{where}: {_NO_ROOM_LEFT if full else error}")
+
+
+def _has_no_room(directory: Path) -> bool:
+    """Whether there is none: SQLite has no word for a quota, nor for a directory that takes no more files."""
+    try:
+        with TemporaryFile(dir=directory) as probe:
+            probe.write(bytes(_PROBE_BYTES))
+            probe.flush()
+    except OSError as error:
+        return error.errno in _NO_ROOM
+    return False

@@ -3,11 +3,11 @@
 import asyncio
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import partial
-from typing import Any, Final, Generic, Protocol
+from typing import Any, Final, Generic, NamedTuple, Protocol
 
 from gateway.core.errors import GatewayError, NoReply
 from gateway.core.exchange import X
@@ -15,8 +15,9 @@ from gateway.core.ids import sorted_by_time
 from gateway.core.journal import writes
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.journal.writes import Write
-from gateway.core.lanes import STOPS, Lane, require_room
+from gateway.core.lanes import QUEUE_LIMIT, STOPS, Lane, require_room
 from gateway.core.origin import FENCE, POLL, PROBE, SET_UP
+from gateway.core.sequence_lock import current_series
 from protocols.table import Effect
 
 ITS_OWN: Final = frozenset({FENCE, POLL, PROBE, SET_UP})
@@ -25,6 +26,8 @@ NOT_SENT: Final = "not_sent"
 """The outcome of what was not handed to the port."""
 OF_MOVES: ContextVar[Sequence[str]] = ContextVar("of_moves", default=())
 """The moves that are made by what is asked here and now."""
+GATHERED_WITHIN_S: Final = 0.005
+"""What would have to wait for its turn anyway may wait for so long for others to share its commit."""
 
 
 class Book(Protocol):
@@ -35,6 +38,9 @@ class Book(Protocol):
 
     def note(self, *entries: Write) -> None:
         """Write soon; nobody waits."""
+
+    def note_newest(self, row: Hashable, write: Callable[[], Write]) -> None:
+        """Write a row soon, as the last that is given for it; nobody waits."""
 
     def write(self, *entries: Write) -> "asyncio.Future[None]":
         """Write; done when that is durable, or with JournalUnavailable."""
@@ -84,13 +90,37 @@ class _Undertaking(Generic[X]):
 _UNDERTAKING: ContextVar[_Undertaking[Any] | None] = ContextVar("undertaking", default=None)
 
 
+class _Held(NamedTuple, Generic[X]):
+    """An exchange that waits for the disk."""
+
+    exchange: X
+    intents: Mapping[str, X]
+    """Its own, and those that are written down with it."""
+    whole: _Undertaking[X] | None
+    entries: Sequence[Write]
+    admit: Callable[[X], None]
+
+    @property
+    def others(self) -> list[str]:
+        """The intents beside its own."""
+        return list(self.intents)[1:]
+
+
 class Intents(Generic[X]):
     """The intents of one line."""
 
     def __init__(self, book: Book, address_of: Callable[[int], str]) -> None:
         self._book = book
         self._address_of = address_of
-        self._held: dict[X, asyncio.Future[None]] = {}
+        self._held: set[X] = set()
+        self._gathered: list[_Held[X]] = []
+        """Those of them that the disk was not given yet."""
+        self._ahead: set[X] = set()
+        """What is durable, and waits for its turn on the line."""
+        self._written: dict[X, float] = {}
+        """When what awaits its outcome was handed to the port."""
+        self._due: asyncio.TimerHandle | None = None
+        """When the disk is given what was gathered, if not before."""
 
     @contextmanager
     def undertaking(self, commands: Callable[[], Iterable[X]]) -> Iterator[None]:
@@ -130,79 +160,113 @@ class Intents(Generic[X]):
         if known is not None:
             exchange.intent = known
             self._follow(exchange, whole)
+            self._ahead.add(exchange)
             _admit(exchange, admit)
             return
-        require_room(sum(it.target == exchange.target for it in self._held), "target")
+        if len(self._held) >= QUEUE_LIMIT:
+            require_room(sum(it.target == exchange.target for it in self._held), "target")
         exchange.intent = own = _new_id()
         to_come = [] if whole is None else whole.still_to_come(exchange)
         intents = {own: exchange} | {f"{own}{place:04x}": it for place, it in enumerate(to_come, 1)}
+        entries = [self._entry(it, intent_id) for intent_id, it in intents.items()]
         self._follow(exchange, whole)
-        self._held[exchange] = durable = self._book.write(
-            *(self._entry(it, intent_id) for intent_id, it in intents.items())
-        )
-        durable.add_done_callback(partial(self._go_on, exchange, intents, whole, admit))
+        self._held.add(exchange)
+        self._gathered.append(_Held(exchange, intents, whole, entries, admit))
+        if not self._ahead or current_series() is not None:
+            self._write_down()
+        elif self._due is None:
+            self._due = asyncio.get_running_loop().call_later(GATHERED_WITHIN_S, self._write_down)
+
+    def _write_down(self) -> None:
+        """Give the disk what was gathered."""
+        gathered, self._gathered = self._gathered, []
+        if self._due is not None:
+            self._due.cancel()
+            self._due = None
+        try:
+            durable = self._book.write(*(entry for held in gathered for entry in held.entries))
+        except JournalUnavailable as error:
+            self._refuse(gathered, error)
+        else:
+            durable.add_done_callback(partial(self._go_on, gathered))
 
     def cancel(self, unwanted: Callable[[X], bool], reason: GatewayError) -> None:
         """Admit no more what is not wanted any more."""
+        if self._gathered:
+            self._write_down()  # before it is noted what became of it
         for exchange in [it for it in self._held if unwanted(it)]:
-            del self._held[exchange]
+            self._held.remove(exchange)
             exchange.settle(reason)
 
     def note_written(self, exchange: X) -> None:
         """Its frame is being handed to the port. A stop is written down only now: it waits for no disk."""
         now = time.time()
         if exchange.intent is not None:
-            self._book.note(writes.written(exchange.intent, now))
+            self._no_longer_ahead(exchange)
         elif exchange.lane in STOPS and _has_effect(exchange):
             exchange.intent = _new_id()
             self._follow(exchange)
-            self._book.note(self._entry(exchange, exchange.intent), writes.written(exchange.intent, now))
+            self._book.note(self._entry(exchange, exchange.intent))
+        else:
+            return
+        self._written[exchange] = now
+        self._book.note_newest(exchange, partial(writes.written, exchange.intent, now))
 
-    def _go_on(
-        self,
-        exchange: X,
-        intents: Mapping[str, X],
-        whole: _Undertaking[X] | None,
-        admit: Callable[[X], None],
-        durable: "asyncio.Future[None]",
-    ) -> None:
+    def _no_longer_ahead(self, exchange: X) -> None:
+        """Its turn has come, or never will: behind the last of them others need their intents at once."""
+        self._ahead.discard(exchange)
+        if self._gathered and not self._ahead:
+            self._write_down()
+
+    def _go_on(self, gathered: Iterable[_Held[X]], durable: "asyncio.Future[None]") -> None:
         """The intents are durable, or cannot be written."""
-        _, *others = intents
         error = durable.exception()
         if isinstance(error, JournalUnavailable):
-            self._drop(others)
-            if self._held.pop(exchange, None) is not None:
-                exchange.settle(error)
+            self._refuse(gathered, error)
             return
-        if whole is not None and whole.is_open:
-            for intent_id, it in intents.items():
-                whole.note_durable(intent_id)
-                if it is not exchange:
-                    whole.keep(it.frame, intent_id)
-        else:
-            self._drop(others)
-        if self._held.pop(exchange, None) is not None:
-            _admit(exchange, admit)
+        wanted = [held for held in gathered if held.exchange in self._held]
+        self._ahead.update(held.exchange for held in wanted)
+        for held in gathered:
+            self._share(held)
+        for held in wanted:
+            self._held.discard(held.exchange)
+            _admit(held.exchange, held.admit)
+
+    def _share(self, held: _Held[X]) -> None:
+        """Let the rest of its undertaking use what was written down with it."""
+        if held.whole is None or not held.whole.is_open:
+            self._drop(held.others)
+            return
+        for intent_id, exchange in held.intents.items():
+            held.whole.note_durable(intent_id)
+            if exchange is not held.exchange:
+                held.whole.keep(exchange.frame, intent_id)
+
+    def _refuse(self, gathered: Iterable[_Held[X]], error: JournalUnavailable) -> None:
+        """Send nothing of it."""
+        for held in gathered:
+            self._drop(held.others)
+            if held.exchange in self._held:
+                self._held.remove(held.exchange)
+                held.exchange.settle(error)
 
     def _follow(self, exchange: X, whole: _Undertaking[X] | None = None) -> None:
         """Wait for its outcome before everybody else, and never lose patience."""
         outcome: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
-        outcome.add_done_callback(partial(self._note_outcome, exchange.intent or "", exchange.frame, whole))
+        outcome.add_done_callback(partial(self._note_outcome, exchange, whole))
         exchange.waiters = {outcome: exchange.expires_at} | exchange.waiters
 
     def _note_outcome(
-        self,
-        intent_id: str,
-        frame: bytes,
-        whole: _Undertaking[X] | None,
-        settled: "asyncio.Future[Any]",
+        self, exchange: X, whole: _Undertaking[X] | None, settled: "asyncio.Future[Any]"
     ) -> None:
-        outcome = settled.result()
-        name = _name_of(outcome)
+        self._no_longer_ahead(exchange)
+        outcome, intent_id = settled.result(), exchange.intent or ""
+        name, written_at = _name_of(outcome), self._written.pop(exchange, None)
         if name == NOT_SENT and whole is not None and whole.is_durable(intent_id):
-            whole.keep(frame, intent_id)  # it may be tried again
+            whole.keep(exchange.frame, intent_id)  # it may be tried again
             return
-        self._book.note(writes.ended(intent_id, time.time(), name, _why(outcome)))
+        end = partial(writes.ended, intent_id, time.time(), name, _why(outcome), written_at)
+        self._book.note_newest(exchange, end)
 
     def _drop(self, intent_ids: Iterable[str]) -> None:
         """Nothing will be written for these."""

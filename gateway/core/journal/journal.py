@@ -4,7 +4,7 @@ import asyncio
 import logging
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
@@ -88,9 +88,11 @@ class Journal:
     """How long the last commit that somebody waited for has taken."""
     _noted: list[Write] = field(default_factory=list)
     """What nobody waits for, and the writer does not have yet: to wake it costs more than to write."""
-    _newest: dict[str, Callable[[], Write]] = field(default_factory=dict)
+    _newest: dict[Hashable, Callable[[], Write]] = field(default_factory=dict)
     """The same of rows of which only the newest state counts."""
-    _waiting: "SimpleQueue[_Entry | _Question | None]" = field(default_factory=SimpleQueue)
+    _due: asyncio.TimerHandle | None = None
+    """When the writer has that at the latest."""
+    _waiting: "SimpleQueue[Sequence[_Entry | _Question | None]]" = field(default_factory=SimpleQueue)
     _thread: threading.Thread | None = None
     _unsynced_since: float | None = None
     failed: bool = False
@@ -118,7 +120,7 @@ class Journal:
 
     def waiting(self) -> int:
         """How many entries wait to be written."""
-        return self._waiting.qsize() + bool(self._noted or self._newest)
+        return self._waiting.qsize() + (self._due is not None)
 
     def require(self) -> None:
         """Make sure that what has an effect can be written down.
@@ -133,7 +135,7 @@ class Journal:
         self._hand_over_soon()
         self._noted += entries
 
-    def note_newest(self, row: str, write: Callable[[], Write]) -> None:
+    def note_newest(self, row: Hashable, write: Callable[[], Write]) -> None:
         """Write a row soon, as `write` gives it then; nobody waits."""
         self._hand_over_soon()
         self._newest[row] = write
@@ -168,20 +170,26 @@ class Journal:
         return await answer
 
     def _put(self, item: _Entry | _Question | None) -> None:
-        """Let the writer have this, after what was noted before."""
-        self._hand_over()
-        self._waiting.put(item)
+        """Let the writer have this, and what was noted before with it: in one commit."""
+        noted = self._take_noted()
+        self._waiting.put([_Entry(noted), item] if noted else [item])
 
     def _hand_over_soon(self) -> None:
-        if not (self._noted or self._newest):
-            asyncio.get_running_loop().call_later(NOTED_WITHIN_S, self._hand_over)
+        if self._due is None:
+            self._due = asyncio.get_running_loop().call_later(NOTED_WITHIN_S, self._hand_over)
 
     def _hand_over(self) -> None:
         """Let the writer have what was noted."""
+        self._waiting.put([_Entry(self._take_noted())])
+
+    def _take_noted(self) -> list[Write]:
+        if self._due is None:
+            return []
+        self._due.cancel()
+        self._due = None
         newest, self._newest = self._newest, {}
         noted, self._noted = [*self._noted, *(write() for write in newest.values())], []
-        if noted:
-            self._waiting.put(_Entry(noted))
+        return noted
 
     def owe(self, entries: Sequence[Write], why: DiskFull) -> None:
         """Begin in trouble: these are written first, when a disk that was full has room."""
@@ -211,9 +219,9 @@ class Journal:
         quiet_s = LOOK_S if self._unsynced_since is None else SYNCED_WITHIN_S
         taken: list[_Entry | _Question | None] = []
         with suppress(Empty):
-            taken.append(self._waiting.get(timeout=quiet_s))
+            taken += self._waiting.get(timeout=quiet_s)
             while len(taken) < MOST_AT_ONCE and isinstance(taken[-1], _Entry):
-                taken.append(self._waiting.get_nowait())
+                taken += self._waiting.get_nowait()
         return taken
 
     def _commit(self, entries: list[_Entry]) -> None:
@@ -226,7 +234,8 @@ class Journal:
             self._unsynced_since = None if durable else self._unsynced_since or now
         else:
             self._owe([write for entry in entries if entry.done is None for write in entry.writes])
-        self._loop.call_soon_threadsafe(self._settle, entries, error)
+        if waited_for or error is not None or self.trouble is not None:
+            self._loop.call_soon_threadsafe(self._settle, entries, error)
 
     def _try(self, batch: Sequence[Write], *, durable: bool) -> OSError | None:
         if self.failed:

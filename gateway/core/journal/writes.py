@@ -47,11 +47,14 @@ def written(intent_id: str, at: float) -> Write:
     return Write("UPDATE intents SET written_at = ? WHERE id = ?", (at, intent_id))
 
 
-def ended(intent_id: str, at: float, outcome: str, detail: str | None = None) -> Write:
-    """What became of it is known, or that nobody can know."""
+def ended(
+    intent_id: str, at: float, outcome: str, detail: str | None = None, written_at: float | None = None
+) -> Write:
+    """What became of it is known, or that nobody can know, and when its first byte was handed to the port."""
     return Write(
-        "UPDATE intents SET ended_at = ?, outcome = ?, detail = ? WHERE id = ?",
-        (at, outcome, detail, intent_id),
+        "UPDATE intents SET ended_at = ?1, outcome = ?2, detail = ?3, "
+        "written_at = coalesce(?5, written_at) WHERE id = ?4",
+        (at, outcome, detail, intent_id, written_at),
     )
 
 

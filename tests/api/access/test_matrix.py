@@ -55,7 +55,11 @@ PUT       /bodies/{body_id}/positions/{number}/name      setup    body
 POST      /bodies/{body_id}/positions/readings           view     body
 GET       /bodies/{body_id}/positions/readings/{reading_id}     view     body
 DELETE    /bodies/{body_id}/positions/readings/current   view     body
+POST      /bodies/{body_id}/positions/uploads            setup    body
+GET       /bodies/{body_id}/positions/uploads/{upload_id}      view     body
+DELETE    /bodies/{body_id}/positions/uploads/current    setup    body
 GET       /bodies/{body_id}/positions.csv                view     body
+POST      /bodies/{body_id}/positions.csv                setup    body
 PUT       /bodies/{body_id}/positions.csv                setup    body
 GET       /bodies/{body_id}/inputs                       view     body
 GET       /bodies/{body_id}/outputs                      view     body
@@ -81,6 +85,7 @@ POST      /bodies/{body_id}/program/runs                 operate  body
 GET       /bodies/{body_id}/program/runs/current         view     body
 GET       /bodies/{body_id}/program/runs/{run_id}        view     body
 GET       /bodies/{body_id}/memories                     view     body
+PUT       /bodies/{body_id}/memories                     operate  body
 PUT       /bodies/{body_id}/memories/{name}              operate  body
 GET       /bodies/{body_id}/settings                     view     body
 PATCH     /bodies/{body_id}/settings                     setup    body
@@ -211,6 +216,10 @@ POST      /tickets                                       view     any
 GET       /system/posture                                view     any
 GET       /system/identity                               view     any
 POST      /system/reload                                 admin    plant
+GET       /system/ports                                  admin    plant
+POST      /system/scans                                  admin    plant
+GET       /system/scans/{scan_id}                        admin    plant
+DELETE    /system/scans/current                          admin    plant
 GET       /access/keys                                   admin    plant
 POST      /access/keys                                   admin    plant
 DELETE    /access/keys/{name}                            admin    plant

@@ -13,6 +13,18 @@ async def test_a_memory_that_is_set_is_read_among_others(stand: Stand) -> None:
 
 
 @on_stand()
+async def test_memories_are_set_together_and_checked_before_the_first(stand: Stand) -> None:
+    wanted = [{"name": "D7", "value": 70}, {"name": "C1", "value": 3}, {"name": "T0", "value": 0}]
+    answer = await stand.client.put("/bodies/3F/memories", json={"memories": wanted})
+    assert (answer.status_code, answer.json()) == (200, {"body_id": "arm.3F", "memories": wanted})
+    sent = len(stand.frames())
+    wrong = {"memories": [{"name": "D7", "value": 1}, {"name": "C30", "value": 1}]}
+    refused = await stand.client.put("/bodies/3F/memories", json=wrong)
+    assert (refused.status_code, refused.json()["moved"]) == (422, "no")
+    assert not [frame for frame in stand.frames()[sent:] if frame[3:5] == "UD"]
+
+
+@on_stand()
 async def test_each_bank_has_its_range(stand: Stand) -> None:
     for name, value in (("C0", -1), ("T30", 0), ("D0", 1_000_000_000), ("X", 1)):
         answer = await stand.client.put(f"/bodies/3F/memories/{name}", json={"value": value})

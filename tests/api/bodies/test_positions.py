@@ -167,3 +167,49 @@ async def test_a_reading_of_a_table_is_cancelled(stand: Stand) -> None:
     await stand.post(f"{TABLE}/readings")
     cancelled = await stand.client.delete(f"{TABLE}/readings/current")
     assert (cancelled.status_code, cancelled.json()["status"]) == (200, "cancelled")
+
+
+@on_stand({"arm": ({"id": "3F", "units": {"unit": "mm", "pulses_per_unit": 100.0}},)})
+async def test_a_whole_table_is_stored_in_a_record_that_is_followed_to_its_end(stand: Stand) -> None:
+    wanted = [{"number": number, "position": pulse(number + 1)} for number in range(200)]
+    wanted[7]["name"] = "unload"
+    async with socket(stand, "/events?types=body.position_upload.*") as client:
+        await client.message()
+        begun = await stand.post(f"{TABLE}/uploads", {"positions": wanted, "flash": True})
+        assert (begun.status_code, begun.json()["count"], begun.json()["expected"]) == (202, 200, 400)
+        for again in (
+            await stand.post(f"{TABLE}/uploads", {"positions": wanted}),
+            await put(stand, {"positions": [{"number": 1}]}),
+        ):
+            refused(again, 409)
+            assert "is being stored; nothing was sent" in again.json()["detail"]
+        over = (await stand.get(f"{begun.headers['location']}?wait=60")).json()
+        told = [await client.event()]
+        while told[-1]["type"] != "body.position_upload.succeeded":
+            told.append(await client.event())
+    assert (over["status"], over["read"], over["error"]) == ("succeeded", 400, None)
+    assert (await stand.get(f"{TABLE}?first=0&last=199")).json()["positions"] == over["positions"]
+    assert over["positions"][7] == {"number": 7, "name": "unload", "pulses": 8, "value": 0.08, "unit": "mm"}
+    assert "&3FFPS" in stand.frames()
+    assert told[0]["type"] == "body.position_upload.started"
+    assert {(it["data"]["positions"], it["data"]["count"]) for it in told} == {(None, 200)}
+
+
+@on_stand()
+async def test_the_storing_of_a_table_is_cancelled(stand: Stand) -> None:
+    refused(await stand.client.delete(f"{TABLE}/uploads/current"), 404)
+    table = "number,pulse\n" + "".join(f"{number},5\n" for number in range(2_048))
+    begun = await stand.client.post(
+        f"{TABLE}.csv", content=table.encode(), headers={"content-type": "text/csv"}
+    )
+    assert begun.status_code == 202
+    cancelled = (await stand.client.delete(f"{TABLE}/uploads/current")).json()
+    assert cancelled["status"] == "cancelled"
+    assert (await stand.get(begun.headers["location"])).json() == cancelled
+
+
+@on_stand()
+async def test_a_table_that_cannot_be_stored_begins_nothing(stand: Stand) -> None:
+    twice = {"positions": [{"number": 1, "position": pulse(1)}, {"number": 1, "position": pulse(2)}]}
+    refused(await stand.post(f"{TABLE}/uploads", twice), 422)
+    refused(await stand.get(f"{TABLE}/uploads/current"), 404)

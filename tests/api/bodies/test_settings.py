@@ -124,6 +124,7 @@ def test_what_is_named_is_set_and_read_back_and_set_again_sends_nothing(
     @on_stand()
     async def story(stand: Stand) -> None:
         told = await patch(stand, change)
+        assert told["settings"].keys() == change.keys()
         for name, value in change.items():
             found = told["settings"][name]
             if isinstance(value, dict):
@@ -148,6 +149,7 @@ async def test_null_ends_what_can_be_ended(stand: Stand) -> None:
         {"soft_limits": {"lower": -5, "upper": 5}, "error_outputs": {"any": {"output": 1, "on": False}}},
     )
     ended = await patch(stand, {"soft_limits": None, "error_outputs": None})
+    assert ended["settings"].keys() == {"soft_limits", "error_outputs"}
     assert ended["settings"]["soft_limits"] is None
     assert set(ended["settings"]["error_outputs"].values()) == {None}
     assert set_by(stand.frames())[-2:] == ["EPS", "CESA"]

@@ -6,13 +6,13 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
-from app import search
 from app.cli import app
 from app.commands import init
 from app.found import config_of
-from app.search import Found, FoundLine, FoundRobot
+from gateway import search
 from gateway.config import parse
 from gateway.fics import config as fics
+from gateway.found import Found, FoundLine, FoundRobot
 from gateway.rorze import config as rorze
 from protocols.fics.system import GetSystemVersion
 

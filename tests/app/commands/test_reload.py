@@ -17,13 +17,22 @@ LINES = [
     [
         (
             ["--dry-run"],
-            {"lines": LINES, "needs_restart": [], "applied": False},
+            {"lines": LINES, "needs_restart": [], "applied": False, "busy": []},
             ["line a  changed: bodies.3F.name", "line b  added", "Nothing was changed."],
         ),
-        ([], {"lines": LINES[1:], "needs_restart": [], "applied": True}, ["line b  added"]),
+        (
+            ["--dry-run"],
+            {"lines": LINES[:1], "needs_restart": [], "applied": False, "busy": ["a.3F", "a.40"]},
+            [
+                "line a  changed: bodies.3F.name",
+                "Refused while a.3F, a.40 moves or is at work.",
+                "Nothing was changed.",
+            ],
+        ),
+        ([], {"lines": LINES[1:], "needs_restart": [], "applied": True, "busy": []}, ["line b  added"]),
         (
             [],
-            {"lines": [], "needs_restart": ["server.port"], "applied": True},
+            {"lines": [], "needs_restart": ["server.port"], "applied": True, "busy": []},
             ["A restart alone changes server.port.", "All lines are as they were."],
         ),
     ],

@@ -1,9 +1,8 @@
-"""What `status`, `watch` and `scan` show."""
+"""What `status` and `watch` show."""
 
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
 import httpx
 import pytest
@@ -11,7 +10,7 @@ from typer.testing import CliRunner, Result
 
 from app.cli import app
 from app.commands import watch
-from tests.app.fake_gateway import Answer, FakeGateway, always, plant
+from tests.app.fake_gateway import Answer, FakeGateway, plant
 
 BODY = {
     "body_id": "a.3F",
@@ -22,7 +21,7 @@ BODY = {
     "power_cycled": False,
 }
 UNITS = [{"number": 1, "axes": [{"name": "X"}, {"name": "@"}]}]
-ROBOT = {"robot_id": "r1", "name": "", "online": True, "moving": None, "units": UNITS}
+ROBOT = {"robot_id": "r1", "name": "", "online": True, "moving": None, "missing_units": [2], "units": UNITS}
 SCARA = {
     "scara_id": "wafer",
     "name": "hand",
@@ -59,30 +58,13 @@ def test_status_is_a_table(monkeypatch: pytest.MonkeyPatch) -> None:
         "wafer  hand  standing  a.02, a.3F",
         "",
         "ROBOT  NAME  STATE      UNITS  NOTE",
-        "r1           not known  1: X@  has lost its power; error 101",
+        "r1           not known  1: X@  has lost its power; error 101; no unit 2",
     ]
 
 
 def test_status_as_json(monkeypatch: pytest.MonkeyPatch) -> None:
     said = FakeGateway(dict(STATUS)).run(monkeypatch, "status", "--json")
     assert json.loads(said.stdout)["bodies"][0] == BODY
-
-
-@pytest.mark.parametrize(
-    ("answer", "code", "sentence"),
-    [
-        ({"status": "finished", "found": [{"body_id": "a.00", "configured": True}]}, 0, ""),
-        ({"status": "running", "asked": 1, "id": "s", "found": []}, 5, "The scan of a is still running"),
-        ({"status": "failed", "found": [], "error": "Line a is down."}, 1, "Line a is down."),
-    ],
-)
-def test_a_scan_is_done_when_everybody_was_asked(
-    answer: dict[str, Any], code: int, sentence: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    said = always(answer).run(monkeypatch, "scan", "a")
-    assert said.exit_code == code
-    assert sentence in said.stderr
-    assert said.stdout == ("a.00\n" if code == 0 else "")
 
 
 # events

@@ -18,6 +18,16 @@ def test_ids_sort_by_time() -> None:
     assert {len(it) for it in made} == {20}
 
 
+def test_ids_of_one_millisecond_sort_as_they_were_drawn() -> None:
+    made = [sorted_by_time(1_800_000_000_000) for _ in range(1000)]
+    assert (made, len(set(made))) == (sorted(made), 1000)
+
+
+def test_a_clock_that_is_set_back_leaves_their_order() -> None:
+    made = [sorted_by_time(at_ms) for at_ms in (1_900_000_000_000, 1_800_000_000_000, 1_900_000_000_001)]
+    assert made == sorted(made)
+
+
 def test_a_fork_draws_its_own() -> None:
     read, write = os.pipe()
     if os.fork() == 0:

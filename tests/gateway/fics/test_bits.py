@@ -10,7 +10,14 @@ from gateway.fics.bits import Bits
 from gateway.fics.exchange import Answered
 from gateway.fics.watch import HEALTH_POLL_S
 from protocols.fics.homing import HomeRobot
-from protocols.fics.status import SENSOR_BITS, AxisSensors, SensorStates
+from protocols.fics.status import (
+    SENSOR_BITS,
+    AxisSensors,
+    AxisStatus,
+    AxisStatuses,
+    MotionMode,
+    SensorStates,
+)
 from simulator.fics.settings import RobotSettings
 from tests.fics_plants import FicsRig, fics_rig
 from tests.plants import in_virtual_time
@@ -65,6 +72,37 @@ async def test_a_robot_that_was_homed_before_is_compared_at_set_up() -> None:
     async with fics_rig(prepare=homed_before) as rig:
         await asyncio.sleep(HEALTH_POLL_S)
         assert rig.types("robot.bits") == ["robot.bits.mismatch"]
+
+
+def shown(*axes: tuple[MotionMode, bool]) -> Answered:
+    """What a robot answers whose axes are at this, with this bit for `moving`."""
+    told = [
+        AxisStatus(motion_mode=at, moving=on, origin_done=True, servo_ready=True, alarm=False, driver_error=0)
+        for at, on in axes
+    ]
+    return Answered((AxisStatuses(axes=told),))
+
+
+@pytest.mark.parametrize(
+    ("history", "believed"),
+    [
+        ([], False),
+        ([(MotionMode.MOVE, True)], False),
+        ([(MotionMode.MOVE, True), (MotionMode.STANDING, False)], True),
+        ([(MotionMode.MOVE, False), (MotionMode.STANDING, False)], False),
+        ([(MotionMode.MOVE, True), (MotionMode.STANDING, True), (MotionMode.STANDING, False)], False),
+        ([(MotionMode.STOPPED, True), (MotionMode.STANDING, False)], False),
+    ],
+)
+def test_the_bit_of_motion_is_believed_of_a_robot_that_has_shown_it_in_motion_alone(
+    history: list[tuple[MotionMode, bool]], believed: bool
+) -> None:
+    bits = Bits()
+    for status in history:
+        bits.read(shown(status))
+    (stopped,) = shown((MotionMode.STOPPED, False)).replies
+    assert isinstance(stopped, AxisStatuses)
+    assert bits.may_brake(stopped.axes) is not believed
 
 
 def test_sensors_are_named_in_their_order() -> None:

@@ -15,6 +15,7 @@ from gateway.fics.errors import RobotBusy, UnitNotSelected
 from gateway.fics.jogs import JogSession
 from gateway.fics.robot import Robot
 from protocols.fics.homing import HomeRobot
+from protocols.fics.jog import StartJog
 from protocols.fics.moves import MoveRelative
 from protocols.fics.speeds import SetDecelerationTimes, SetMaximumSpeeds
 from protocols.fics.variables import GetVariable
@@ -48,6 +49,27 @@ def test_an_axis_jogs_while_the_heartbeat_lasts(mode: int) -> None:
             assert ended.state == "ended"
             assert rig.fics.job is None
             assert not rig.robot.moving
+
+    story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_an_axis_that_jogs_although_its_start_was_refused_is_stopped(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            await rig.move(HomeRobot())
+            doubled = StartJog(axis="Z", direction="-").text()
+            rig.cable.damaged[doubled] = f"{doubled}\r{doubled}"
+            starting = asyncio.create_task(rig.robot.jogs.start(1, "Z", "-"))
+            await rig.cable.written_from("JOG")
+            if mode == 3:  # in Ver.2 the first copy has no answer
+                rig.fail(Fault.LOST, Direction.REPLIES, 1)
+            with pytest.raises(NoReply, match="is being stopped"):
+                await starting
+            await rig.robot.jogs.settled()
+            assert rig.fics.job is None
+            assert rig.types("robot.jog") == ENDED
 
     story()
 

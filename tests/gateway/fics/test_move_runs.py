@@ -53,6 +53,23 @@ async def test_between_two_equal_moves_a_number_proves_that_no_answer_is_on_its_
         assert any(text.startswith("VAR") for text in rig.cable.frames(sent)[first:second])
 
 
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_doubled_command_whose_first_copy_was_executed_is_not_called_rejected(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            await rig.move(HomeRobot())
+            await rig.robot.ask(SLOWLY, 1)
+            doubled = FAR_DOWN.text()
+            rig.cable.damaged[doubled] = f"{doubled}\r{doubled}"
+            move = await rig.move(FAR_DOWN)
+            assert (move.status, move.end_cause) == (MoveStatus.SUCCEEDED, "normal")
+            assert rig.fics.units[1].at_rest()[2] == pytest.approx(-100.0)
+            assert "refused LMI as in motion (E01), and had stood still" in " ".join(move.evidence)
+
+    story()
+
+
 @pytest.mark.parametrize("unanswered", ["APS", "UNT", "MOD"])
 def test_a_move_that_waits_for_its_preparations_expires_in_time_and_leaves_the_floor(unanswered: str) -> None:
     @in_virtual_time

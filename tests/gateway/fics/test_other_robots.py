@@ -10,6 +10,7 @@ from gateway.core.move_record import MoveStatus
 from protocols.fics.alarms import ResetErrors
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute, MoveRelative
+from protocols.fics.speeds import SetDecelerationTimes
 from protocols.fics.status import SENSOR_BITS, STATUS_BITS
 from simulator.fics.settings import RobotSettings
 from tests.fics_plants import fics_rig
@@ -17,6 +18,7 @@ from tests.plants import in_virtual_time
 
 OTHERS = {
     "AES is refused while ASS brakes": RobotSettings(stop_while_braking="refused"),
+    "AES brakes": RobotSettings(emergency_stop="brakes"),
     "the origin bit outlasts the power": RobotSettings(origin_bit="lasting"),
     "a single unit hides its positions too": RobotSettings(hidden_positions="always"),
     "the old mode answers MOD": RobotSettings(mode_change="old_mode"),
@@ -78,6 +80,33 @@ def test_whatever_the_bits_of_acd_and_asd_mean_moves_end_and_stops_are_confirmed
             assert (await rig.robot.stop("immediate")).state == "confirmed"
             assert (await rig.plant.robot_moves.wait(homing.id, 60)).status is MoveStatus.STOPPED
             assert not rig.robot.power_cycled
+
+    story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+@pytest.mark.parametrize("order", list(permutations(STATUS_BITS)), ids=" ".join)
+def test_axes_that_brake_in_an_emergency_stop_are_not_called_still(order: tuple[str, ...], mode: int) -> None:
+    """The first digit of ACD is 5 at once, and the second may mean anything (C-HOST manual 2-10)."""
+
+    @in_virtual_time
+    async def story() -> None:
+        settings = RobotSettings(emergency_stop="brakes", status_bits=order)
+        async with fics_rig(
+            mode=mode, prepare=lambda machine: setattr(machine.robot, "settings", settings)
+        ) as rig:
+            await rig.move(HomeRobot())
+            await rig.robot.ask(SetDecelerationTimes(times_ms=[None, None, 4000]), 1)
+            await rig.plant.robot_moves.start(rig.robot, 1, MoveAbsolute(coordinates=[None, None, -90.0]))
+            await asyncio.sleep(0.5)
+            stopped_at = asyncio.get_running_loop().time()
+            stop = rig.robot.stop("immediate")
+            while rig.fics.job is not None:
+                assert rig.types("robot.stop.confirmed") == []
+                await asyncio.sleep(0.1)
+            (braked,) = [fact for fact in rig.stops() if fact.facts["why"] == "alarm"]
+            assert braked.at > stopped_at + 1
+            assert (await stop).state == "confirmed"
 
     story()
 

@@ -5,7 +5,8 @@ import asyncio
 import pytest
 
 from gateway.core.errors import ControllerRefused, NotSent, PowerCycled
-from gateway.fics.errors import RobotBusy, UnitNotSelected
+from gateway.fics.errors import RobotBusy, UnitMissing, UnitNotSelected
+from gateway.fics.watch import HEALTH_POLL_S
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
 from protocols.fics.status import GetAxisSensors, MotionMode
@@ -155,3 +156,69 @@ async def test_an_answer_about_the_mode_that_nobody_asked_for_lets_the_robot_be_
         rig.cable.say("MOD 2")
         await asyncio.sleep(0.5)
         assert rig.robot.power_cycled
+
+
+# units that the configuration names and the robot does not have
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_unit_that_the_robot_does_not_have_is_told_at_the_set_up(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(units=2, there=1, mode=mode) as rig:
+            assert [event.data for event in rig.events("robot.unit")] == [{"unit": 2}]
+            assert rig.robot.selection.missing == {2}
+            (alarm,) = [it for it in rig.plant.alarms.standing() if it.cause == "robot.unit.missing"]
+            assert alarm.en.happened == "r1 has no unit 2, which the configuration names."
+            assert rig.robot.selection.unit == rig.fics.host_unit == 1
+            with pytest.raises(UnitMissing, match="r1 says that it has no unit 2") as missing:
+                await rig.robot.unit(2).status()
+            assert "out of the configuration" in missing.value.remedy
+            assert rig.types("robot.unit") == ["robot.unit.missing"], "once"
+
+    story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_stop_is_confirmed_by_the_units_that_are_there(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(units=2, there=1, mode=mode) as rig:
+            await rig.robot.unit(1).position()
+            started = await rig.plant.robot_moves.start(rig.robot, 1, HomeRobot())
+            report = await rig.robot.stop("decelerate")
+            assert (report.state, report.detail, report.units_unknown) == ("confirmed", None, [])
+            assert (await rig.plant.robot_moves.wait(started.id, 60.0)).status == "stopped"
+
+    story()
+
+
+@in_virtual_time
+async def test_a_move_of_a_unit_that_is_not_there_is_refused_and_nothing_moves() -> None:
+    async with fics_rig(units=2, there=1) as rig:
+        with pytest.raises(UnitMissing):
+            await rig.move(DOWN, unit=2)
+        assert rig.heard("LMI") == []
+
+
+@in_virtual_time
+async def test_a_selection_that_another_number_was_made_of_on_its_way_is_said_again() -> None:
+    async with fics_rig(units=2) as rig:
+        await rig.robot.unit(1).position()
+        rig.cable.damaged = {"UNT 2": "UNT 8"}
+        rig.cable.after(2, rig.cable.damaged.clear)
+        await rig.robot.unit(2).position()
+        assert "UNT 8" in rig.heard("UNT")
+        assert rig.robot.selection.missing == set()
+        assert rig.types("robot.unit") == []
+
+
+@in_virtual_time
+async def test_a_robot_that_moves_is_not_asked_for_its_units_until_it_stands_still() -> None:
+    async with fics_rig(
+        units=2, prepare=lambda machine: setattr(machine.robot, "terminal", MotionMode.MACRO)
+    ) as rig:
+        assert [text for text in rig.cable.frames() if text.startswith("UNT ")] == []
+        rig.touch(lambda fics, _: setattr(fics, "terminal", None))
+        await asyncio.sleep(2 * HEALTH_POLL_S)
+        assert [text for text in rig.cable.frames() if text.startswith("UNT ")] == ["UNT 2", "UNT 1"]

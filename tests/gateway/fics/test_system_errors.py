@@ -9,7 +9,8 @@ from gateway.fics.errors import ErrorRemains, ErrorStands, NotReadBack
 from gateway.fics.watch import HEALTH_POLL_S
 from protocols.fics.moves import MoveRelative
 from protocols.fics.variables import SetVariable
-from simulator.fics.alarms import system_error
+from simulator.fics.alarms import connection_lost, system_error
+from simulator.fics.robot import Robot as SimulatedRobot
 from tests.fics_plants import FicsRig, fics_rig
 from tests.plants import in_virtual_time
 
@@ -42,6 +43,13 @@ def test_an_error_of_the_system_is_kept_published_and_reset(mode: int) -> None:
     story()
 
 
+def silence_motor_a(fics: SimulatedRobot, now: float) -> None:
+    """The driver of motor A of unit 1 stops answering."""
+    motor = fics.units[1].motors[0]
+    motor.silent = True
+    fics.raise_alarm(connection_lost(1, motor.name), now)
+
+
 @in_virtual_time
 async def test_an_error_whose_cause_is_there_stands_after_a_reset() -> None:
     async with fics_rig() as rig:
@@ -50,7 +58,21 @@ async def test_an_error_whose_cause_is_there_stands_after_a_reset() -> None:
         with pytest.raises(ErrorRemains) as remains:
             await rig.robot.asking.reset_errors()
         assert remains.value.moved == "no"
+        assert remains.value.detail == (
+            "DRT of r1 ended with error 001: The robot is in the state EMERGENCY: its stop input is on, or "
+            "AES was received."
+        )
+        assert remains.value.detail_ja == "DRT: 非常停止状態です。"
+        assert remains.value.remedy == "Release the stop input, then reset the error with DRT."
         assert rig.robot.latched_error is not None
+
+
+@in_virtual_time
+async def test_a_driver_that_is_silent_after_a_reset_is_named() -> None:
+    async with fics_rig(units=2) as rig:
+        rig.touch(silence_motor_a)
+        with pytest.raises(ErrorRemains, match="The driver of axis A of unit 1 does not answer"):
+            await rig.robot.asking.reset_errors()
 
 
 @in_virtual_time

@@ -80,7 +80,7 @@ OPERATIONS = [
     (lambda plant: bodies.get_scan(plant, "line1", "none", 0.0), Role.VIEWER),
     (lambda plant: moves.get(plant, "/bodies/3F", "none"), Role.VIEWER),
     (lambda plant: programs.read(plant, ME, "3F"), Role.VIEWER),
-    (lambda plant: programs.write_memory(plant, ME, "3F", "U00", 1), Role.OPERATOR),
+    (lambda plant: programs.write_memories(plant, ME, "3F", [("U00", 1)]), Role.OPERATOR),
     (lambda plant: leases.take(plant, ME, "3F", 1.0, take_over=False), Role.OPERATOR),
     (lambda plant: leases.take(plant, ME, "3F", 1.0, take_over=True), Role.ADMIN),
 ]

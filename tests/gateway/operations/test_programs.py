@@ -12,6 +12,7 @@ from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, InvalidT
 from gateway.core.journal.intents import Intents
 from gateway.core.origin import Origin
 from gateway.operations import commands, programs, stops
+from gateway.rorze.errors import PartlyDone
 from gateway.rorze.program_uploads import ProgramUpload
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
@@ -231,6 +232,10 @@ async def test_a_body_that_falls_silent_leaves_one_instruction_in_doubt() -> Non
         over = await uploading
         assert over.status == "failed"
         assert over.stored.startswith("RAM holds the first 2 of 5 instructions, and perhaps one more.")
+        alarms = {alarm.cause: alarm for alarm in it.plant.alarms.standing()}
+        failed = alarms["body.program.upload.failed"]
+        assert over.stored in failed.en.motor
+        assert [call.path for call in failed.next] == [f"/bodies/line1.3F/program/uploads/{over.id}"]
 
 
 def cut_power(it: Rig) -> None:
@@ -394,15 +399,26 @@ async def test_an_unknown_run_is_not_found() -> None:
 
 
 @in_virtual_time
+async def test_memories_of_which_only_some_were_set_are_told() -> None:
+    async with one_body(baud=9600) as it:
+        wanted = [(f"D{number}", number) for number in range(20)]
+        task = asyncio.create_task(programs.write_memories(it.plant, ME, "3F", wanted))
+        await asyncio.sleep(0.5)
+        it.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
+        with pytest.raises(PartlyDone, match=r"took UDSD0,0, .* was not sent"):
+            await task
+
+
+@in_virtual_time
 async def test_memories_are_set_and_read_by_the_ranges_of_their_banks() -> None:
     async with one_body() as it:
-        assert await programs.write_memory(it.plant, ME, "3F", "d7", -5) == ("D7", -5)
-        assert await programs.write_memory(it.plant, ME, "3F", "C29", 9_999_999) == ("C29", 9_999_999)
+        wanted = [("d7", -5), ("C29", 9_999_999)]
+        assert await programs.write_memories(it.plant, ME, "3F", wanted) == [("D7", -5), ("C29", 9_999_999)]
         assert await programs.read_memories(it.plant, ME, "3F", "D6", 2) == [("D6", 0), ("D7", -5)]
         sent = len(it.wire.sent)
         for name, value in (("C0", -1), ("T0", 10_000_000), ("D0", 1_000_000_000), ("D200", 0), ("M0", 1)):
             with pytest.raises(InvalidRequest):
-                await programs.write_memory(it.plant, ME, "3F", name, value)
+                await programs.write_memories(it.plant, ME, "3F", [(name, value)])
         with pytest.raises(InvalidRequest, match="the last of T is T29"):
             await programs.read_memories(it.plant, ME, "3F", "T25", 6)
         assert len(it.wire.sent) == sent

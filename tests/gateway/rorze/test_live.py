@@ -4,6 +4,7 @@ import asyncio
 from collections import Counter
 
 from protocols.rorze.inputs_outputs import SetOutputs
+from protocols.rorze.modes import SetOperatingMode
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.speeds import SetMaximumAcceleration, SetMaximumSpeed, SetStartSpeed
 from tests.gateway.rorze.full_line import SWEEP_GROUPS, full_line
@@ -26,6 +27,20 @@ async def test_the_position_of_a_moving_body_comes_as_often_as_asked_for() -> No
         way = [it["pulses"] for it in places]
         assert way == sorted(way)
         assert len(set(way)) > 90
+
+
+@in_virtual_time
+async def test_what_positions_are_counted_in_is_read_once() -> None:
+    async with rig() as running:
+        await running.body().ask(SetOperatingMode(mode="encoder"))
+        sent = len(running.wire.sent)
+        async with watching(running.plant.events, types=[LIVE], sample=10) as watcher:
+            await asyncio.sleep(2)
+        for number, counted in (("00", "pulses"), ("01", "pulses"), ("3F", "encoder_counts")):
+            told = watcher.of(subject=f"/bodies/line1.{number}")
+            assert {it["data"]["counted_in"] for it in told} == {counted}
+        asked = Counter(it for it in running.wire.frames(sent) if it.endswith("EAD"))
+        assert asked == {"&00EAD": 1, "&01EAD": 1, "&3FEAD": 1}
 
 
 @in_virtual_time

@@ -5,14 +5,15 @@ from typing import Literal
 
 import pytest
 
-from gateway.core.errors import BodyBusy
-from gateway.core.move_record import LOST_AFTER_S, MoveStatus
+from gateway.core.errors import BodyBusy, ControllerRefused
+from gateway.core.move_record import LOST_AFTER_S, Move, MoveStatus
 from protocols.rorze.modes import SetOperatingMode
 from protocols.rorze.moves import MoveClockwise, MoveCounterclockwise, MoveTo
 from protocols.rorze.origin import Home, HomeFastThenStop
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Ack
-from simulator.faults import Direction
+from simulator.faults import Direction, Fault, Switch
+from simulator.rorze.breakdowns import Breakdown
 from simulator.rorze.controller import Rc420, Response
 from simulator.rorze.world import EMS, Span
 from tests.plants import Rig, ended, finished, finished_losing, in_virtual_time, lose, rig, start
@@ -71,6 +72,62 @@ async def test_a_lost_reply_of_homing_stays_unknown_when_the_motor_stands_still(
         assert "proves nothing" in move.evidence[0]
         assert move.error is not None
         assert move.error.moved == "unknown"
+
+
+# a refusal of a motor that had stood still
+
+
+def double(rig: Rig) -> None:
+    """Let the next request come twice, and lose the reply to its first copy."""
+    rig.machine.faults.set(Switch(Fault.DOUBLED, Direction.REQUESTS, next_frames=1, delay_s=0.05))
+    lose(rig, Direction.REPLIES)
+
+
+async def finished_doubled(rig: Rig, command: RorzeCommand[Ack]) -> Move:
+    """Start a move whose command comes twice, and wait for its end."""
+    body = rig.body()
+    starting = asyncio.create_task(start(rig, command))
+    await rig.wire.begun(body.line.frame_of(body.number, command).removesuffix("\\r"))
+    double(rig)
+    return await ended(rig, await starting)
+
+
+@in_virtual_time
+async def test_a_doubled_command_whose_first_copy_was_executed_is_not_called_rejected() -> None:
+    async with rig() as it:
+        await finished(it, TO_5000)
+        move = await finished_doubled(it, LONG)
+        assert (move.status, move.position, move.error) == (MoveStatus.SUCCEEDED, 55_000, None)
+        assert "refused 1+M as in motion (0x50), and had stood still" in move.evidence[0]
+        assert "body.move.rejected" not in it.types("body.move")
+        assert len(it.executed("1+M")) == 1
+
+
+@in_virtual_time
+async def test_where_a_refused_motor_comes_to_rest_elsewhere_nobody_knows_what_moved_it() -> None:
+    async with rig() as it:
+        await finished(it, TO_5000)
+        starting = asyncio.create_task(start(it, LONG))
+        await it.wire.begun("&3F1+M50000")
+        run_by_hand(it)
+        move = await it.plant.moves.wait((await starting).id, 600.0)
+        assert (move.status, move.position) == (MoveStatus.UNKNOWN, 14_000)
+        assert move.error is not None
+        assert "refused 1+M as in motion, although it had stood still" in move.error.detail
+        assert move.error.moved == "unknown"
+
+
+@in_virtual_time
+async def test_a_refusal_of_a_motor_that_rests_where_it_was_is_what_it_says() -> None:
+    async with rig() as it:
+        await finished(it, TO_5000)
+        starting = asyncio.create_task(start(it, LONG))
+        await it.wire.begun("&3F1+M50000")
+        it.axis().breakdown = Breakdown(error=0x50, next_commands=1)
+        with pytest.raises(ControllerRefused):
+            await starting
+        [move, *_] = it.plant.moves.of(it.body())
+        assert (move.status, move.evidence) == (MoveStatus.REJECTED, [])
 
 
 def run_by_hand(rig: Rig) -> None:

@@ -82,6 +82,7 @@ async def test_in_encoder_mode_the_distance_counts_encoder_steps() -> None:
         command = MoveClockwise(distance=1_000)
         planned = await plan_of(it.body(), command)
         assert (planned.distance, planned.target_position) == (2_500, 1_000)
+        assert planned.counted_in == "encoder_counts"
         [move] = await it.plant.moves.start(it.body(), command)
         await it.plant.moves.wait(move.id, 60.0)
         [begun], [over] = it.truth.of("pulses_start"), it.truth.of("pulses_stop")

@@ -4,12 +4,12 @@ import asyncio
 
 import pytest
 
-from gateway.core.errors import BodyBusy, NoReply
+from gateway.core.errors import BodyBusy, Cancelled, NoReply
 from gateway.rorze.program_runs import END_CAUSES, cause_of
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.programs import RunProgram
 from protocols.rorze.speeds import SetMaximumAcceleration, SetMaximumSpeed, SetStartSpeed
-from simulator.faults import Direction
+from simulator.faults import Direction, Fault, Switch
 from tests.plants import in_virtual_time, lose, rig, start
 
 WAITING = ("*W", "WAT50", "JMP*W")
@@ -44,6 +44,44 @@ async def test_a_run_whose_acknowledgement_is_lost_is_found_running() -> None:
         lose(it, Direction.REPLIES)
         assert (await starting).status == "running"
         assert it.wire.frames().count("&3FURG") == 1
+
+
+@in_virtual_time
+async def test_a_run_whose_command_was_doubled_is_found_running() -> None:
+    async with rig(bodies=(0x3F,), groups={}) as it:
+        it.axis().program = WAITING
+        starting = asyncio.create_task(it.plant.rorze.runs.start(it.body(), RunProgram()))
+        await it.wire.begun("&3FURG")
+        it.machine.faults.set(Switch(Fault.DOUBLED, Direction.REQUESTS, next_frames=1))
+        lose(it, Direction.REPLIES)
+        assert (await starting).status == "running"
+        assert [fact.facts["reply"] for fact in it.truth.of("command") if fact.facts["text"] == "URG"] == [
+            "",
+            "@5A",
+        ]
+
+
+@in_virtual_time
+async def test_no_program_is_started_while_one_runs_that_the_gateway_has_not_started() -> None:
+    async with rig(bodies=(0x3F,), groups={}) as it:
+        it.axis().program = WAITING
+        it.axis().execute("URG", asyncio.get_running_loop().time())
+        with pytest.raises(BodyBusy, match="runs a program already; URG was not sent"):
+            await it.plant.rorze.runs.start(it.body(), RunProgram())
+        assert "&3FURG" not in it.wire.frames()
+
+
+@in_virtual_time
+async def test_a_run_does_not_begin_after_a_stop_that_came_first() -> None:
+    async with rig(bodies=(0x3F,), groups={}) as it:
+        it.axis().program = WAITING
+        starting = asyncio.create_task(it.plant.rorze.runs.start(it.body(), RunProgram()))
+        await it.wire.begun("&3FURD")
+        stopping = it.plant.stops.stop([it.body()], "immediate")
+        with pytest.raises(Cancelled):
+            await starting
+        await stopping
+        assert "&3FURG" not in it.wire.frames()
 
 
 @in_virtual_time

@@ -112,6 +112,28 @@ def test_an_immediate_stop_overtakes_one_that_brakes() -> None:
     assert stands(bench)
 
 
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_an_immediate_stop_may_ramp_down_in_the_state_emergency(motion: str) -> None:
+    """C-HOST manual 2-7 does not tell how the axes stop, and 2-10 has 5 for EMERGENCY alone."""
+    bench = under_way(motion)
+    bench.robot.settings = RobotSettings(emergency_stop="brakes")
+    assert bench.ask("AES") == ["AES"]
+    assert not stands(bench)
+    assert bench.ask("ACD")[0].startswith("ACD 5")
+    assert bench.ask("LMI ,,1") == ["LMI E01"]
+    assert bench.finish() == ([] if motion.startswith("JOG") else [f"{motion[:3]} 001"])
+    assert stands(bench)
+    assert bench.ask("LMI ,,1") == ["LMI E02"]
+
+
+def test_a_decelerating_stop_in_the_state_emergency_is_answered_at_standstill() -> None:
+    bench = under_way("LMI ,,50")
+    bench.robot.settings = RobotSettings(emergency_stop="brakes")
+    assert bench.ask("AES") == ["AES"]
+    assert bench.ask("ASS") == []
+    assert bench.finish() == ["ASS", "LMI 001"]
+
+
 @pytest.mark.parametrize("second", ["ASS", "AES"])
 def test_a_second_stop_is_refused_while_the_first_is_under_way(second: str) -> None:
     """ASS for certain (C-HOST manual 2-12), AES where it is assumed."""

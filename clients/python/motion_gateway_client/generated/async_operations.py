@@ -72,6 +72,7 @@ from motion_gateway_client.generated.types import (
     MadeKey,
     Memory,
     MemoryChange,
+    MemoryChanges,
     MemoryList,
     ModeChange,
     Move,
@@ -90,6 +91,9 @@ from motion_gateway_client.generated.types import (
     PlannedMove,
     PlannedRobotMove,
     PlannedScaraMove,
+    PortList,
+    PortScan,
+    PortScanRequest,
     Position,
     PositionLabel,
     PositionMoveRequest,
@@ -159,6 +163,7 @@ from motion_gateway_client.generated.types import (
     StopRequest,
     StopResult,
     StoredPath,
+    TableUpload,
     Taken,
     Ticket,
     Trace,
@@ -539,7 +544,10 @@ class AsyncOperations(Protocol):
         return answer
 
     async def add_line(self, body: NewLine, /, *, idempotency_key: str | None = None) -> Reloaded:
-        """Write one more line into the configuration file, and serve it; the file keeps its comments."""
+        """Write one more line with its bodies or its robot into the configuration file, and serve it.
+
+        A scan of ports gives the line of who is found there. The file keeps its comments.
+        """
         answer: Reloaded = await self.call(
             "POST", filled("/lines"), body=body, idempotency_key=idempotency_key
         )
@@ -643,7 +651,10 @@ class AsyncOperations(Protocol):
         return answer
 
     async def readyz(self) -> Readiness:
-        """Say whether all lines are open and set up, and somebody answers on each."""
+        """Say whether all lines are open and set up, somebody answers on each, and the journal can be written.
+
+        A journal in trouble is no 503: nobody else could carry out the stops and reads that go on.
+        """
         answer: Readiness = await self.call("GET", filled("/readyz"))
         return answer
 
@@ -761,6 +772,18 @@ class AsyncOperations(Protocol):
             "GET",
             filled("/bodies/{body_id}/memories", body_id=body_id),
             query={"first": first, "count": count},
+        )
+        return answer
+
+    async def set_memories(
+        self, body_id: str, body: MemoryChanges, /, *, idempotency_key: str | None = None
+    ) -> MemoryList:
+        """Set memories in order (UDS), and tell what they hold then: a program may change them at once."""
+        answer: MemoryList = await self.call(
+            "PUT",
+            filled("/bodies/{body_id}/memories", body_id=body_id),
+            body=body,
+            idempotency_key=idempotency_key,
         )
         return answer
 
@@ -1465,6 +1488,38 @@ class AsyncOperations(Protocol):
         )
         return answer
 
+    async def list_ports(self) -> PortList:
+        """List the serial ports of the gateway's machine, and which line has each; nothing is sent."""
+        answer: PortList = await self.call("GET", filled("/system/ports"))
+        return answer
+
+    async def start_port_scan(
+        self, body: PortScanRequest, /, *, wait: float | None = None, idempotency_key: str | None = None
+    ) -> PortScan:
+        """Ask who is at ports that no line has: an RC-400 with which bodies, or a Fics robot.
+
+        Only questions are sent; whatever else is at a port hears bytes that it does not know. `POST /lines` adds
+        the `line` of what is found, with its `comment`.
+        """
+        answer: PortScan = await self.call(
+            "POST", filled("/system/scans"), query={"wait": wait}, body=body, idempotency_key=idempotency_key
+        )
+        return answer
+
+    async def get_port_scan(self, scan_id: str, *, wait: float | None = None) -> PortScan:
+        """Get a scan of ports, at once or when it is over; `current` is the one under way, or the last."""
+        answer: PortScan = await self.call(
+            "GET", filled("/system/scans/{scan_id}", scan_id=scan_id), query={"wait": wait}
+        )
+        return answer
+
+    async def break_off_port_scan(self, *, idempotency_key: str | None = None) -> PortScan:
+        """Ask nobody more; what was found until then is in the record."""
+        answer: PortScan = await self.call(
+            "DELETE", filled("/system/scans/current"), idempotency_key=idempotency_key
+        )
+        return answer
+
     async def list_keys(self) -> KeyList:
         """List the keys, without what is secret of them."""
         answer: KeyList = await self.call("GET", filled("/access/keys"))
@@ -1709,7 +1764,8 @@ class AsyncOperations(Protocol):
     ) -> BodyPositions:
         """Store positions (3PS) and read them back; without a position, where the motor stands.
 
-        `If-Match` is the ETag of the positions from `first` to `last`, which are read first then.
+        `If-Match` is the ETag of the positions from `first` to `last`, which are read first then. Each position
+        takes 0.13 s at 9600 baud: for many, `POST .../positions/uploads` answers at once.
         """
         answer: BodyPositions = await self.call(
             "PUT",
@@ -1758,6 +1814,50 @@ class AsyncOperations(Protocol):
         answer: PositionReading = await self.call(
             "DELETE",
             filled("/bodies/{body_id}/positions/readings/current", body_id=body_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def upload_body_position_table(
+        self,
+        body_id: str,
+        body: PositionsToStore,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> TableUpload:
+        """Begin to store positions as `PUT .../positions` does; the record at `Location` tells how far it is.
+
+        What takes long does so without holding a request: all 2048 positions take four minutes at 9600 baud.
+        """
+        answer: TableUpload = await self.call(
+            "POST",
+            filled("/bodies/{body_id}/positions/uploads", body_id=body_id),
+            query={"wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def get_body_position_upload(
+        self, body_id: str, upload_id: str, *, wait: float | None = None
+    ) -> TableUpload:
+        """Get an upload of positions, at once or when it is over; `current` is the one under way, or the last."""
+        answer: TableUpload = await self.call(
+            "GET",
+            filled("/bodies/{body_id}/positions/uploads/{upload_id}", body_id=body_id, upload_id=upload_id),
+            query={"wait": wait},
+        )
+        return answer
+
+    async def cancel_body_position_upload(
+        self, body_id: str, *, idempotency_key: str | None = None
+    ) -> TableUpload:
+        """Store no more; what was sent stays in RAM, and `error` says how much that is."""
+        answer: TableUpload = await self.call(
+            "DELETE",
+            filled("/bodies/{body_id}/positions/uploads/current", body_id=body_id),
             idempotency_key=idempotency_key,
         )
         return answer

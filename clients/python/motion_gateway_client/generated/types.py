@@ -519,7 +519,7 @@ class BodyInfo(TypedDict):
     pulses_per_unit: float | None
     groups: list[str]
     counted_in: Literal["pulses", "encoder_counts"] | None
-    """Of the position; null until a request had its operating mode read."""
+    """Of the position; null until its operating mode is read, as `position` of a body and its live values have it, and again after it may have changed."""
     position: int | None
     """In `counted_in`, as last read; null until it was read since it was called otherwise."""
     position_read_at: str | None
@@ -1006,7 +1006,7 @@ class BodyPosition(TypedDict):
     pulses: int
     """Or encoder counts: see `counted_in`."""
     counted_in: Literal["pulses", "encoder_counts"] | None
-    """Null where its operating mode was not read yet."""
+    """Null where its operating mode could not be read."""
     value: float | None
     """The same in `unit`; null without a scale."""
     unit: str | None
@@ -1104,6 +1104,86 @@ class BodyPositionReadingSucceededEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: PositionReading
+
+
+class BodyPositionUploadCancelledEvent(TypedDict):
+    """A request or the end of the gateway has ended it; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.position_upload.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: TableUpload
+
+
+class BodyPositionUploadFailedEvent(TypedDict):
+    """Not all were sent, or it holds others; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.position_upload.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: TableUpload
+
+
+class BodyPositionUploadProgressEvent(TypedDict):
+    """More were sent, or read back; once a second at most; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.position_upload.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: TableUpload
+
+
+class BodyPositionUploadStartedEvent(TypedDict):
+    """Positions are being stored in it; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.position_upload.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: TableUpload
+
+
+class BodyPositionUploadSucceededEvent(TypedDict):
+    """All were read back and are those that were sent; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.position_upload.succeeded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: TableUpload
 
 
 class BodyPositions(TypedDict):
@@ -1782,7 +1862,7 @@ class ChangedSettings(TypedDict):
 
     body_id: str
     settings: Settings
-    """Those that were named."""
+    """Those that were named; the others are left out."""
     steps: list[ChangeStep]
     """What the change took, in order."""
 
@@ -2171,6 +2251,8 @@ class EventList(TypedDict):
         | IoEvent
         | GatewayReloadedEvent
         | GatewayReloadFailedEvent
+        | GatewayScanFinishedEvent
+        | GatewayScanFailedEvent
         | GatewayKeyMadeEvent
         | GatewayKeyRevokedEvent
         | StreamSnapshotEvent
@@ -2225,6 +2307,11 @@ class EventList(TypedDict):
         | BodyPositionReadingSucceededEvent
         | BodyPositionReadingFailedEvent
         | BodyPositionReadingCancelledEvent
+        | BodyPositionUploadStartedEvent
+        | BodyPositionUploadProgressEvent
+        | BodyPositionUploadSucceededEvent
+        | BodyPositionUploadFailedEvent
+        | BodyPositionUploadCancelledEvent
         | BodyRestoreStartedEvent
         | BodyRestoreProgressEvent
         | BodyRestoreVerifiedEvent
@@ -2312,6 +2399,7 @@ class EventList(TypedDict):
         | RobotStatusChangedEvent
         | RobotSensorChangedEvent
         | RobotUnitChangedEvent
+        | RobotUnitMissingEvent
         | RobotJogStartedEvent
         | RobotJogStoppingEvent
         | RobotJogEndedEvent
@@ -2380,6 +2468,18 @@ class FoundBody(TypedDict):
     body_id: str
     configured: bool
     """Whether the configuration knows it."""
+
+
+class FoundPort(TypedDict):
+    """Somebody who answered at a port."""
+
+    address: str
+    told: str
+    """Who it is, in words."""
+    line: dict[str, JsonValue]
+    """A table `[[lines]]` that serves it, for `POST /lines`."""
+    comment: str
+    """What the table does not tell; of a robot, what to compare first."""
 
 
 class Gap(TypedDict):
@@ -2533,6 +2633,38 @@ class GatewayReloadedEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: Changes
+
+
+class GatewayScanFailedEvent(TypedDict):
+    """A scan of ports was broken off; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.scan.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: PortScan
+
+
+class GatewayScanFinishedEvent(TypedDict):
+    """A scan of ports has asked at all of them; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.scan.finished"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: PortScan
 
 
 class GatewayShuttingDownEvent(TypedDict):
@@ -3632,6 +3764,12 @@ class MemoryChange(TypedDict):
     """A data memory holds -999999999 to 999999999, a counter or timer 0 to 9999999."""
 
 
+class MemoryChanges(TypedDict):
+    """What memories shall hold."""
+
+    memories: list[NamedMemory]
+
+
 class MemoryList(TypedDict):
     """Memories of one bank."""
 
@@ -3651,6 +3789,12 @@ class Millidegrees(TypedDict):
 
     value: float
     unit: Literal["mdeg"]
+
+
+class MissingUnit(TypedDict):
+    """A unit of the configuration that the robot does not have."""
+
+    unit: int
 
 
 class ModeChange(TypedDict):
@@ -3735,6 +3879,15 @@ class MoveList(TypedDict):
     moves: list[Move]
 
 
+class NamedMemory(TypedDict):
+    """A memory, and what it shall hold."""
+
+    name: str
+    """D0-D199, C0-C29 or T0-T29."""
+    value: int
+    """A data memory holds -999999999 to 999999999, a counter or timer 0 to 9999999."""
+
+
 class NamedPosition(TypedDict):
     """A stored position."""
 
@@ -3752,6 +3905,8 @@ class NewBodies(TypedDict):
 
     dry_run: NotRequired[bool]
     """Tell what would change, and change nothing. Left out: false."""
+    comment: NotRequired[str]
+    """Stands above it in the file, after when it was added and by whom. Left out: empty."""
     bodies: list[dict[str, JsonValue]]
     """Tables `[[lines.bodies]]` of the configuration."""
 
@@ -3774,6 +3929,8 @@ class NewLine(TypedDict):
 
     dry_run: NotRequired[bool]
     """Tell what would change, and change nothing. Left out: false."""
+    comment: NotRequired[str]
+    """Stands above it in the file, after when it was added and by whom. Left out: empty."""
     line: dict[str, JsonValue]
     """A table `[[lines]]` of the configuration, with its `bodies` or its `robot`."""
 
@@ -3945,6 +4102,44 @@ class PlannedScaraMove(TypedDict):
     """How long pulses would run, with the settings of now."""
     note: str | None
     """Why something is not known, or would be refused."""
+
+
+class Port(TypedDict):
+    """A serial port of the gateway's machine."""
+
+    port: str
+    line_id: str | None
+    """The line that has it."""
+
+
+class PortList(TypedDict):
+    """The serial ports of the gateway's machine."""
+
+    ports: list[Port]
+
+
+class PortScan(TypedDict):
+    """One scan of ports."""
+
+    id: str
+    ports: list[str]
+    status: Literal["running", "finished", "failed"]
+    doing: list[str]
+    """What goes on at the ports now."""
+    found: list[FoundPort]
+    """Who was found, when the scan is over or was broken off."""
+    notes: list[str]
+    """Why a port could not be asked."""
+    error: str | None
+    started_at: str
+    ended_at: str | None
+
+
+class PortScanRequest(TypedDict):
+    """Where to ask."""
+
+    ports: list[str]
+    """Devices and addresses: /dev/ttyUSB1, tcp://HOST:PORT, dpram:///dev/uio0. A serial port is tried at every baud rate, unless its address has `?baud=`."""
 
 
 class Position(TypedDict):
@@ -4221,10 +4416,15 @@ class RawRequest(TypedDict):
 
 
 class Readiness(TypedDict):
-    """Whether all lines can take commands."""
+    """Whether requests can be carried out, and by which part they cannot."""
 
     ready: bool
+    """Whether every line is open and set up, and somebody answers on it."""
     lines: dict[str, LineState]
+    journal: Literal["ready", "unavailable"]
+    """While it is unavailable, reads and stops go on; what else has an effect is refused."""
+    detail: str
+    """The same in words, and what to do."""
 
 
 class RelativeMoveRequest(TypedDict):
@@ -4263,6 +4463,8 @@ class Reloaded(TypedDict):
     """Keys whose change takes a restart of the gateway."""
     applied: bool
     """Whether the lines are served so now; false after a dry run."""
+    busy: list[str]
+    """What moves or is at work on lines that would be closed: nothing changes while it does."""
 
 
 class Resolution(TypedDict):
@@ -4641,6 +4843,8 @@ class RobotInfo(TypedDict):
     """The error that stands, as far as is known."""
     bit_mismatches: list[str]
     """What its units showed when they stood still, homed, that status_bits and sensor_bits of the configuration do not explain."""
+    missing_units: list[int]
+    """Units of the configuration that the robot says it does not have."""
     units: list[UnitInfo]
 
 
@@ -5565,6 +5769,22 @@ class RobotUnitChangedEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: UnitChange
+
+
+class RobotUnitMissingEvent(TypedDict):
+    """The robot says that it has no such unit as is configured; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.unit.missing"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: MissingUnit
 
 
 class RobotUnreadableEvent(TypedDict):
@@ -6492,6 +6712,35 @@ class Strictness(TypedDict):
     strict: bool
 
 
+class TableUpload(TypedDict):
+    """Positions that are being stored in a body, or were: all are sent, then all are read back."""
+
+    id: str
+    target: str
+    """The path of what it is of."""
+    status: Literal["running", "succeeded", "failed", "cancelled"]
+    controllers: list[str]
+    """The bodies, or the robot, it is read from, in their order."""
+    controller: str | None
+    """Which of them is being read, or was when it ended."""
+    read: int
+    """Answers so far."""
+    expected: int | None
+    """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
+    error: BackupError | None
+    """Why it was not read."""
+    request_id: str | None
+    """The X-Request-Id of the request that asked for it."""
+    started_at: str
+    ended_at: str | None
+    count: int
+    """The number of positions it has."""
+    flash: bool
+    """Whether the whole table is to be written to flash memory, too (FPS)."""
+    positions: list[NamedPosition] | None
+    """As read back, once it has succeeded. Events leave them out: ask for the record."""
+
+
 class Taken(TypedDict):
     """A lease as its holder sees it."""
 
@@ -6773,6 +7022,8 @@ Event: TypeAlias = (
     | IoEvent
     | GatewayReloadedEvent
     | GatewayReloadFailedEvent
+    | GatewayScanFinishedEvent
+    | GatewayScanFailedEvent
     | GatewayKeyMadeEvent
     | GatewayKeyRevokedEvent
     | StreamSnapshotEvent
@@ -6827,6 +7078,11 @@ Event: TypeAlias = (
     | BodyPositionReadingSucceededEvent
     | BodyPositionReadingFailedEvent
     | BodyPositionReadingCancelledEvent
+    | BodyPositionUploadStartedEvent
+    | BodyPositionUploadProgressEvent
+    | BodyPositionUploadSucceededEvent
+    | BodyPositionUploadFailedEvent
+    | BodyPositionUploadCancelledEvent
     | BodyRestoreStartedEvent
     | BodyRestoreProgressEvent
     | BodyRestoreVerifiedEvent
@@ -6914,6 +7170,7 @@ Event: TypeAlias = (
     | RobotStatusChangedEvent
     | RobotSensorChangedEvent
     | RobotUnitChangedEvent
+    | RobotUnitMissingEvent
     | RobotJogStartedEvent
     | RobotJogStoppingEvent
     | RobotJogEndedEvent

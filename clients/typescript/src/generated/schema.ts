@@ -549,7 +549,9 @@ export interface paths {
         put?: never;
         /**
          * Add Line
-         * @description Write one more line into the configuration file, and serve it; the file keeps its comments.
+         * @description Write one more line with its bodies or its robot into the configuration file, and serve it.
+         *
+         *     A scan of ports gives the line of who is found there. The file keeps its comments.
          */
         post: operations["addLine"];
         delete?: never;
@@ -732,7 +734,9 @@ export interface paths {
         };
         /**
          * Readyz
-         * @description Say whether all lines are open and set up, and somebody answers on each.
+         * @description Say whether all lines are open and set up, somebody answers on each, and the journal can be written.
+         *
+         *     A journal in trouble is no 503: nobody else could carry out the stops and reads that go on.
          */
         get: operations["readyz"];
         put?: never;
@@ -962,7 +966,11 @@ export interface paths {
          * @description Read memories of the user program, one by one (UDD).
          */
         get: operations["getMemories"];
-        put?: never;
+        /**
+         * Set Memories
+         * @description Set memories in order (UDS), and tell what they hold then: a program may change them at once.
+         */
+        put: operations["setMemories"];
         post?: never;
         delete?: never;
         options?: never;
@@ -1940,6 +1948,89 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/system/ports": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Ports
+         * @description List the serial ports of the gateway's machine, and which line has each; nothing is sent.
+         */
+        get: operations["listPorts"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/system/scans": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Start Port Scan
+         * @description Ask who is at ports that no line has: an RC-400 with which bodies, or a Fics robot.
+         *
+         *     Only questions are sent; whatever else is at a port hears bytes that it does not know. `POST /lines` adds
+         *     the `line` of what is found, with its `comment`.
+         */
+        post: operations["startPortScan"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/system/scans/{scan_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Port Scan
+         * @description Get a scan of ports, at once or when it is over; `current` is the one under way, or the last.
+         */
+        get: operations["getPortScan"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/system/scans/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Break Off Port Scan
+         * @description Ask nobody more; what was found until then is in the record.
+         */
+        delete: operations["breakOffPortScan"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/access/keys": {
         parameters: {
             query?: never;
@@ -2301,7 +2392,8 @@ export interface paths {
          * Store Body Positions
          * @description Store positions (3PS) and read them back; without a position, where the motor stands.
          *
-         *     `If-Match` is the ETag of the positions from `first` to `last`, which are read first then.
+         *     `If-Match` is the ETag of the positions from `first` to `last`, which are read first then. Each position
+         *     takes 0.13 s at 9600 baud: for many, `POST .../positions/uploads` answers at once.
          */
         put: operations["storeBodyPositions"];
         post?: never;
@@ -2366,6 +2458,68 @@ export interface paths {
          * @description Read no more.
          */
         delete: operations["cancelBodyPositionReading"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/positions/uploads": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Upload Body Position Table
+         * @description Begin to store positions as `PUT .../positions` does; the record at `Location` tells how far it is.
+         *
+         *     What takes long does so without holding a request: all 2048 positions take four minutes at 9600 baud.
+         */
+        post: operations["uploadBodyPositionTable"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/positions/uploads/{upload_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Body Position Upload
+         * @description Get an upload of positions, at once or when it is over; `current` is the one under way, or the last.
+         */
+        get: operations["getBodyPositionUpload"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/positions/uploads/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Cancel Body Position Upload
+         * @description Store no more; what was sent stays in RAM, and `error` says how much that is.
+         */
+        delete: operations["cancelBodyPositionUpload"];
         options?: never;
         head?: never;
         patch?: never;
@@ -4435,7 +4589,7 @@ export interface components {
             groups: string[];
             /**
              * Counted In
-             * @description Of the position; null until a request had its operating mode read.
+             * @description Of the position; null until its operating mode is read, as `position` of a body and its live values have it, and again after it may have changed.
              */
             counted_in: ("pulses" | "encoder_counts") | null;
             /**
@@ -5712,7 +5866,7 @@ export interface components {
             pulses: number;
             /**
              * Counted In
-             * @description Null where its operating mode was not read yet.
+             * @description Null where its operating mode could not be read.
              */
             counted_in: ("pulses" | "encoder_counts") | null;
             /**
@@ -5982,6 +6136,226 @@ export interface components {
             /** Correlationid */
             correlationid?: string | null;
             data: components["schemas"]["PositionReading"];
+        };
+        /**
+         * BodyPositionUploadCancelledEvent
+         * @description A request or the end of the gateway has ended it; about `/bodies/{body_id}`.
+         */
+        BodyPositionUploadCancelledEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.position_upload.cancelled";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["TableUpload"];
+        };
+        /**
+         * BodyPositionUploadFailedEvent
+         * @description Not all were sent, or it holds others; about `/bodies/{body_id}`.
+         */
+        BodyPositionUploadFailedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.position_upload.failed";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["TableUpload"];
+        };
+        /**
+         * BodyPositionUploadProgressEvent
+         * @description More were sent, or read back; once a second at most; about `/bodies/{body_id}`.
+         */
+        BodyPositionUploadProgressEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.position_upload.progress";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["TableUpload"];
+        };
+        /**
+         * BodyPositionUploadStartedEvent
+         * @description Positions are being stored in it; about `/bodies/{body_id}`.
+         */
+        BodyPositionUploadStartedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.position_upload.started";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["TableUpload"];
+        };
+        /**
+         * BodyPositionUploadSucceededEvent
+         * @description All were read back and are those that were sent; about `/bodies/{body_id}`.
+         */
+        BodyPositionUploadSucceededEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.position_upload.succeeded";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["TableUpload"];
         };
         /**
          * BodyPositions
@@ -7660,7 +8034,7 @@ export interface components {
         ChangedSettings: {
             /** Body Id */
             body_id: string;
-            /** @description Those that were named. */
+            /** @description Those that were named; the others are left out. */
             settings: components["schemas"]["Settings"];
             /**
              * Steps
@@ -8447,7 +8821,7 @@ export interface components {
          */
         EventList: {
             /** Events */
-            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["LineLeaseTakenEvent"] | components["schemas"]["LineLeaseReleasedEvent"] | components["schemas"]["LineLeaseExpiredEvent"] | components["schemas"]["LineLeaseTakenOverEvent"] | components["schemas"]["LineLeaseBrokenEvent"] | components["schemas"]["AlarmRaisedEvent"] | components["schemas"]["AlarmResetEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["GatewayReloadedEvent"] | components["schemas"]["GatewayReloadFailedEvent"] | components["schemas"]["GatewayKeyMadeEvent"] | components["schemas"]["GatewayKeyRevokedEvent"] | components["schemas"]["StreamSnapshotEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyLeaseTakenEvent"] | components["schemas"]["BodyLeaseReleasedEvent"] | components["schemas"]["BodyLeaseExpiredEvent"] | components["schemas"]["BodyLeaseTakenOverEvent"] | components["schemas"]["BodyLeaseBrokenEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyBackupStartedEvent"] | components["schemas"]["BodyBackupProgressEvent"] | components["schemas"]["BodyBackupSucceededEvent"] | components["schemas"]["BodyBackupFailedEvent"] | components["schemas"]["BodyBackupCancelledEvent"] | components["schemas"]["BodyComparisonStartedEvent"] | components["schemas"]["BodyComparisonProgressEvent"] | components["schemas"]["BodyComparisonSucceededEvent"] | components["schemas"]["BodyComparisonFailedEvent"] | components["schemas"]["BodyComparisonCancelledEvent"] | components["schemas"]["BodyPositionReadingStartedEvent"] | components["schemas"]["BodyPositionReadingProgressEvent"] | components["schemas"]["BodyPositionReadingSucceededEvent"] | components["schemas"]["BodyPositionReadingFailedEvent"] | components["schemas"]["BodyPositionReadingCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineBackupStartedEvent"] | components["schemas"]["LineBackupProgressEvent"] | components["schemas"]["LineBackupSucceededEvent"] | components["schemas"]["LineBackupFailedEvent"] | components["schemas"]["LineBackupCancelledEvent"] | components["schemas"]["LineComparisonStartedEvent"] | components["schemas"]["LineComparisonProgressEvent"] | components["schemas"]["LineComparisonSucceededEvent"] | components["schemas"]["LineComparisonFailedEvent"] | components["schemas"]["LineComparisonCancelledEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupLeaseTakenEvent"] | components["schemas"]["GroupLeaseReleasedEvent"] | components["schemas"]["GroupLeaseExpiredEvent"] | components["schemas"]["GroupLeaseTakenOverEvent"] | components["schemas"]["GroupLeaseBrokenEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotLeaseTakenEvent"] | components["schemas"]["RobotLeaseReleasedEvent"] | components["schemas"]["RobotLeaseExpiredEvent"] | components["schemas"]["RobotLeaseTakenOverEvent"] | components["schemas"]["RobotLeaseBrokenEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotInputChangedEvent"] | components["schemas"]["RobotStatusChangedEvent"] | components["schemas"]["RobotSensorChangedEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotBackupStartedEvent"] | components["schemas"]["RobotBackupProgressEvent"] | components["schemas"]["RobotBackupSucceededEvent"] | components["schemas"]["RobotBackupFailedEvent"] | components["schemas"]["RobotBackupCancelledEvent"] | components["schemas"]["RobotComparisonStartedEvent"] | components["schemas"]["RobotComparisonProgressEvent"] | components["schemas"]["RobotComparisonSucceededEvent"] | components["schemas"]["RobotComparisonFailedEvent"] | components["schemas"]["RobotComparisonCancelledEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
+            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["LineLeaseTakenEvent"] | components["schemas"]["LineLeaseReleasedEvent"] | components["schemas"]["LineLeaseExpiredEvent"] | components["schemas"]["LineLeaseTakenOverEvent"] | components["schemas"]["LineLeaseBrokenEvent"] | components["schemas"]["AlarmRaisedEvent"] | components["schemas"]["AlarmResetEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["GatewayReloadedEvent"] | components["schemas"]["GatewayReloadFailedEvent"] | components["schemas"]["GatewayScanFinishedEvent"] | components["schemas"]["GatewayScanFailedEvent"] | components["schemas"]["GatewayKeyMadeEvent"] | components["schemas"]["GatewayKeyRevokedEvent"] | components["schemas"]["StreamSnapshotEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyLeaseTakenEvent"] | components["schemas"]["BodyLeaseReleasedEvent"] | components["schemas"]["BodyLeaseExpiredEvent"] | components["schemas"]["BodyLeaseTakenOverEvent"] | components["schemas"]["BodyLeaseBrokenEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyBackupStartedEvent"] | components["schemas"]["BodyBackupProgressEvent"] | components["schemas"]["BodyBackupSucceededEvent"] | components["schemas"]["BodyBackupFailedEvent"] | components["schemas"]["BodyBackupCancelledEvent"] | components["schemas"]["BodyComparisonStartedEvent"] | components["schemas"]["BodyComparisonProgressEvent"] | components["schemas"]["BodyComparisonSucceededEvent"] | components["schemas"]["BodyComparisonFailedEvent"] | components["schemas"]["BodyComparisonCancelledEvent"] | components["schemas"]["BodyPositionReadingStartedEvent"] | components["schemas"]["BodyPositionReadingProgressEvent"] | components["schemas"]["BodyPositionReadingSucceededEvent"] | components["schemas"]["BodyPositionReadingFailedEvent"] | components["schemas"]["BodyPositionReadingCancelledEvent"] | components["schemas"]["BodyPositionUploadStartedEvent"] | components["schemas"]["BodyPositionUploadProgressEvent"] | components["schemas"]["BodyPositionUploadSucceededEvent"] | components["schemas"]["BodyPositionUploadFailedEvent"] | components["schemas"]["BodyPositionUploadCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineBackupStartedEvent"] | components["schemas"]["LineBackupProgressEvent"] | components["schemas"]["LineBackupSucceededEvent"] | components["schemas"]["LineBackupFailedEvent"] | components["schemas"]["LineBackupCancelledEvent"] | components["schemas"]["LineComparisonStartedEvent"] | components["schemas"]["LineComparisonProgressEvent"] | components["schemas"]["LineComparisonSucceededEvent"] | components["schemas"]["LineComparisonFailedEvent"] | components["schemas"]["LineComparisonCancelledEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupLeaseTakenEvent"] | components["schemas"]["GroupLeaseReleasedEvent"] | components["schemas"]["GroupLeaseExpiredEvent"] | components["schemas"]["GroupLeaseTakenOverEvent"] | components["schemas"]["GroupLeaseBrokenEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotLeaseTakenEvent"] | components["schemas"]["RobotLeaseReleasedEvent"] | components["schemas"]["RobotLeaseExpiredEvent"] | components["schemas"]["RobotLeaseTakenOverEvent"] | components["schemas"]["RobotLeaseBrokenEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotInputChangedEvent"] | components["schemas"]["RobotStatusChangedEvent"] | components["schemas"]["RobotSensorChangedEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotUnitMissingEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotBackupStartedEvent"] | components["schemas"]["RobotBackupProgressEvent"] | components["schemas"]["RobotBackupSucceededEvent"] | components["schemas"]["RobotBackupFailedEvent"] | components["schemas"]["RobotBackupCancelledEvent"] | components["schemas"]["RobotComparisonStartedEvent"] | components["schemas"]["RobotComparisonProgressEvent"] | components["schemas"]["RobotComparisonSucceededEvent"] | components["schemas"]["RobotComparisonFailedEvent"] | components["schemas"]["RobotComparisonCancelledEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
             /** Cursor */
             cursor: string;
         };
@@ -8537,6 +8911,31 @@ export interface components {
              * @description Whether the configuration knows it.
              */
             configured: boolean;
+        };
+        /**
+         * FoundPort
+         * @description Somebody who answered at a port.
+         */
+        FoundPort: {
+            /** Address */
+            address: string;
+            /**
+             * Told
+             * @description Who it is, in words.
+             */
+            told: string;
+            /**
+             * Line
+             * @description A table `[[lines]]` that serves it, for `POST /lines`.
+             */
+            line: {
+                [key: string]: components["schemas"]["JsonValue"];
+            };
+            /**
+             * Comment
+             * @description What the table does not tell; of a robot, what to compare first.
+             */
+            comment: string;
         };
         /**
          * Gap
@@ -8949,6 +9348,94 @@ export interface components {
             /** Correlationid */
             correlationid?: string | null;
             data: components["schemas"]["Changes"];
+        };
+        /**
+         * GatewayScanFailedEvent
+         * @description A scan of ports was broken off; about `/gateway`.
+         */
+        GatewayScanFailedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.scan.failed";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["PortScan"];
+        };
+        /**
+         * GatewayScanFinishedEvent
+         * @description A scan of ports has asked at all of them; about `/gateway`.
+         */
+        GatewayScanFinishedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.scan.finished";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["PortScan"];
         };
         /**
          * GatewayShuttingDownEvent
@@ -11531,6 +12018,22 @@ export interface components {
             value: number;
         };
         /**
+         * MemoryChanges
+         * @description What memories shall hold.
+         * @example {
+         *       "memories": [
+         *         {
+         *           "name": "D0",
+         *           "value": 12
+         *         }
+         *       ]
+         *     }
+         */
+        MemoryChanges: {
+            /** Memories */
+            memories: components["schemas"]["NamedMemory"][];
+        };
+        /**
          * MemoryList
          * @description Memories of one bank.
          */
@@ -11567,6 +12070,14 @@ export interface components {
              * @constant
              */
             unit: "mdeg";
+        };
+        /**
+         * MissingUnit
+         * @description A unit of the configuration that the robot does not have.
+         */
+        MissingUnit: {
+            /** Unit */
+            unit: number;
         };
         /**
          * ModeChange
@@ -11751,6 +12262,22 @@ export interface components {
          */
         MoveStatus: "queued" | "sent" | "moving" | "succeeded" | "failed" | "stopped" | "rejected" | "cancelled" | "lost" | "unknown";
         /**
+         * NamedMemory
+         * @description A memory, and what it shall hold.
+         */
+        NamedMemory: {
+            /**
+             * Name
+             * @description D0-D199, C0-C29 or T0-T29.
+             */
+            name: string;
+            /**
+             * Value
+             * @description A data memory holds -999999999 to 999999999, a counter or timer 0 to 9999999.
+             */
+            value: number;
+        };
+        /**
          * NamedPosition
          * @description A stored position.
          */
@@ -11791,6 +12318,11 @@ export interface components {
              * @description Tell what would change, and change nothing. Left out: false.
              */
             dry_run?: boolean;
+            /**
+             * Comment
+             * @description Stands above it in the file, after when it was added and by whom. Left out: empty.
+             */
+            comment?: string;
             /**
              * Bodies
              * @description Tables `[[lines.bodies]]` of the configuration.
@@ -11852,6 +12384,11 @@ export interface components {
              * @description Tell what would change, and change nothing. Left out: false.
              */
             dry_run?: boolean;
+            /**
+             * Comment
+             * @description Stands above it in the file, after when it was added and by whom. Left out: empty.
+             */
+            comment?: string;
             /**
              * Line
              * @description A table `[[lines]]` of the configuration, with its `bodies` or its `robot`.
@@ -12221,6 +12758,83 @@ export interface components {
              * @description Why something is not known, or would be refused.
              */
             note: string | null;
+        };
+        /**
+         * Port
+         * @description A serial port of the gateway's machine.
+         */
+        Port: {
+            /** Port */
+            port: string;
+            /**
+             * Line Id
+             * @description The line that has it.
+             */
+            line_id: string | null;
+        };
+        /**
+         * PortList
+         * @description The serial ports of the gateway's machine.
+         */
+        PortList: {
+            /** Ports */
+            ports: components["schemas"]["Port"][];
+        };
+        /**
+         * PortScan
+         * @description One scan of ports.
+         */
+        PortScan: {
+            /** Id */
+            id: string;
+            /** Ports */
+            ports: string[];
+            /**
+             * Status
+             * @default running
+             * @enum {string}
+             */
+            status: "running" | "finished" | "failed";
+            /**
+             * Doing
+             * @description What goes on at the ports now.
+             */
+            doing: string[];
+            /**
+             * Found
+             * @description Who was found, when the scan is over or was broken off.
+             */
+            found: components["schemas"]["FoundPort"][];
+            /**
+             * Notes
+             * @description Why a port could not be asked.
+             */
+            notes: string[];
+            /** Error */
+            error: string | null;
+            /**
+             * Started At
+             * Format: date-time
+             */
+            started_at: string;
+            /** Ended At */
+            ended_at: string | null;
+        };
+        /**
+         * PortScanRequest
+         * @description Where to ask.
+         * @example {
+         *       "ports": [
+         *         "/dev/ttyUSB1"
+         *       ]
+         *     }
+         */
+        PortScanRequest: {
+            /**
+             * Ports
+             * @description Devices and addresses: /dev/ttyUSB1, tcp://HOST:PORT, dpram:///dev/uio0. A serial port is tried at every baud rate, unless its address has `?baud=`.
+             */
+            ports: string[];
         };
         /**
          * Position
@@ -12835,15 +13449,29 @@ export interface components {
         };
         /**
          * Readiness
-         * @description Whether all lines can take commands.
+         * @description Whether requests can be carried out, and by which part they cannot.
          */
         Readiness: {
-            /** Ready */
+            /**
+             * Ready
+             * @description Whether every line is open and set up, and somebody answers on it.
+             */
             ready: boolean;
             /** Lines */
             lines: {
                 [key: string]: components["schemas"]["LineState"];
             };
+            /**
+             * Journal
+             * @description While it is unavailable, reads and stops go on; what else has an effect is refused.
+             * @enum {string}
+             */
+            journal: "ready" | "unavailable";
+            /**
+             * Detail
+             * @description The same in words, and what to do.
+             */
+            detail: string;
         };
         /**
          * RelativeMoveRequest
@@ -12933,6 +13561,11 @@ export interface components {
              * @description Whether the lines are served so now; false after a dry run.
              */
             applied: boolean;
+            /**
+             * Busy
+             * @description What moves or is at work on lines that would be closed: nothing changes while it does.
+             */
+            busy: string[];
         };
         /**
          * Resolution
@@ -13901,6 +14534,11 @@ export interface components {
              * @description What its units showed when they stood still, homed, that status_bits and sensor_bits of the configuration do not explain.
              */
             bit_mismatches: string[];
+            /**
+             * Missing Units
+             * @description Units of the configuration that the robot says it does not have.
+             */
+            missing_units: number[];
             /** Units */
             units: components["schemas"]["UnitInfo"][];
         };
@@ -16364,6 +17002,50 @@ export interface components {
             data: components["schemas"]["UnitChange"];
         };
         /**
+         * RobotUnitMissingEvent
+         * @description The robot says that it has no such unit as is configured; about `/robots/{robot_id}`.
+         */
+        RobotUnitMissingEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.unit.missing";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["MissingUnit"];
+        };
+        /**
          * RobotUnreadableEvent
          * @description The watch could not learn its state; about `/robots/{robot_id}`.
          */
@@ -18499,6 +19181,76 @@ export interface components {
         Strictness: {
             /** Strict */
             strict: boolean;
+        };
+        /**
+         * TableUpload
+         * @description Positions that are being stored in a body, or were: all are sent, then all are read back.
+         */
+        TableUpload: {
+            /** Id */
+            id: string;
+            /**
+             * Target
+             * @description The path of what it is of.
+             */
+            target: string;
+            /**
+             * Status
+             * @default running
+             * @enum {string}
+             */
+            status: "running" | "succeeded" | "failed" | "cancelled";
+            /**
+             * Controllers
+             * @description The bodies, or the robot, it is read from, in their order.
+             */
+            controllers: string[];
+            /**
+             * Controller
+             * @description Which of them is being read, or was when it ended.
+             */
+            controller: string | null;
+            /**
+             * Read
+             * @description Answers so far.
+             * @default 0
+             */
+            read: number;
+            /**
+             * Expected
+             * @description Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows.
+             * @default 0
+             */
+            expected: number | null;
+            /** @description Why it was not read. */
+            error: components["schemas"]["BackupError"] | null;
+            /**
+             * Request Id
+             * @description The X-Request-Id of the request that asked for it.
+             */
+            request_id: string | null;
+            /**
+             * Started At
+             * Format: date-time
+             */
+            started_at: string;
+            /** Ended At */
+            ended_at: string | null;
+            /**
+             * Count
+             * @description The number of positions it has.
+             */
+            count: number;
+            /**
+             * Flash
+             * @description Whether the whole table is to be written to flash memory, too (FPS).
+             */
+            flash: boolean;
+            /**
+             * Positions
+             * @description As read back, once it has succeeded. Events leave them out: ask for the record.
+             */
+            positions: components["schemas"]["NamedPosition"][] | null;
         };
         /**
          * Taken
@@ -21376,6 +22128,57 @@ export interface operations {
             };
         };
     };
+    setMemories: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["MemoryChanges"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MemoryList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     setMemory: {
         parameters: {
             query?: never;
@@ -24206,6 +25009,185 @@ export interface operations {
             };
         };
     };
+    listPorts: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PortList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    startPortScan: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PortScanRequest"];
+            };
+        };
+        responses: {
+            /** @description The scan is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PortScan"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PortScan"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getPortScan: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                scan_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PortScan"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    breakOffPortScan: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PortScan"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     listKeys: {
         parameters: {
             query?: never;
@@ -25362,6 +26344,164 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["PositionReading"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    uploadBodyPositionTable: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PositionsToStore"];
+            };
+        };
+        responses: {
+            /** @description It is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TableUpload"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TableUpload"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getBodyPositionUpload: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+                upload_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TableUpload"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancelBodyPositionUpload: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TableUpload"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */

@@ -8,17 +8,18 @@ from typing import Any
 import pytest
 
 from gateway.core.errors import Cancelled, GatewayError, NoReply, QueueFull
-from gateway.core.journal.intents import Intents
+from gateway.core.journal.intents import GATHERED_WITHIN_S, Intents
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.lanes import QUEUE_LIMIT, Lane
 from gateway.core.origin import POLL, Origin, acting
+from gateway.rorze.exchange import Outcome
 from gateway.rorze.line import Line
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.speeds import SetMaximumSpeed
 from protocols.rorze.stops import StopImmediately
-from tests.gateway.rorze.far_end import FarEnd, running_line, virtual
+from tests.gateway.rorze.far_end import LATENCY_S, FarEnd, running_line, virtual
 from tests.model_book import ModelBook
 
 MOVE = MoveClockwise(distance=5)
@@ -72,6 +73,98 @@ async def test_what_came_first_goes_first_and_shares_a_commit() -> None:
     assert [frame for frame in far.frames if "+M" in frame] == [f"&021+M{number}" for number in range(1, 9)]
     assert [intent["id"] for _, intent in book.intents()] == book.written()
     assert took_s < 3 * DISK_S
+
+
+async def send_ahead(line: Line) -> list["asyncio.Future[Outcome]"]:
+    """Let two commands wait for body 2, one of them on the wire, durable both."""
+    ahead = [line.submit(2, MoveClockwise(distance=number), Lane.COMMAND) for number in (1, 2)]
+    await asyncio.sleep(DISK_S + LATENCY_S / 4)
+    return ahead
+
+
+@virtual
+async def test_what_has_to_wait_for_its_turn_anyway_shares_a_commit() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        ahead = await send_ahead(line)
+        waits = book.waits
+        others = [line.submit(2, MoveClockwise(distance=number), Lane.COMMAND) for number in range(3, 9)]
+        assert book.waits == waits
+        await asyncio.gather(*ahead, *others)
+    assert book.waits == waits + 1
+    assert [frame for frame in far.frames if "+M" in frame] == [f"&021+M{number}" for number in range(1, 9)]
+    assert [intent["id"] for _, intent in book.intents()] == book.written()
+
+
+@virtual
+async def test_a_slow_body_does_not_keep_the_intents_of_others_from_the_disk() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        far.once("&021+M1", (0.4, ">&021+M"))
+        ahead = await send_ahead(line)
+        asked_at = asyncio.get_running_loop().time()
+        await asyncio.gather(line.submit(3, MOVE, Lane.COMMAND), *ahead)
+    [durable_at] = [at for at, intent in book.intents() if intent["target"] == "line1.03"]
+    assert durable_at == pytest.approx(asked_at + GATHERED_WITHIN_S + DISK_S)
+
+
+@virtual
+async def test_the_disk_has_what_waits_as_soon_as_nothing_goes_before_it() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        far.once("&021+M5", (GATHERED_WITHIN_S / 2, ">&021+M"))
+        ahead = [line.submit(body, MOVE, Lane.COMMAND) for body in (2, 4)]
+        await asyncio.sleep(DISK_S + GATHERED_WITHIN_S / 4)
+        await asyncio.gather(line.submit(3, MOVE, Lane.COMMAND), *ahead)
+    [durable_at] = [at for at, intent in book.intents() if intent["target"] == "line1.03"]
+    [last_at] = far.times_of("&041+M5")
+    assert durable_at == pytest.approx(last_at + DISK_S)
+
+
+@virtual
+async def test_a_series_waits_for_the_disk_only() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        ahead = await send_ahead(line)
+        waits = book.waits
+        async with line.undivided([3]):
+            sent = line.submit(3, MOVE, Lane.COMMAND)
+            assert book.waits == waits + 1
+            await asyncio.gather(sent, *ahead)
+
+
+@virtual
+async def test_what_is_withdrawn_before_the_disk_has_it_is_not_sent_and_its_intent_is_over() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        ahead = await send_ahead(line)
+        unwanted = line.submit(3, MOVE, Lane.COMMAND)
+        line.cancel(lambda it: it.target == 3, Cancelled("not wanted"))
+        assert book.waits == 3  # first its intent, then what became of it
+        assert isinstance(await unwanted, Cancelled)
+        await asyncio.gather(*ahead)
+        await asyncio.sleep(DISK_S)
+    assert far.times_of("&031+M5") == []
+    [intent] = [intent for _, intent in book.intents() if intent["target"] == "line1.03"]
+    assert book.outcomes()[intent["id"]] == "not_sent"
+
+
+@virtual
+async def test_a_disk_that_fails_meanwhile_lets_nothing_be_sent_of_what_was_gathered() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        ahead = await send_ahead(line)
+        gathered = [line.submit(body, MOVE, Lane.COMMAND) for body in (2, 3)]
+        book.trouble = "no space left"
+        assert {type(outcome) for outcome in await asyncio.gather(*gathered)} == {JournalUnavailable}
+        await asyncio.gather(*ahead)
+    assert far.times_of("&021+M5") == far.times_of("&031+M5") == []
 
 
 FASTER = SetMaximumSpeed(speed=2000)

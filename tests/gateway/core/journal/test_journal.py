@@ -4,17 +4,18 @@ import asyncio
 import sqlite3
 import time
 from collections.abc import AsyncIterator, Sequence
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, closing
 from pathlib import Path
 from threading import Event
 from typing import Any
 
 import pytest
 
+from gateway.core.journal import disk as disk_module
 from gateway.core.journal import journal as module
 from gateway.core.journal import writes
 from gateway.core.journal.disk import Disk, DiskFailed, DiskFull, SqliteDisk
-from gateway.core.journal.journal import Journal, JournalUnavailable
+from gateway.core.journal.journal import NOTED_WITHIN_S, Journal, JournalUnavailable
 from gateway.core.journal.opening import open_journal
 from gateway.core.journal.retention import Retention
 from gateway.core.journal.writes import Value, Write
@@ -122,6 +123,16 @@ async def test_what_nobody_waits_for_does_not_wait_for_the_disk() -> None:
     assert disk.commits[:2] == [(1, False), (1, True)]
 
 
+async def test_what_was_noted_shares_the_commit_of_what_is_waited_for() -> None:
+    disk = ShakyDisk()
+    async with journal_on(disk) as journal:
+        journal.note(intent(1))
+        await journal.write(intent(2))
+        assert disk.commits == [(2, True)]
+        await asyncio.sleep(2 * NOTED_WITHIN_S)
+        assert len(disk.commits) == 1  # nothing is left of what was noted
+
+
 async def test_notes_of_one_moment_share_a_commit_which_comes_soon() -> None:
     disk = ShakyDisk()
     async with journal_on(disk) as journal:
@@ -170,6 +181,20 @@ async def test_a_full_disk_refuses_what_has_an_effect_until_there_is_room(
         await recovery(journal)
         await journal.write(intent())
     assert told == ["journal.db: No space left on device", None]
+
+
+async def test_a_file_that_another_program_holds_is_written_when_it_is_free(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(module, "LOOK_S", 0.01)
+    monkeypatch.setattr(disk_module, "LOCKED_S", 0.01)
+    async with journal_on(SqliteDisk(tmp_path)) as journal:
+        with closing(sqlite3.connect(tmp_path / "journal.db", isolation_level=None)) as other:
+            other.execute("BEGIN IMMEDIATE")
+            with pytest.raises(JournalUnavailable, match="another program holds it"):
+                await journal.write(intent())
+        await recovery(journal)
+        await journal.write(intent())
 
 
 async def test_what_a_full_disk_has_not_taken_is_written_in_its_order_when_there_is_room(

@@ -1,16 +1,24 @@
 """A journal at the start: another gateway's is left alone, and one that cannot be used says so."""
 
 import asyncio
-from collections.abc import Sequence
+import resource
+import shutil
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from gateway.core.journal import journal as module
+from gateway.core.journal import writes
 from gateway.core.journal.disk import DiskFailed, DiskFull, InUse, SqliteDisk
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.journal.opening import open_journal
 from gateway.core.journal.writes import Write, meta
+
+
+def event(number: int) -> Write:
+    return writes.event(number, 1.0, "line.up", "/lines/a", f"{{{number}}}")
 
 
 def test_another_gateways_journal_is_left_alone(tmp_path: Path) -> None:
@@ -60,6 +68,67 @@ async def test_a_life_that_begins_on_a_full_disk_knows_the_past_and_writes_when_
     journal.require()
     assert dict(await journal.rows("SELECT name, value FROM meta"))["epoch"] == past.epoch
     await journal.close()
+
+
+@pytest.mark.anyio
+@pytest.mark.parametrize("before", ["nothing", "a clean end", "a crash", "no journal"])
+async def test_a_disk_that_is_full_at_the_start_is_used_when_it_has_room(
+    before: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "LOOK_S", 0.005)
+    if before in ("a clean end", "a crash"):
+        await _live_once(tmp_path, killed=before == "a crash")
+    elif before == "no journal":
+        (tmp_path / "journal.db").write_bytes(b"no journal" * 1000)
+    with no_room():
+        journal, past, set_aside = open_journal(tmp_path)
+        assert (past.was_clean, past.last_event) == (before != "a crash", 1 if before[:2] == "a " else 0)
+        assert (set_aside is None) == (before != "no journal")
+        journal.start()
+        journal.note(event(past.last_event + 1))
+        assert await journal.rows("SELECT count(*) FROM events") == [(past.last_event,)]
+        assert journal.disk.read_apart("SELECT count(*) FROM events") == [(past.last_event,)]
+        with pytest.raises(JournalUnavailable, match="No space left") as refused:
+            await journal.write(event(past.last_event + 2))
+        assert "tries again" in refused.value.remedy
+        with pytest.raises(InUse):
+            open_journal(tmp_path)
+    recovered = asyncio.Event()
+    journal.on_trouble = lambda why: recovered.set() if why is None else None
+    if journal.trouble is not None:
+        await recovered.wait()
+    await journal.write(event(past.last_event + 2))
+    await journal.close()
+    after = open_journal(tmp_path)
+    assert (after.past.was_clean, after.past.epoch) == (True, past.epoch)
+    assert after.past.last_event == past.last_event + 2
+    assert (len(after.past.events), after.journal.trouble) == (past.last_event + 2, None)
+    after.journal.disk.close()
+
+
+async def _live_once(directory: Path, *, killed: bool) -> None:
+    """Leave what a life with one event does: killed, it has folded nothing into the file."""
+    journal = open_journal(directory / "before").journal
+    journal.start()
+    await journal.write(event(1))
+    if not killed:
+        await journal.close()
+    for path in (directory / "before").glob("journal.db*"):
+        if not path.name.endswith("-shm"):
+            shutil.copy(path, directory)
+    if killed:
+        await journal.close()
+
+
+@contextmanager
+def no_room() -> Iterator[None]:
+    """No file can grow, as on a full disk."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def test_a_broken_one_is_replaced(tmp_path: Path) -> None:

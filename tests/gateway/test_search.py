@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from app import search as module
-from app.search import BAUDS, Found, FoundLine, FoundRobot, addresses_of, search, serial_devices
+from gateway import search as module
+from gateway.found import Found, FoundLine, FoundRobot
+from gateway.search import BAUDS, addresses_of, search, serial_devices
 from protocols.fics.link import Terminator
 from simulator.fics.layout import Layout
 from simulator.fics.line import LineSettings, SimulatedFics

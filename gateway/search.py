@@ -7,7 +7,6 @@ ACD to a Fics. Whatever else is at a port hears bytes that it does not know.
 
 import asyncio
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 from urllib.parse import quote
@@ -15,8 +14,9 @@ from urllib.parse import quote
 from serial.tools import list_ports
 
 from gateway.core.line import Reader
+from gateway.found import Found, FoundLine, FoundRobot
 from protocols.fics import link as fics
-from protocols.fics.link import TERMINATORS, Terminator
+from protocols.fics.link import TERMINATORS
 from protocols.fics.row import FicsCommand
 from protocols.fics.status import AxisStatuses, GetAxisStatus
 from protocols.fics.system import (
@@ -54,34 +54,6 @@ F = TypeVar("F")
 T = TypeVar("T")
 Tell = Callable[[str, str], None]
 """Told the address of a port, and what goes on there."""
-
-
-@dataclass(slots=True)
-class FoundLine:
-    """An RC-400 that has answered, and the bodies that have so far."""
-
-    address: str
-    controllers: str
-    """What it has answered to XID."""
-    bodies: list[int] = field(default_factory=list)
-    complete: bool = False
-    """Whether all 120 body numbers were asked."""
-
-
-@dataclass(slots=True)
-class FoundRobot:
-    """A Fics that has answered."""
-
-    address: str
-    terminator: Terminator
-    mode: int | None = None
-    version: SystemVersion | None = None
-    unit: int | None = None
-    axes: int | None = None
-    """How many motor axes the present unit has."""
-
-
-Found = FoundLine | FoundRobot
 
 
 def serial_devices() -> list[str]:

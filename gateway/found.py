@@ -1,0 +1,100 @@
+"""Who was found at a port, in words and as a table of the configuration."""
+
+from dataclasses import dataclass, field
+from itertools import count
+from typing import Any
+
+from protocols.fics.link import Terminator
+from protocols.fics.system import SystemVersion
+
+AXES = ("X", "Y", "Z", "@", "W", "U", "V", "R")
+"""How the axes of a robot are called here, in their order; nobody can ask it for their names."""
+TERMINAL_AXES = 3
+"""Of a robot that has not told how many it has."""
+LONGEST_IDENTITY = 100
+"""Characters of an answer to XID that are repeated."""
+
+
+@dataclass(slots=True)
+class FoundLine:
+    """An RC-400 that has answered, and the bodies that have so far."""
+
+    address: str
+    controllers: str
+    """What it has answered to XID."""
+    bodies: list[int] = field(default_factory=list)
+    complete: bool = False
+    """Whether all 120 body numbers were asked."""
+
+    def in_words(self) -> str:
+        """Say who was found."""
+        bodies = ", ".join(f"{body:02X}" for body in self.bodies) or "none"
+        return f"{self.address}: an RC-400 with bodies {bodies}."
+
+    def comment(self) -> str:
+        """Say what the table does not."""
+        answer = "".join(it for it in self.controllers if it.isprintable())[:LONGEST_IDENTITY]
+        told = f"An RC-400; to XID it answered {answer or 'nothing more'}."
+        if not self.complete:
+            return f"{told}\nNot all 120 body numbers were asked: `motion-gateway scan` finds the others."
+        if not self.bodies:
+            return f"{told}\nNone of its bodies answered: check their power, then `motion-gateway scan`."
+        return told
+
+    def table(self, taken: set[str]) -> dict[str, Any]:
+        """The table that serves it, under an id that is taken now."""
+        bodies = [{"id": f"{body:02X}"} for body in self.bodies]
+        return {"id": take("line", taken), "address": self.address, "bodies": bodies}
+
+
+@dataclass(slots=True)
+class FoundRobot:
+    """A Fics that has answered."""
+
+    address: str
+    terminator: Terminator
+    mode: int | None = None
+    version: SystemVersion | None = None
+    unit: int | None = None
+    axes: int | None = None
+    """How many motor axes the present unit has."""
+
+    def in_words(self) -> str:
+        """Say who was found."""
+        version = "" if self.version is None else f" of version {self.version.version}"
+        mode = "" if self.mode is None else f", in communication mode {self.mode}"
+        axes = (
+            ", with a number of axes that it does not tell"
+            if self.axes is None
+            else f", with {self.axes} axes"
+        )
+        return f"{self.address}: a Fics{version}{mode}{axes}."
+
+    def comment(self) -> str:
+        """Say what the table does not: what it holds of axes and units is a guess."""
+        return (
+            f"{self.in_words()}\n"
+            "A robot tells neither the names of its axes nor what they are counted in nor its units:\n"
+            "compare this with its set-up before anything moves. Each further unit is another such table."
+        )
+
+    def table(self, taken: set[str]) -> dict[str, Any]:
+        """The table that serves it with its present unit, under ids that are taken now."""
+        unit = {"number": self.unit or 1, "axes": list(AXES[: self.axes or TERMINAL_AXES])}
+        return {
+            "id": take("cell", taken),
+            "address": self.address,
+            "protocol": "fics",
+            "terminator": self.terminator,
+            "robot": {"id": take("r", taken), "units": [unit]},
+        }
+
+
+Found = FoundLine | FoundRobot
+
+
+def take(word: str, taken: set[str]) -> str:
+    """Take the first id of a word and a number that is free."""
+    name = next(name for name in (f"{word}{number}" for number in count(1)) if name not in taken)
+    taken.add(name)
+    return name

@@ -1,0 +1,146 @@
+"""Scans of ports: who is there that no line serves, and the table that would serve it."""
+
+import asyncio
+import logging
+import secrets
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+from typing import Final, Literal
+
+from pydantic import Field, JsonValue
+
+from gateway.config import Config
+from gateway.core.errors import BodyBusy, InvalidRequest
+from gateway.core.events import EventHub
+from gateway.core.records import Record
+from gateway.core.works import Works
+from gateway.found import Found
+from gateway.search import addresses_of, search, serial_devices
+from gateway.wind_down import SUBJECT
+from transports import Transport
+from transports.addresses import Address
+
+log = logging.getLogger(__name__)
+
+HISTORY = 100
+GATEWAY: Final = "The gateway"
+"""Whose scans these are."""
+BROKEN_OFF: Final = "It was broken off; what was found until then stands here."
+
+
+class FoundPort(Record):
+    """Somebody who answered at a port."""
+
+    address: str
+    told: str = Field(description="Who it is, in words.")
+    line: dict[str, JsonValue] = Field(description="A table `[[lines]]` that serves it, for `POST /lines`.")
+    comment: str = Field(description="What the table does not tell; of a robot, what to compare first.")
+
+
+class PortScan(Record):
+    """One scan of ports."""
+
+    id: str
+    ports: list[str]
+    status: Literal["running", "finished", "failed"] = "running"
+    doing: list[str] = Field(default_factory=list, description="What goes on at the ports now.")
+    found: list[FoundPort] = Field(
+        default_factory=list, description="Who was found, when the scan is over or was broken off."
+    )
+    notes: list[str] = Field(default_factory=list, description="Why a port could not be asked.")
+    error: str | None = None
+    started_at: datetime
+    ended_at: datetime | None = None
+
+
+class Port(Record):
+    """A serial port of the gateway's machine."""
+
+    port: str
+    line_id: str | None = Field(description="The line that has it.")
+
+
+class PortScans(Works[PortScan]):
+    """The scans of ports; one at a time."""
+
+    def __init__(
+        self, events: EventHub, config: Callable[[], Config], open_transport: Callable[[str], Transport]
+    ) -> None:
+        super().__init__(HISTORY, "scan of ports", lambda _: GATEWAY)
+        self._events, self._config, self._open_transport = events, config, open_transport
+
+    def ports(self) -> list[Port]:
+        """The serial ports of this machine; it looks into directories."""
+        return [Port(port=it, line_id=self._line_at(addresses_of(it)[0])) for it in serial_devices()]
+
+    def start(self, ports: Sequence[str]) -> PortScan:
+        """Begin to ask who is at ports, at every baud rate where none is named; only questions are sent.
+
+        :raises BodyBusy: another scan of ports is running.
+        :raises InvalidRequest: a port is none, or a line has it; nothing was sent.
+        """
+        for running in self.under_way():
+            raise BodyBusy(f"Scan {running.id} of ports is still running.", "Wait for it, or break it off.")
+        addresses = [self._free(port) for port in ports]
+        scan = PortScan(id=secrets.token_hex(6), ports=list(ports), started_at=datetime.now(UTC))
+        found: list[Found] = []
+        task = self.begin(scan, self._run(scan, addresses, found), "scan of ports")
+        task.add_done_callback(partial(self._ended, scan, found))
+        return scan
+
+    def _free(self, port: str) -> list[str]:
+        try:
+            addresses = addresses_of(port)
+        except ValueError as error:
+            raise InvalidRequest(
+                f"{error}. Nothing was sent.",
+                "Name ports as /dev/ttyUSB0, tcp://HOST:PORT or dpram:///dev/uio0.",
+            ) from None
+        if line_id := self._line_at(addresses[0]):
+            raise InvalidRequest(
+                f"Line {line_id} has the port {port}; nothing was sent.",
+                f"Scan line {line_id} for more bodies, and other ports for more lines.",
+            )
+        return addresses
+
+    def _line_at(self, address: str) -> str | None:
+        return next(
+            (line.id for line in self._config().lines if _place_of(line.address) == _place_of(address)), None
+        )
+
+    async def _run(self, scan: PortScan, addresses: Sequence[Sequence[str]], found: list[Found]) -> None:
+        doing: dict[str, str] = {}
+
+        def tell(address: str, what: str) -> None:
+            doing[address.partition("?")[0]] = f"{address}: {what}"
+            scan.doing = list(doing.values())
+
+        await search(addresses, found, tell, note=scan.notes.append, open_transport=self._open_transport)
+
+    def _ended(self, scan: PortScan, found: Sequence[Found], task: "asyncio.Task[None]") -> None:
+        """Note the end, maybe before it had begun."""
+        fault = None if task.cancelled() else task.exception()
+        if fault is not None:
+            log.error("a scan of ports has failed", exc_info=fault)
+        done = not (task.cancelled() or fault)
+        scan.status, scan.error = ("finished", None) if done else ("failed", BROKEN_OFF)
+        scan.found, scan.doing = self._tables(found), []
+        scan.ended_at = datetime.now(UTC)
+        self._events.publish(f"gateway.scan.{scan.status}", SUBJECT, scan.model_dump(mode="json"))
+
+    def _tables(self, found: Sequence[Found]) -> list[FoundPort]:
+        config = self._config()
+        taken = {it for line in config.lines for it in (line.id, *line.unique_ids().values())}
+        taken |= {scara.id for scara in config.scaras}
+        return [
+            FoundPort(address=it.address, told=it.in_words(), line=it.table(taken), comment=it.comment())
+            for it in sorted(found, key=lambda it: it.address)
+        ]
+
+
+def _place_of(address: str) -> tuple[object, ...]:
+    """What two addresses of one port have in common; a device has several names."""
+    it = Address.parse(address)
+    return it.scheme, it.host, it.port, Path(it.path).resolve() if it.scheme != "tcp" else None

@@ -1,0 +1,181 @@
+"""Scans of ports while the gateway serves: who is found gets a table, and is served from it."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import pytest
+
+from gateway.access.errors import NotPermitted
+from gateway.access.principal import EVERYBODY, Principal, asking
+from gateway.access.roles import Role
+from gateway.config_file import ConfigFile
+from gateway.core.errors import BodyBusy, InvalidRequest, NotFound
+from gateway.core.origin import Origin
+from gateway.fics.config import Line as FicsLine
+from gateway.operations import port_scans
+from gateway.operations.configuration import add_line, reload
+from gateway.port_scans import PortScan
+from simulator.fics.layout import Layout
+from simulator.fics.line import build_line as build_robot
+from simulator.rorze.line import build_line
+from tests.api.stand import Inline
+from tests.open_access import OPEN
+from tests.plants import Wire, in_virtual_time
+from tests.simulated_line import SimulatedCable, Unplugged
+from tests.tested_plant import TestedPlant
+from transports import Transport
+
+ME = Origin("test", "r-1")
+ARM = '[[lines]]\nid = "line1"\naddress = "tcp://arm:1"\nbodies = [{ id = "00" }]\n'
+CELL, LEG, NOBODY = "tcp://cell:1", "tcp://leg:1", "tcp://nobody:1"
+
+
+class Hall:
+    """A gateway that serves one line, with more controllers at other ports."""
+
+    def __init__(self, folder: Path) -> None:
+        self.file = ConfigFile(folder / "gateway.toml")
+        self.file.path.write_text(ARM + OPEN)
+        self.arm = Wire(build_line((0x00,), 0.0))
+        self.plant = TestedPlant(self.file.load(), open_transport=self._open, file=self.file)
+
+    def _open(self, address: str) -> Transport:
+        if address == "tcp://arm:1":
+            return self.arm
+        if address == NOBODY:
+            return Unplugged(address)
+        machine = build_robot(Layout(axes="XYZ@")) if address == CELL else build_line((0x0A, 0x3F), 0.0)
+        cable = SimulatedCable(machine)
+        cable.address = address
+        return cable
+
+    async def scan(self, *ports: str) -> PortScan:
+        return await port_scans.start(self.plant, ME, ports, 120.0)
+
+
+@asynccontextmanager
+async def hall(folder: Path) -> AsyncIterator[Hall]:
+    asyncio.get_running_loop().set_default_executor(Inline())
+    it = Hall(folder)
+    with asking(EVERYBODY):
+        await it.plant.start()
+        await asyncio.sleep(2)
+        yield it
+        await it.plant.close()
+
+
+@in_virtual_time
+async def test_a_robot_that_is_found_is_added_while_the_plant_runs_and_gone_after_a_reload(
+    tmp_path: Path,
+) -> None:
+    async with hall(tmp_path) as it:
+        scan = await it.scan(CELL)
+        (found,) = scan.found
+        assert scan.status == "finished"
+        assert "a Fics of version" in found.told
+        before = it.file.path.read_text()
+        await add_line(it.plant, ME, found.line, comment=found.comment, dry_run=False)
+        await asyncio.sleep(2)
+        robot = it.plant.robot("r1")
+        assert (robot.online, robot.units[0].axes) == (True, ["X", "Y", "Z", "@"])
+        assert it.plant.line("line1").state == "ready"
+        text = it.file.path.read_text()
+        assert text.startswith(before)
+        assert " by everybody.\n# tcp://cell:1: a Fics of version" in text
+        assert "# compare this with its set-up before anything moves." in text
+        (_, line) = it.file.load().lines
+        assert isinstance(line, FicsLine)
+        it.file.path.write_text(before)
+        await reload(it.plant, ME, dry_run=False)
+        with pytest.raises(NotFound):
+            it.plant.robot("r1")
+
+
+@in_virtual_time
+async def test_what_is_found_at_several_ports_gets_ids_of_its_own(tmp_path: Path) -> None:
+    async with hall(tmp_path) as it:
+        scan = await it.scan(LEG, CELL)
+        assert [found.line["id"] for found in scan.found] == ["cell1", "line2"]
+        assert scan.found[1].line["bodies"] == [{"id": "0A"}, {"id": "3F"}]
+        for found in scan.found:
+            await add_line(it.plant, ME, found.line, comment=found.comment, dry_run=False)
+        await asyncio.sleep(2)
+        assert [port.state for port in it.plant.ports().values()] == ["ready"] * 3
+        assert it.plant.body("3F").line.id == "line2"
+
+
+@in_virtual_time
+async def test_a_port_that_a_line_has_is_left_alone(tmp_path: Path) -> None:
+    async with hall(tmp_path) as it:
+        sent = len(it.arm.sent)
+        with pytest.raises(InvalidRequest, match="Line line1 has the port tcp://arm:1; nothing was sent"):
+            await it.scan(CELL, "tcp://arm:1")
+        assert len(it.arm.sent) == sent
+
+
+@in_virtual_time
+async def test_a_port_that_cannot_be_opened_is_noted(tmp_path: Path) -> None:
+    async with hall(tmp_path) as it:
+        scan = await it.scan(NOBODY)
+        assert (scan.status, scan.found) == ("finished", [])
+        assert scan.notes == ["tcp://nobody:1 was not opened: there is no such port."]
+        with pytest.raises(InvalidRequest, match="must begin with one of"):
+            await it.scan("http://host")
+
+
+@in_virtual_time
+async def test_one_scan_runs_at_a_time_and_one_that_is_broken_off_tells_what_was_found(
+    tmp_path: Path,
+) -> None:
+    async with hall(tmp_path) as it:
+        scan = await port_scans.start(it.plant, ME, [LEG], 3.0)
+        assert scan.status == "running"
+        assert "asking body" in scan.doing[0]
+        with pytest.raises(BodyBusy, match="still running"):
+            await it.scan(CELL)
+        over = await port_scans.break_off(it.plant, ME)
+        assert (over is scan, over.status, over.found[0].line["bodies"]) == (True, "failed", [{"id": "0A"}])
+        assert "Not all 120 body numbers were asked" in over.found[0].comment
+        assert await port_scans.get(it.plant, ME, "current", 0) is scan
+        with pytest.raises(NotFound, match="No scan of ports is running"):
+            await port_scans.break_off(it.plant, ME)
+
+
+@in_virtual_time
+async def test_the_end_of_the_gateway_ends_a_scan_that_has_not_begun(tmp_path: Path) -> None:
+    async with hall(tmp_path) as it:
+        scan = it.plant.port_scans.start([CELL])
+        await it.plant.close()
+        assert scan.status == "failed"
+
+
+@pytest.mark.parametrize("role", [Role.VIEWER, Role.OPERATOR, Role.SETUP])
+@in_virtual_time
+async def test_ports_are_a_matter_of_admins(tmp_path: Path, role: Role) -> None:
+    async with hall(tmp_path) as it:
+        with asking(Principal("somebody", role)):
+            for ask in (
+                port_scans.list_ports(it.plant, ME),
+                port_scans.start(it.plant, ME, [CELL], 0),
+                port_scans.get(it.plant, ME, "current", 0),
+                port_scans.break_off(it.plant, ME),
+            ):
+                with pytest.raises(NotPermitted):
+                    await ask
+
+
+@in_virtual_time
+async def test_serial_ports_are_listed_with_the_lines_that_have_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with hall(tmp_path) as it:
+        monkeypatch.setattr("gateway.port_scans.serial_devices", lambda: ["/dev/ttyUSB0", "/dev/ttyUSB1"])
+        wanted = it.file.load().lines[0].model_copy(update={"address": "serial:///dev/ttyUSB1?baud=9600"})
+        it.plant.config = it.plant.config.model_copy(update={"lines": (wanted,)})
+        found = await port_scans.list_ports(it.plant, ME)
+        assert [(port.port, port.line_id) for port in found] == [
+            ("/dev/ttyUSB0", None),
+            ("/dev/ttyUSB1", "line1"),
+        ]
