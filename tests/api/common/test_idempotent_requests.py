@@ -139,7 +139,7 @@ def test_a_hundred_at_once_make_one_move(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("written", [False, True])
 @pytest.mark.parametrize("name", GOALS)
-def test_a_hundred_after_a_kill_behind_the_intent_are_told_of_the_one_move(
+def test_a_hundred_after_a_kill_behind_the_intent_get_the_one_move(
     name: str, written: bool, tmp_path: Path
 ) -> None:
     """The process ends right before its frame is handed to the port, or right after."""

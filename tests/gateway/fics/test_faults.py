@@ -293,7 +293,7 @@ async def test_h10_a_lost_error_is_never_asked_for_again_but_found_in_the_detail
 
 
 @in_virtual_time
-async def test_h10_whoever_asks_hears_that_the_error_is_gone() -> None:
+async def test_h10_all_who_ask_hear_that_the_error_is_gone() -> None:
     async with fics_rig() as rig:
         rig.cable.lost_answer = "ERR"
         with pytest.raises(NoReply) as lost:

@@ -72,7 +72,7 @@ async def test_a_move_that_meets_an_error_is_rejected_and_nothing_moves(error: i
     ],
 )
 @in_virtual_time
-async def test_the_remedy_says_whom_or_what_to_look_at(error: int, retryable: bool, remedy: str) -> None:
+async def test_the_remedy_says_who_or_what_to_look_at(error: int, retryable: bool, remedy: str) -> None:
     async with rig() as it:
         for command in (GetPosition(), SetStartSpeed(speed=77)):
             break_down(it, error)
