@@ -43,7 +43,7 @@ class _Scale(NamedTuple):
         return self.start + (value - first) / (last - first) * (self.end - self.start)
 
 
-def chart(title: str, panels: Sequence[Panel], time_title: str = "Time [s]") -> str:
+def chart(title: str, panels: Sequence[Panel]) -> str:
     """Draw panels over one time axis."""
     times = [time for panel in panels for line in panel.lines for time, _ in line.points]
     across = _Scale(ticks_of(times), LEFT, WIDTH - RIGHT)
@@ -58,7 +58,7 @@ def chart(title: str, panels: Sequence[Panel], time_title: str = "Time [s]") -> 
     for index, panel in enumerate(panels):
         top = TOP + index * (PANEL_HEIGHT + GAP)
         parts += _panel(panel, across, top)
-    parts.append(_text((LEFT + WIDTH - RIGHT) / 2, height - 16, time_title, "middle"))
+    parts.append(_text((LEFT + WIDTH - RIGHT) / 2, height - 16, "Time [s]", "middle"))
     return "\n".join([*parts, "</svg>", ""])
 
 

@@ -48,9 +48,7 @@ class CannotListen(OSError):
 async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> None:
     """Serve until SIGINT, SIGTERM, or the end of the terminal; SIGHUP from elsewhere reads the `file` again.
 
-    What `on_exit` leaves moving runs on in the controllers.
-
-    `data` is where the keys, the names and the journal are.
+    `data` is where the keys, the names and the journal are. What `on_exit` leaves moving runs on.
 
     :raises CannotListen: no line was opened.
     :raises ConfigError: nobody could be let in, or the certificate cannot be used; no line was opened.
@@ -72,10 +70,7 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
             plant.on_lines()
         await plant.start()
         try:
-            # What has been made by now stays: looking it through again would hold up every line for 50 ms.
-            gc.collect()
-            gc.freeze()
-            gc.enable()
+            _freeze()
             plant.watch.start()
             scheme = "https" if access.certificate else "http"
             log.info("running on %s://%s:%d", scheme, config.server.host, listener.getsockname()[1])
@@ -92,6 +87,13 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
             await plant.close()
             await access.stop()
         await serving
+
+
+def _freeze() -> None:
+    """Let what has been made by now stay: looking it through again would hold up every line for 50 ms."""
+    gc.collect()
+    gc.freeze()
+    gc.enable()
 
 
 def _feed_watchdog(plant: Plant) -> None:

@@ -1,6 +1,5 @@
 """Alarms from the command line: `alarms`, and `alarms reset`."""
 
-import json
 from typing import Annotated, Any
 from urllib.parse import quote
 
@@ -9,6 +8,7 @@ import typer
 from app import exits
 from app.client import LOCAL, Client, Json, KeyFile, Url
 from app.exits import Failure
+from app.output import json_text
 
 alarms = typer.Typer(help="Show alarms with what to do next, or reset them.", invoke_without_command=True)
 
@@ -27,7 +27,7 @@ def show(
     path = "/alarms" if everything else "/alarms?standing=true"
     listed = Client.at(url, key_file).request("GET", path)
     if as_json:
-        typer.echo(json.dumps(listed, ensure_ascii=False, indent=2))
+        typer.echo(json_text(listed))
     else:
         typer.echo("\n\n".join(map(_told, listed["alarms"])) or "No alarm stands.")
 

@@ -1,6 +1,5 @@
 """A jog from the command line: `jog` moves what it names for as long as it runs."""
 
-import json
 import signal
 import time
 from collections.abc import Callable, Iterator
@@ -13,6 +12,7 @@ from app import exits
 from app.client import LOCAL, Client, KeyFile, Url
 from app.completion import addresses
 from app.exits import Failure, Misuse
+from app.output import json_text
 from app.progress import Progress
 from app.targets import Target, find
 from gateway.core.stops import CONFIRM_WITHIN_S
@@ -104,7 +104,7 @@ def _jog(client: Client, path: str, content: dict[str, Any]) -> None:
             "If it goes on, use the hardware stop.",
             exits.UNKNOWN,
         ) from None
-    typer.echo(json.dumps(over, ensure_ascii=False, indent=2))
+    typer.echo(json_text(over))
     if over["state"] == "ended":
         raise typer.Exit(exits.DONE)
     raise Failure(_ENDS[over["state"]], exits.UNKNOWN if over["state"] == "stopping" else exits.REFUSED)

@@ -11,7 +11,7 @@ import typer
 from app import exits
 from app.data_directory import Data, data_directory
 from app.exits import Failure
-from app.tables import table
+from app.output import table
 from gateway.access.keys import KeyFault, KeyStore
 from gateway.access.roles import Role
 

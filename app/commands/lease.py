@@ -1,6 +1,5 @@
 """Leases from the command line: `lease take`, `lease list` and `lease release`."""
 
-import json
 import time
 from dataclasses import replace
 from typing import Annotated, Any, Final
@@ -11,7 +10,7 @@ from app import exits
 from app.client import LEASE_VARIABLE, LOCAL, Client, Json, KeyFile, Url
 from app.completion import addresses
 from app.exits import Failure
-from app.tables import table
+from app.output import json_text, table
 from app.targets import find
 from gateway.core.leases import LONGEST_S
 
@@ -48,7 +47,7 @@ def take(
     client = Client.at(url, key_file)
     wanted = {"scope": _address(client, scope), "ttl_s": ttl, "take_over": take_over}
     taken = client.request("POST", "/leases", wanted)
-    typer.echo(json.dumps(taken, indent=2) if as_json else str(taken["token"]))
+    typer.echo(json_text(taken) if as_json else str(taken["token"]))
     typer.echo(
         f"{taken['scope']} is leased as {taken['lease']} for {ttl:g} s{', and renewed' if hold else ''}: "
         f"`export {LEASE_VARIABLE}={taken['token']}` where it is to be moved.",
@@ -76,7 +75,7 @@ def list_leases(url: Url = LOCAL, key_file: KeyFile = None, as_json: Json = Fals
     """Show who has leased what, and for how long."""
     listed = Client.at(url, key_file).request("GET", "/leases")
     if as_json:
-        typer.echo(json.dumps(listed, indent=2))
+        typer.echo(json_text(listed))
         return
     rows = (
         (it["lease"], it["scope"], it["holder"], f"{it['expires_in_s']:.1f} s") for it in listed["leases"]

@@ -3,7 +3,6 @@
 The tables of commands are loaded where a command is read: half a second that a move does not wait for.
 """
 
-import json
 from typing import Annotated, Any
 
 import typer
@@ -12,6 +11,7 @@ from app.client import LOCAL, Client, KeyFile, Seconds, Url, exit_of_moves, exit
 from app.commands.move_requests import MoveKind, body_move, robot_move, scara_move
 from app.completion import addresses
 from app.exits import Misuse
+from app.output import json_text
 from app.progress import Progress
 from app.targets import Target, find
 from protocols.table import Command, SyntaxFault, WireFault
@@ -41,7 +41,7 @@ def send(
     if row.starts_motion():
         _move(client, path, content, wait)
     answer = client.request("POST", path, content)
-    _print(answer)
+    typer.echo(json_text(answer))
     if "confirmed" in answer:
         raise typer.Exit(exit_of_stop(answer))
 
@@ -84,12 +84,8 @@ def _move(client: Client, path: str, content: object, wait_s: float) -> None:
     """Start what moves, print it when it is over or the time is up, and end."""
     with Progress() as progress:
         moves = client.begin(path, content, wait_s, progress)
-    _print(moves[0] if len(moves) == 1 else {"moves": moves})
+    typer.echo(json_text(moves[0] if len(moves) == 1 else {"moves": moves}))
     raise typer.Exit(exit_of_moves(moves, awaited=wait_s > 0))
-
-
-def _print(answer: dict[str, Any]) -> None:
-    typer.echo(json.dumps(answer, ensure_ascii=False, indent=2))
 
 
 # commands as the manuals write them

@@ -1,6 +1,5 @@
 """The command line's part for user programs: checked, uploaded, read back, run."""
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,6 +9,7 @@ from app import exits
 from app.client import LOCAL, Client, KeyFile, Url
 from app.completion import addresses
 from app.exits import Failure, Misuse
+from app.output import json_text
 from app.targets import find
 from protocols.rorze.programs import LAST_ADDRESS, STEPS
 
@@ -81,7 +81,7 @@ def run(
     wanted = {"label": label, "address": address, "single_step": step}
     client = Client.at(url, key_file)
     begun = client.request("POST", f"{_path(client, body)}/runs", wanted, wait_s=wait)
-    typer.echo(json.dumps(begun, ensure_ascii=False, indent=2))
+    typer.echo(json_text(begun))
     if begun["status"] == "unknown":
         raise typer.Exit(exits.UNKNOWN)
     if begun["status"] == "running" and wait:

@@ -1,12 +1,12 @@
 """The configuration of a running gateway, read again: `reload`."""
 
-import json
 from collections.abc import Iterator
 from typing import Annotated, Any
 
 import typer
 
 from app.client import LOCAL, Client, Json, KeyFile, Url
+from app.output import json_text
 
 
 def reload(
@@ -17,7 +17,7 @@ def reload(
 ) -> None:
     """Let a gateway read its configuration file again; lines that did not change go on undisturbed."""
     answer = Client.at(url, key_file).request("POST", "/system/reload", {"dry_run": dry_run})
-    typer.echo(json.dumps(answer, indent=2) if as_json else "\n".join(_told(answer)))
+    typer.echo(json_text(answer) if as_json else "\n".join(_told(answer)))
 
 
 def _told(answer: dict[str, Any]) -> Iterator[str]:

@@ -1,6 +1,5 @@
 """The software stop from the command line: `stop`."""
 
-import json
 from concurrent.futures import ThreadPoolExecutor
 from typing import Annotated, Any
 
@@ -9,6 +8,7 @@ import typer
 from app import completion, exits
 from app.client import LOCAL, Client, Json, KeyFile, Url, exit_of_stop
 from app.exits import Failure
+from app.output import json_text
 from app.targets import find, numbered
 from gateway.core.addresses import canonical_address
 from gateway.core.errors import InvalidRequest
@@ -43,7 +43,7 @@ def stop(
     reports = [it for it in outcomes if not isinstance(it, Failure)]
     failures = [it for it in outcomes if isinstance(it, Failure)]
     if as_json:
-        typer.echo(json.dumps(_united(reports, failures), ensure_ascii=False, indent=2))
+        typer.echo(json_text(_united(reports, failures)))
     else:
         for report in reports:
             _print(report)

@@ -12,7 +12,7 @@ import typer
 from app import exits
 from app.client import ANSWER_S, LOCAL, Client, Json, KeyFile, Url, refusal, why_not_reached
 from app.exits import Failure
-from app.tables import Row, table
+from app.output import Row, json_text, table
 from app.targets import find
 
 SILENT_S = 45.0
@@ -32,7 +32,7 @@ def status(url: Url = LOCAL, key_file: KeyFile = None, as_json: Json = False) ->
         kind: client.request("GET", f"/{kind}")[kind] for kind in ("lines", "bodies", "scaras", "robots")
     }
     if as_json:
-        typer.echo(json.dumps(everything, ensure_ascii=False, indent=2))
+        typer.echo(json_text(everything))
         return
     tables = [
         table(("LINE", "STATE", "ADDRESS", "TROUBLE"), map(_line_row, everything["lines"])),

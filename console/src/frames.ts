@@ -13,7 +13,7 @@ export interface Asked {
   request: string | undefined;
 }
 
-/** Who asked for each frame, oldest first: an answer belongs to whoever last asked the same. */
+/** Who asked for each frame, oldest first: an answer belongs to the last who asked the same. */
 export function askers(protocol: "rorze" | "fics", entries: readonly Schemas["TraceRecord"][]): Asked[] {
   const last = new Map<string, Asked>();
   return entries.map(({ kind, data, caller, request_id }) => {

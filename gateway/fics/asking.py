@@ -163,7 +163,7 @@ class Asking:
             raise self._remains(error)
 
     def _remains(self, error: str) -> ErrorRemains:
-        return ErrorRemains(self._commander.robot_id, ResetErrors.code, error, self._errors.told_of(error))
+        return ErrorRemains(self._commander.robot_id, ResetErrors.code, error, self._errors.details_of(error))
 
     async def see_units(self) -> None:
         """Find out once which of its units the robot has; errors as of `Selection.see_all`."""

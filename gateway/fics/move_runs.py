@@ -384,7 +384,7 @@ class MoveRun:
             self._advance(MoveStatus.STOPPED)
         else:
             self._move.end_cause = f"error_{code}"
-            text = self._motions.errors.told_of(code)
+            text = self._motions.errors.details_of(code)
             failure = RobotFailed(self._move.robot_id, self._move.command, code, text)
             if self._finding().untouched():
                 failure.moved = "no"

@@ -87,8 +87,8 @@ class SystemErrors:
             return None
         return None
 
-    def told_of(self, error: str) -> RobotErrorRecord | None:
-        """What the details have told of an error; None where another stands."""
+    def details_of(self, error: str) -> RobotErrorRecord | None:
+        """The details of an error; None where another stands."""
         return self.latched if self.latched is not None and self.latched.code == error else None
 
     def forget(self) -> None:

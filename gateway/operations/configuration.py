@@ -47,7 +47,7 @@ async def reload(plant: Plant, *, dry_run: bool) -> Reloaded:
 async def add_line(plant: Plant, table: Mapping[str, Any], *, comment: str = "", dry_run: bool) -> Reloaded:
     """Write one more line, with its bodies or its robot, into the file, and serve it; errors as of `reload`.
 
-    A comment above it says when it was added, and by whom.
+    A comment above it says when it was added, and who asked for it.
 
     :raises NotSent: the file cannot be written; nothing was changed.
     """

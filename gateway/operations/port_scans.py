@@ -18,7 +18,7 @@ async def list_ports(plant: Plant) -> list[Port]:
 
 @needs(Right.ADMIN, whole_plant=True)
 async def start(plant: Plant, ports: Sequence[str], wait_s: float) -> PortScan:
-    """Begin to ask who is at ports, and wait so long for the end; errors as of `PortScans.start`."""
+    """Begin to ask who is at ports, and give the scan after `wait_s` at most; errors as of `start`."""
     plant.admission.require()
     scan = plant.port_scans.start(ports)
     await plant.port_scans.wait(scan, wait_s)

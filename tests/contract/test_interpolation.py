@@ -70,6 +70,14 @@ POSITIONS = """
 """
 """13.10.7, 2."""
 
+ON_ITS_WAY = f"""
+    {POSITIONS}
+    &80 HYS A[3], -100000
+    >&80HYS[02:][03:][04:]
+    &80 HMM
+    >&80HMM[02:][03:][04:]
+"""
+
 
 class RobotHost(ClockHost):
     """A host with a robot, whose finger's end it can measure."""
@@ -334,13 +342,7 @@ async def test_a_member_without_preparation_stays_behind(host: RobotHost) -> Non
 
 @pytest.mark.anyio
 async def test_ems_of_one_axis_stops_that_axis(host: RobotHost) -> None:
-    await host.play(f"""
-        {POSITIONS}
-        &80 HYS A[3], -100000
-        >&80HYS[02:][03:][04:]
-        &80 HMM
-        >&80HMM[02:][03:][04:]
-    """)
+    await host.play(ON_ITS_WAY)
     host.wait(0.1)
     host.change(BASE, forced={EMS: True})
     await host.play("""
@@ -351,13 +353,7 @@ async def test_ems_of_one_axis_stops_that_axis(host: RobotHost) -> None:
 
 @pytest.mark.anyio
 async def test_a_stop_of_the_virtual_body_stops_all_at_once(host: RobotHost) -> None:
-    await host.play(f"""
-        {POSITIONS}
-        &80 HYS A[3], -100000
-        >&80HYS[02:][03:][04:]
-        &80 HMM
-        >&80HMM[02:][03:][04:]
-    """)
+    await host.play(ON_ITS_WAY)
     host.wait(0.1)
     await host.play("""
         &80 5SS
@@ -370,13 +366,7 @@ async def test_a_stop_of_the_virtual_body_stops_all_at_once(host: RobotHost) -> 
 
 @pytest.mark.anyio
 async def test_a_controller_that_loses_its_power_leaves_the_others_moving(host: RobotHost) -> None:
-    await host.play(f"""
-        {POSITIONS}
-        &80 HYS A[3], -100000
-        >&80HYS[02:][03:][04:]
-        &80 HMM
-        >&80HMM[02:][03:][04:]
-    """)
+    await host.play(ON_ITS_WAY)
     host.wait(0.1)
     host.line.switch_body(ARM, on=False, now=host.now)
     await host.play("""
@@ -397,13 +387,7 @@ async def test_a_controller_that_loses_its_power_leaves_the_others_moving(host: 
 async def test_the_others_may_be_stopped_with_it(host: RobotHost, hazard: str, told: list[str]) -> None:
     """The manual does not say that they are not."""
     host.line.settings = replace(host.line.settings, partners="stop")
-    await host.play(f"""
-        {POSITIONS}
-        &80 HYS A[3], -100000
-        >&80HYS[02:][03:][04:]
-        &80 HMM
-        >&80HMM[02:][03:][04:]
-    """)
+    await host.play(ON_ITS_WAY)
     host.wait(0.1)
     stopped_at = host.positions()
     if hazard == "power":

@@ -76,7 +76,7 @@ async def story(seed: int) -> Counter[str]:
                 await failing
             if over is None or over.status is not MoveStatus.SUCCEEDED or failing is not None:
                 await make_fit(robot)
-        starts = robot.told_of("HMM").count("&8AHMM")
+        starts = robot.frames_of("HMM").count("&8AHMM")
         for number in robot.numbers:
             assert len(robot.rig.executed("HMM", number)) <= starts
     return done

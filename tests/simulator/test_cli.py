@@ -44,6 +44,18 @@ async def running(
             await process.wait()
 
 
+async def answer_of(terminal: Path, command: bytes) -> bytes:
+    """The answer to a command that is written to a terminal."""
+    device = os.open(terminal, os.O_RDWR | os.O_NOCTTY)
+    tty.setraw(device)
+    os.write(device, command)
+    reply = b""
+    while not reply.endswith(b"\r"):
+        reply += await asyncio.to_thread(os.read, device, 100)
+    os.close(device)
+    return reply
+
+
 @pytest.mark.anyio
 async def test_a_line_over_tcp_with_control_and_truth(tmp_path: Path) -> None:
     truth = tmp_path / "truth.jsonl"
@@ -74,25 +86,14 @@ async def test_a_paced_line_at_a_terminal_ends_on_ctrl_c(tmp_path: Path) -> None
     link = tmp_path / "line"
     options = ["--bodies", "3F", "--pty", str(link), "--baud", "115200"]
     async with running("rc400", *options, end_by=signal.SIGINT):
-        device = os.open(link, os.O_RDWR | os.O_NOCTTY)
-        tty.setraw(device)
-        os.write(device, b"&3F6PD\r")
-        reply = b""
-        while not reply.endswith(b"\r"):
-            reply += await asyncio.to_thread(os.read, device, 100)
-        os.close(device)
-        assert reply == b">&3F6PD+000000000\r"
+        assert await answer_of(link, b"&3F6PD\r") == b">&3F6PD+000000000\r"
     assert not link.is_symlink()
 
 
 @pytest.mark.anyio
 async def test_the_demo_runs_in_a_programs_own_event_loop(tmp_path: Path) -> None:
     demo = start_demo_line([0x3F], tmp_path / "demo")
-    device = os.open(tmp_path / "demo", os.O_RDWR | os.O_NOCTTY)
-    tty.setraw(device)
-    os.write(device, b"&3F9MD\r")
-    assert await asyncio.to_thread(os.read, device, 100) == b">&3F9MDH00\r"
-    os.close(device)
+    assert await answer_of(tmp_path / "demo", b"&3F9MD\r") == b">&3F9MDH00\r"
     await demo.aclose()
 
 
@@ -146,14 +147,7 @@ async def test_a_paced_robot_at_a_terminal(tmp_path: Path) -> None:
     link = tmp_path / "robot"
     async with running("fics", "--axes", "Z@W", "--pty", str(link), "--baud", "56000") as said:
         assert said == [f"Fics with 1 unit of axes Z@W at {link}\n"]
-        device = os.open(link, os.O_RDWR | os.O_NOCTTY)
-        tty.setraw(device)
-        os.write(device, b"ASD\r")
-        reply = b""
-        while not reply.endswith(b"\r"):
-            reply += await asyncio.to_thread(os.read, device, 100)
-        os.close(device)
-        assert reply == b"ASD 0,0,0\r"
+        assert await answer_of(link, b"ASD\r") == b"ASD 0,0,0\r"
     assert not link.is_symlink()
 
 

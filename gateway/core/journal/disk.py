@@ -28,7 +28,7 @@ _SQLITE_FULL = frozenset({sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR_SHMSIZE})
 _SQLITE_LOST = frozenset({sqlite3.SQLITE_IOERR_FSYNC, sqlite3.SQLITE_IOERR_DIR_FSYNC})
 """Nobody knows what was written."""
 LOCKED_S = 1.0
-"""For so long another program, such as `journal prune`, may hold the file before that is told as trouble."""
+"""How long another program, such as `journal prune`, may hold the file before that is told as trouble."""
 _PROBE_BYTES = 64 << 10
 """More than SQLite needs at once."""
 

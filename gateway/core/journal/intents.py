@@ -27,7 +27,7 @@ NOT_SENT: Final = "not_sent"
 OF_MOVES: ContextVar[Sequence[str]] = ContextVar("of_moves", default=())
 """The moves that are made by what is asked here and now."""
 GATHERED_WITHIN_S: Final = 0.005
-"""What would have to wait for its turn anyway may wait for so long for others to share its commit."""
+"""How long what has to wait for its turn anyway may wait for others to share its commit."""
 
 
 class Book(Protocol):

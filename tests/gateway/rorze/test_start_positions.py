@@ -81,11 +81,11 @@ async def test_what_has_changed_since_the_preparation_keeps_the_move_from_starti
     async with cell() as robot:
         await prepare(robot)
         await meanwhile(robot)
-        stood, started = robot.positions(), len(robot.told_of("HMM"))
+        stood, started = robot.positions(), len(robot.frames_of("HMM"))
         with pytest.raises(PreparationOutdated, match=why) as refusal:
             await start(robot)
         assert refusal.value.moved == "no"
-        assert (robot.positions(), len(robot.told_of("HMM"))) == (stood, started)
+        assert (robot.positions(), len(robot.frames_of("HMM"))) == (stood, started)
         assert robot.rig.plant.moves.of(robot.scara.members[0])[0].status is MoveStatus.CANCELLED
         await prepare(robot)
         await start(robot)
@@ -110,4 +110,4 @@ async def test_a_controller_that_does_not_tell_is_not_started() -> None:
         robot.rig.wire.deaf_to = re.compile(rb">&8AHPD[^\r]*\r")
         with pytest.raises(GatewayError, match="did not tell what its move was prepared for"):
             await start(robot)
-        assert robot.told_of("HMM") == []
+        assert robot.frames_of("HMM") == []

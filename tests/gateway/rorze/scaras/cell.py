@@ -134,7 +134,7 @@ class Cell:
         self.rig.machine.switch_body(number, on=on, now=asyncio.get_running_loop().time())
         self.rig.wire.turn()
 
-    def told_of(self, code: str) -> list[str]:
+    def frames_of(self, code: str) -> list[str]:
         """What the robot's bodies and their group were sent of a code."""
         return [frame for frame in self.frames() if frame[3:6] == code]
 

@@ -91,7 +91,7 @@ async def test_where_each_kind_ends(
         assert robot.place()[:2] == pytest.approx(end[:2], abs=60)
         assert robot.place().direction == pytest.approx(end[2], abs=6)
         assert move.preparation[-1] == f"{started_by}\\r"
-        assert (move.frame, robot.told_of("HMM")) == ("&8AHMM\\r", ["&8AHMM"])
+        assert (move.frame, robot.frames_of("HMM")) == ("&8AHMM\\r", ["&8AHMM"])
         assert [axis.position for axis in move.axes] == robot.positions()
         assert move.coordinates is not None
         assert move.coordinates.x.value == pytest.approx(robot.place().x, abs=0.001)
@@ -229,7 +229,7 @@ async def test_a_plan_only_reads() -> None:
         ]
         assert plan.target.x.value == pytest.approx(10_000, abs=60)
         assert plan.length_um == pytest.approx(10_000)
-        assert robot.told_of("HPS") == []
+        assert robot.frames_of("HPS") == []
 
 
 @pytest.mark.parametrize(
@@ -271,7 +271,7 @@ async def refused(robot: Cell, error: type[GatewayError], match: str, **request:
     with pytest.raises(error, match=match):
         await robot.start(**request)
     await asyncio.sleep(1)
-    assert robot.told_of("HMM") == []
+    assert robot.frames_of("HMM") == []
     assert robot.positions() == before
     assert robot.scara.move is None
     assert all(body.move is None for body in robot.scara.members)
@@ -291,7 +291,7 @@ async def refused(robot: Cell, error: type[GatewayError], match: str, **request:
 async def test_what_the_arm_cannot_do_is_not_tried(request_: dict[str, Any], match: str) -> None:
     async with cell() as robot:
         await refused(robot, InvalidRequest, match, **request_)
-        assert robot.told_of("HPS") == []
+        assert robot.frames_of("HPS") == []
 
 
 @in_virtual_time
@@ -332,7 +332,7 @@ async def test_an_axis_that_has_moved_since_is_not_started() -> None:
         robot.rig.axis(4).execute("6PS-16000", asyncio.get_running_loop().time())
         with pytest.raises((NotSent, PowerCycled)):
             await move
-        assert robot.told_of("HMM") == []
+        assert robot.frames_of("HMM") == []
 
 
 @in_virtual_time
@@ -340,9 +340,9 @@ async def test_after_a_loss_of_power_nothing_is_prepared() -> None:
     async with cell() as robot:
         _brown_out(robot)
         await refused(robot, PowerCycled, "line1.03 has been switched off and on", kind="offset", x=mm(10))
-        told = len(robot.told_of("HPS"))
+        told = len(robot.frames_of("HPS"))
         await refused(robot, PowerCycled, "line1.03 has been switched off and on", kind="offset", x=mm(10))
-        assert len(robot.told_of("HPS")) == told
+        assert len(robot.frames_of("HPS")) == told
 
 
 # Stops
@@ -373,7 +373,7 @@ async def test_a_stop_amid_the_preparation_starts_nothing() -> None:
         await robot.rig.plant.stops.stop([robot.scara.members[2]], "decelerate")
         with pytest.raises(NotSent, match="A stop came first"):
             await move
-        assert robot.told_of("HMM") == []
+        assert robot.frames_of("HMM") == []
         assert robot.moves.log.of("wafer")[0].status is MoveStatus.CANCELLED
         assert (await robot.finished("offset", x=mm(10))).status is MoveStatus.SUCCEEDED
 
@@ -439,7 +439,7 @@ async def test_one_axis_that_fails_stops_all_and_is_named(
         assert "Axis 1: " in over.error.detail
         assert "line1.03" in over.error.detail
         assert "line1.02" not in over.error.detail
-        assert robot.told_of("5SS" if on_fault == "decelerate" else "5IS")
+        assert robot.frames_of("5SS" if on_fault == "decelerate" else "5IS")
 
 
 @in_virtual_time

@@ -1,8 +1,14 @@
-"""Tables for people."""
+"""What commands print: JSON for scripts, tables for people."""
 
+import json
 from collections.abc import Iterable
 
 Row = tuple[str, ...]
+
+
+def json_text(content: object) -> str:
+    """Write an answer over several lines, Japanese as it is."""
+    return json.dumps(content, ensure_ascii=False, indent=2)
 
 
 def table(head: Row, body: Iterable[Row]) -> str:

@@ -1,6 +1,6 @@
-"""Tables for people."""
+"""What commands print."""
 
-from app.tables import table
+from app.output import json_text, table
 
 
 def test_columns_are_as_wide_as_what_stands_in_them() -> None:
@@ -13,3 +13,7 @@ def test_columns_are_as_wide_as_what_stands_in_them() -> None:
 
 def test_a_table_may_have_heads_alone() -> None:
     assert table(("A", "B"), []) == "A  B"
+
+
+def test_japanese_stands_in_json_as_it_is() -> None:
+    assert json_text({"name": "旋回"}) == '{\n  "name": "旋回"\n}'
