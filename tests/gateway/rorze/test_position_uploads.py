@@ -82,7 +82,9 @@ async def test_one_whose_body_falls_silent_has_failed_with_how_much_was_sent() -
         await asyncio.sleep(1)
         it.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
         await it.plant.position_uploads.wait(record, WHOLE)
+        alarms = {alarm.cause for alarm in it.plant.alarms.standing()}
     assert record.status == "failed"
+    assert "body.position_upload.failed" in alarms
     assert record.error is not None
     assert f"{record.read} of {COUNT} positions were sent" in record.error.detail
 
