@@ -1,6 +1,6 @@
 """Data memories, counters and timers of user programs over HTTP."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import Annotated
 
 from fastapi import Path, Query, Request, Response
@@ -11,7 +11,6 @@ from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import programs
 from gateway.rorze.family import Rorze
-from gateway.rorze.memories import MemoryValue
 
 router = new_router("programs")
 
@@ -87,7 +86,7 @@ async def set_memory(request: Request, body_id: BodyId, name: MemoryName, change
     return json_response(Memory(name=held.name, value=held.value))
 
 
-def _told(request: Request, body_id: str, found: Sequence[MemoryValue]) -> Response:
+def _told(request: Request, body_id: str, found: Iterable[tuple[str, int | None]]) -> Response:
     address = plant_of(request).family(Rorze).body(body_id).address
     memories = [Memory(name=name, value=value) for name, value in found]
     return json_response(MemoryList(body_id=address, memories=memories))

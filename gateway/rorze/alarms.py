@@ -19,6 +19,7 @@ from gateway.rorze.calls import (
     POSITION,
     READ_COMMENT,
     STATUS,
+    TABLE_UPLOAD,
     UPLOAD,
 )
 from protocols.rorze.status import CONTROLLER_STATUS_BITS
@@ -188,6 +189,23 @@ def causes(find: Callable[[str], Body | None]) -> Iterator[Cause]:
         facts=_facts_of_upload,
     )
     yield Cause(
+        "body.position_upload.failed",
+        "body.position_upload.failed",
+        words(
+            "Not all positions were stored in {address}. {detail}",
+            "The motor did nothing because of this. Some positions may be those that were sent, others not.",
+            "{remedy}",
+        ),
+        words(
+            "{address}への位置の書き込みに失敗しました。",
+            "これによるモータの動作はありません。一部の位置だけが書き換えられている可能性があります。",
+            "原因を取り除き、もう一度書き込んでください。それまで記憶した位置へ移動しないでください。",
+        ),
+        "RC-420 manual 13.4",
+        (TABLE_UPLOAD,),
+        facts=_facts_of_table_upload,
+    )
+    yield Cause(
         "group.strangers",
         "group.strangers",
         words(
@@ -232,11 +250,14 @@ def _tells(name: str, data: Facts) -> bool:
 
 
 def _facts_of_upload(record: Facts) -> Facts:
+    return {**_facts_of_table_upload(record), "stored": record["stored"]}
+
+
+def _facts_of_table_upload(record: Facts) -> Facts:
     error = record["error"] or {}
     return {
         "upload_id": record["id"],
         "request_id": record["request_id"],
-        "stored": record["stored"],
         "detail": error.get("detail", ""),
         "remedy": error.get("remedy") or "Upload it again.",
     }

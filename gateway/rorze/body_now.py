@@ -4,6 +4,7 @@ from typing import Self
 
 from pydantic import Field
 
+from gateway.core.move_record import CountedIn
 from gateway.core.records import Record
 from gateway.rorze.bodies import Body
 from protocols.rorze.status import CONTROLLER_STATUS_BITS, names_of
@@ -16,7 +17,8 @@ class BodyNow(Record):
     online: bool
     moving: bool | None
     move_id: str | None
-    position: int | None = Field(description="In pulses.")
+    counted_in: CountedIn | None = Field(description="Of the position; null where that is not known.")
+    position: int | None = Field(description="In `counted_in`, as last read.")
     homed: str
     power_cycled: bool
     status: list[str] | None
@@ -30,6 +32,7 @@ class BodyNow(Record):
             online=body.online,
             moving=body.moving if body.online else None,
             move_id=None if body.move is None else body.move.id,
+            counted_in=body.counted_in,
             position=body.position,
             homed=body.power.homed,
             power_cycled=body.power.cycled,

@@ -23,6 +23,11 @@ PROGRAM_RUN: Final = get(
 UPLOAD: Final = get(
     "{subject}/program/uploads/{upload_id}", "See the record of the upload.", "書き込みの記録を確認します。"
 )
+TABLE_UPLOAD: Final = get(
+    "{subject}/positions/uploads/{upload_id}",
+    "See the record of the upload.",
+    "書き込みの記録を確認します。",
+)
 GROUP: Final = get("{subject}", "See the members of the group.", "グループの構成を確認します。")
 COMMANDS: Final = get("/commands", "See what each command takes.", "各コマンドの引数を確認します。")
 

@@ -2,10 +2,11 @@
 
 import asyncio
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import ClassVar, Self, cast
 
-from gateway.core.errors import GatewayError
+from gateway.core.errors import ControllerRefused, GatewayError
 from gateway.core.event_types import IO, Signal, Signals
 from gateway.core.lanes import Lane
 from gateway.core.live import Live
@@ -69,8 +70,8 @@ class PositionSource(BodySource):
     async def read(self, due: Sequence[Source]) -> list[Source]:
         """Put what somebody else has just been told, or ask."""
         if self.body.mode is None:
-            unknown = [it for it in self.company(due) if it.mode is None]
-            await self.sweep.ask(unknown, GetOperatingMode(), Lane.BACKGROUND)
+            with suppress(ControllerRefused):
+                await self.ask([it for it in self.company(due) if it.mode is None], GetOperatingMode())
         if self._put_if_fresh():
             return [self]
         sources = self.company(due)

@@ -207,8 +207,10 @@ EXAMPLE_2 = "\n".join(
     [("URG", 5000, 6), ("URG*TEST", 5000, 6), ("URG*TEST2", 10_000, 13), ("URG*TEST3", 15_000, 20)],
 )
 async def test_example_2_has_three_programs(start: str, position: int, end: int) -> None:
+    """Its text calls the first one *TEST1, which its table has not."""
     host = Programmer()
     assert (await host.store(EXAMPLE_2)).labels == {"TEST": 0, "TEST2": 7, "TEST3": 14}
+    assert await host.told("URG*TEST1") == "@5B"
     await host.command(start)
     host.wait(A_WHILE_S)
     assert await host.told("COD0") == "1"

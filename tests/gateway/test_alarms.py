@@ -263,6 +263,7 @@ ENDS_WELL: Final = {
     "backup": {"started", "progress", "succeeded", "failed", "cancelled"},
     "comparison": {"started", "progress", "succeeded", "failed", "cancelled"},
     "position_reading": {"started", "progress", "succeeded", "failed", "cancelled"},
+    "position_upload": {"started", "progress", "succeeded", "cancelled"},
     "restore": {"started", "progress", "verified", "cancelled"},
     "upload": {"started", "progress", "succeeded", "cancelled"},
 }

@@ -499,6 +499,7 @@ export const en = {
       backup: "backup",
       comparison: "comparison with a backup",
       position_reading: "reading of positions",
+      position_upload: "upload of positions",
       body: "body",
       robot: "robot",
       scara: "SCARA robot",

@@ -500,6 +500,7 @@ export const ja: typeof en = {
       backup: "バックアップ",
       comparison: "バックアップとの比較",
       position_reading: "位置の読み出し",
+      position_upload: "位置の書き込み",
       body: "ボディ",
       robot: "ロボット",
       scara: "スカラロボット",

@@ -10,6 +10,7 @@ from gateway.core.errors import BodyBusy, InvalidRequest
 from gateway.operations.body_positions import named
 from gateway.rorze.position_uploads import TableUpload
 from gateway.rorze.positions import NamedPosition, Position, Wanted, read
+from protocols.rorze.position import GetPosition
 from tests.plants import Rig, in_virtual_time, rig
 from tests.watching import watching
 
@@ -81,6 +82,27 @@ async def test_one_whose_body_falls_silent_has_failed_with_how_much_was_sent() -
         await asyncio.sleep(1)
         it.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
         await it.plant.position_uploads.wait(record, WHOLE)
+        alarms = {alarm.cause for alarm in it.plant.alarms.standing()}
     assert record.status == "failed"
+    assert "body.position_upload.failed" in alarms
     assert record.error is not None
     assert f"{record.read} of {COUNT} positions were sent" in record.error.detail
+
+
+@in_virtual_time
+async def test_the_wire_has_no_rest_and_others_are_served_meanwhile() -> None:
+    async with rig(baud=9600) as it:
+        now, taken = asyncio.get_running_loop().time, []
+        await asyncio.sleep(2.0)
+        sent, began = len(it.wire.sent), now()
+        record = begin(it)
+        while record.status == "running":
+            asked = now()
+            await it.body().ask(GetPosition())
+            taken.append(now() - asked)
+            await it.plant.position_uploads.wait(record, 0.2)
+        took_s = now() - began
+        busy = sum(len(frame) + 1 for frame in it.wire.frames(sent))
+        busy += sum(len(data) for at, data in it.wire.heard if at >= began)
+        assert max(taken) < 0.25
+        assert busy * it.wire.byte_time_s >= 0.95 * took_s

@@ -950,8 +950,10 @@ class BodyNow(TypedDict):
     online: bool
     moving: bool | None
     move_id: str | None
+    counted_in: Literal["pulses", "encoder_counts"] | None
+    """Of the position; null where that is not known."""
     position: int | None
-    """In pulses."""
+    """In `counted_in`, as last read."""
     homed: str
     power_cycled: bool
     status: list[str] | None

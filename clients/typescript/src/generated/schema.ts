@@ -5734,8 +5734,13 @@ export interface components {
             /** Move Id */
             move_id: string | null;
             /**
+             * Counted In
+             * @description Of the position; null where that is not known.
+             */
+            counted_in: ("pulses" | "encoder_counts") | null;
+            /**
              * Position
-             * @description In pulses.
+             * @description In `counted_in`, as last read.
              */
             position: number | null;
             /** Homed */
