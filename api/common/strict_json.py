@@ -177,8 +177,9 @@ class StrictRoute(HttpRoute):
         self._stops = self.right is Right.STOP
         effect = not WITH_EFFECT.isdisjoint(self.methods or ())
         self._refuses_keys = self.refuses_keys and effect and not self._stops
-        # One that is not in the document may read a body of its own, such as CSV.
-        takes_nothing = self.body_field is None and self.include_in_schema
+        # One that is not in the document, or describes its body there, reads that itself: CSV, a program.
+        reads_itself = not self.include_in_schema or "requestBody" in (self.openapi_extra or {})
+        takes_nothing = self.body_field is None and not reads_itself
         self._takes_nothing = takes_nothing and effect and not self._stops
         self._known = [parameter.alias for parameter in self.dependant.query_params]
 
