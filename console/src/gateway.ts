@@ -27,6 +27,8 @@ export type ScaraMoveRequest =
 export type AnyMove = Schemas["Move"] | Schemas["RobotMove"] | ScaraMove;
 /** What one steps up to and moves. */
 export type Target = Body | Robot | Scara;
+/** Where the axes of a unit are, by their names. */
+export type Axes = Schemas["RobotPosition"]["axes"];
 export type Right = Identity["rights"][number];
 
 /** Where the gateway is, behind a proxy at a sub-path too; without a slash at its end. */

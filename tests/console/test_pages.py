@@ -151,6 +151,19 @@ def jogged(plant: Plant, hold: Callable[[], None], release: Callable[[], None]) 
     until(lambda: not plant.gateway.get("/robots/r1")["moving"], "the axis stands still")
 
 
+def test_a_robots_tile_tells_where_its_axes_are(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url)
+    tile = console.page.get_by_role("link", name="r1")
+    moves = "/robots/r1/units/1/moves"
+    plant.gateway.http.post(moves, json={"kind": "home"}).raise_for_status()
+    until(lambda: robot_x(plant) is not None, "the robot is homed")
+    expect(tile).to_contain_text("homed")
+    place = (robot_x(plant) or 0) - 5
+    there = {"kind": "absolute", "axes": {"X": {"value": place, "unit": "mm"}}}
+    plant.gateway.http.post(moves, json=there).raise_for_status()
+    expect(tile).to_contain_text(f"X {place:g} mm")
+
+
 def robot_x(plant: Plant) -> float | None:
     place = plant.gateway.http.get("/robots/r1/units/1/position")
     value = place.json()["axes"]["X"]["value"] if place.is_success else None
@@ -365,6 +378,7 @@ def test_a_page_shows_what_is_told_twice(plant: Plant, open_console: Open) -> No
     console.go("#/events")
     console.button("Look it up").click()
     console.shows("This is all that the gateway still has.")
+    console.page.unroute_all(behavior="wait")
 
 
 def test_a_body_jogs_while_the_button_is_held(plant: Plant, open_console: Open) -> None:
