@@ -134,6 +134,25 @@ def test_what_a_button_sends_can_be_copied_as_curl(plant: Plant, open_console: O
     assert answer.json()["frame"] == "&3F1+M100\\r"
 
 
+def test_copying_as_curl_changes_nothing_on_any_page(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url)
+    sent: list[str] = []
+    console.page.on("request", lambda request: sent.append(f"{request.method} {request.url}"))
+    for path in PAGES:
+        console.go(path)
+        expect(console.page.get_by_role("heading", level=1)).to_be_visible()
+        copies = console.page.locator("main").get_by_role("button", name="Copy as curl")
+        if path != "#/wire/line1":
+            expect(copies.first).to_be_visible()
+        for copy in copies.all():
+            copy.dispatch_event("click")
+    console.shows("Copied")
+    console.go("#/axis/line1.3F")
+    expect(console.button("Take control")).to_be_visible()
+    expect(console.page.get_by_text("not done")).to_have_count(0)
+    assert [it for it in sent if not it.startswith("GET") and "/curve" not in it] == []
+
+
 def test_a_robot_jogs_while_the_button_is_held(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/robot/r1")
     console.page.get_by_role("button", name="Home", exact=True).click()
@@ -403,6 +422,9 @@ def test_a_position_is_taught_named_and_gone_to(plant: Plant, open_console: Open
     console.page.get_by_label("Name 4", exact=True).fill("unload")
     console.button("Store 4").click()
     console.shows("Store 4: done.")
+    expect(console.page.get_by_text("in RAM only")).to_have_count(2)
+    console.button("Save all to flash").click()
+    expect(console.page.get_by_text("in RAM only")).to_have_count(0)
     console.button("Go to 4").click()
     until(lambda: plant.gateway.get("/bodies/00/position")["pulses"] == -50, "it is at position 4")
 

@@ -367,6 +367,9 @@ export const en = {
     storeShort: "Store",
     teach: (number: number) => `Teach ${number} here`,
     teachShort: "Teach here",
+    save: "Save all to flash",
+    ram: "These are the positions in RAM. Nothing can ask a controller for those in flash memory; after a save both are the same.",
+    onlyInRam: "in RAM only",
   },
 
   motion: {

@@ -368,6 +368,9 @@ export const ja: typeof en = {
     storeShort: "登録",
     teach: (number) => `${number} に現在位置を教示`,
     teachShort: "現在位置を教示",
+    save: "すべてフラッシュへ保存",
+    ram: "RAM の位置です。フラッシュの内容はコントローラに問い合わせできません。保存すると RAM と同じになります。",
+    onlyInRam: "RAM のみ",
   },
 
   motion: {
