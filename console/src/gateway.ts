@@ -27,6 +27,8 @@ export type ScaraMoveRequest =
 export type AnyMove = Schemas["Move"] | Schemas["RobotMove"] | ScaraMove;
 /** What one steps up to and moves. */
 export type Target = Body | Robot | Scara;
+/** Where the axes of a unit are, by their names. */
+export type Axes = Schemas["RobotPosition"]["axes"];
 export type Right = Identity["rights"][number];
 
 /** Where the gateway is, behind a proxy at a sub-path too; without a slash at its end. */
@@ -57,19 +59,15 @@ export const patient = gatewayWithin(LONGEST_S);
 /** Something that the gateway is asked for. */
 export type Deed = (gateway: Gateway) => Promise<unknown>;
 
-/** Write the request of a deed as a command line; nothing is sent. */
-export async function curlOf(deed: Deed, withKey: boolean): Promise<string> {
-  let written = "";
-  const recorder = new Gateway({
-    url: address,
-    key: "",
-    fetch: async (request) => {
-      written ||= await commandLine(request as Request, withKey);
-      return Response.json({});
-    },
+/** Write the request of a deed as a command line. Nothing is sent, and the deed never gets an answer to go on with. */
+export function curlOf(deed: Deed, withKey: boolean): Promise<string> {
+  return new Promise((write) => {
+    const fetch = async (request: unknown): Promise<Response> => {
+      write(await commandLine(request as Request, withKey));
+      return new Promise(() => undefined);
+    };
+    void deed(new Gateway({ url: address, key: "", fetch }));
   });
-  await deed(recorder).catch(() => undefined);
-  return written;
 }
 
 async function commandLine(request: Request, withKey: boolean): Promise<string> {

@@ -1,6 +1,6 @@
 /** Places in words: pulses, and the unit of a body's scale. */
 
-import type { AnyMove, Body } from "./gateway.ts";
+import type { AnyMove, Axes, Body } from "./gateway.ts";
 import { words } from "./words/index.svelte.ts";
 
 export interface Shown {
@@ -30,12 +30,25 @@ function decimals(body: Body): number {
   return Math.min(6, Math.max(0, Math.ceil(Math.log10(Math.abs(body.pulses_per_unit ?? 1)))));
 }
 
+type Known = number | null | undefined;
+
 /** How much of a move's way lies behind, from 0 to 1; undefined where that cannot be known. */
 export function progress(move: AnyMove | undefined, pulses: number | null): number | undefined {
-  if (!move || pulses === null || !("group_id" in move)) return undefined;
+  return move && "group_id" in move ? partOf(move.start_position, move.target_position, pulses) : undefined;
+}
+
+/** The same of a unit of a robot: of the axis that has the longest way. */
+export function progressOfUnit(move: AnyMove | undefined, axes: Axes | undefined): number | undefined {
+  if (!move || !axes || "group_id" in move || "scara_id" in move) return undefined;
   const { start_position: start, target_position: target } = move;
-  if (start === null || target === null || start === target) return undefined;
-  return Math.min(1, Math.max(0, (pulses - start) / (target - start)));
+  const way = (name: string): number => Math.abs((target?.[name] ?? NaN) - (start?.[name] ?? NaN)) || 0;
+  const [longest = ""] = Object.keys(axes).toSorted((one, other) => way(other) - way(one));
+  return partOf(start?.[longest], target?.[longest], axes[longest]?.value);
+}
+
+function partOf(start: Known, target: Known, now: Known): number | undefined {
+  if (start == null || target == null || now == null || start === target) return undefined;
+  return Math.min(1, Math.max(0, (now - start) / (target - start)));
 }
 
 export function isOver(move: AnyMove): boolean {

@@ -1,8 +1,9 @@
 /** Live positions: the newest of each motor, and those of the last 20 s. */
 
-import type { Event } from "./gateway.ts";
+import type { Axes, Event } from "./gateway.ts";
 import { EVENTS, Live } from "./live.ts";
 import { plant } from "./plant.svelte.ts";
+import { addressOf } from "./told.ts";
 
 export interface Sample {
   pulses: number;
@@ -19,6 +20,7 @@ class Samples {
   /** What comes within this time is shown together. */
   #gatherMs = 0;
   #newest = $state.raw<Record<string, Sample>>({});
+  #axes = $state.raw<Record<string, Axes>>({});
   /** The samples of one motor, oldest first; not reactive, the plot looks when it draws. */
   readonly trail: Sample[] = [];
 
@@ -26,6 +28,11 @@ class Samples {
   of(address: string): Sample | undefined {
     const sample = this.#newest[address];
     return sample && plant.now - sample.at < OLD_MS ? sample : undefined;
+  }
+
+  /** Where the axes of a unit were when its robot last acted on it. */
+  axesOf(address: string): Axes | undefined {
+    return this.#axes[address];
   }
 
   /** Follow all motors, or one of them, so many times a second; gives how to end it. */
@@ -42,12 +49,14 @@ class Samples {
   }
 
   #query(rate: number, one?: string): Record<string, string> {
-    return { ...plant.mine(), ...(one && { bodies: one }), types: "body.position", sample: String(rate) };
+    return { ...plant.mine(), ...(one && { bodies: one }), types: "body.position,robot.position", sample: String(rate) };
   }
 
   #take(event: Event, one?: string): void {
-    const { pulses } = event.data as { pulses?: number };
-    if (pulses !== undefined) this.#note(event.subject.replace("/bodies/", ""), pulses, one);
+    const { pulses, axes } = event.data as { pulses?: number; axes?: Axes };
+    const address = addressOf(event);
+    if (pulses !== undefined) this.#note(address, pulses, one);
+    if (axes) this.#axes = { ...this.#axes, [address]: axes };
   }
 
   #note(address: string, pulses: number, one?: string): void {

@@ -128,7 +128,7 @@ class OperatingMode(Reply, args="{mode}"):
     mode: Mode
 
 
-class PulseFormat(Reply, args="{pulse_format}"):
+class PulseOutputFormat(Reply, args="{pulse_format}"):
     """How pulses are put out."""
 
     pulse_format: Format
@@ -176,7 +176,7 @@ class SetOperatingMode(
 
 
 class GetPulseFormat(
-    RorzeCommand[PulseFormat],
+    RorzeCommand[PulseOutputFormat],
     code="EDD",
     retry=Retry.READ,
     example=("&3FEDD", ">&3FEDD1"),

@@ -122,10 +122,12 @@ def test_no_path_parameter_has_a_name_that_breaks_clients() -> None:
             assert parameter["name"] not in ("body", "client", "self")
 
 
-def test_no_list_has_the_name_of_the_schema_it_stands_in_for_clients_make_variables_of_both() -> None:
+def test_no_list_or_choice_has_the_name_of_its_schema_for_clients_make_variables_of_both() -> None:
     for name, schema in DOCUMENT["components"]["schemas"].items():
         own = re.sub("(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
-        assert schema.get("properties", {}).get(own, {}).get("type") != "array", name
+        member = schema.get("properties", {}).get(own, {})
+        assert member.get("type") != "array", name
+        assert "enum" not in member, name
 
 
 def test_discriminators_have_no_default() -> None:

@@ -1,10 +1,13 @@
-"""The dashboards of `examples/` show a move that somebody else makes."""
+"""The dashboards of `examples/` show a move that somebody else makes; what the clients' READMEs show runs."""
 
 import os
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
 import pytest
 from motion_gateway_client import Gateway
@@ -13,13 +16,24 @@ from motion_gateway_client.generated.types import RelativeMoveRequest
 from tests.clients.node import node
 from tests.e2e.processes import until
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(EXAMPLES.parent / "clients" / "python")}
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples"
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT / "clients" / "python")}
 STEP: RelativeMoveRequest = {
     "kind": "relative",
     "direction": "cw",
     "distance": {"value": 5, "unit": "pulse"},
 }
+
+
+@contextmanager
+def running(command: list[str], output: IO[str]) -> Iterator[subprocess.Popen[bytes]]:
+    program = subprocess.Popen(command, stdout=output, stderr=output, env=ENVIRONMENT)  # noqa: S603
+    try:
+        yield program
+    finally:
+        program.kill()
+        program.wait()
 
 
 @pytest.mark.parametrize("name", ["mes_dashboard.py", "mes_dashboard.mts"])
@@ -34,11 +48,24 @@ def test_a_dashboard_shows_how_moves_have_ended(demo: str, tmp_path: Path, name:
 
     with shown.open("w") as output, Gateway(demo) as gateway:
         command = [str(program), str(EXAMPLES / name), demo]
-        dashboard = subprocess.Popen(command, stdout=output, stderr=output, env=ENVIRONMENT)  # noqa: S603
-        try:
+        with running(command, output) as dashboard:
             until(lambda: "axis" in shown.read_text(), "the dashboard begins")
             until(moved_and_seen, "it shows the end of a move")
             assert dashboard.poll() is None
-        finally:
-            dashboard.kill()
-            dashboard.wait()
+
+
+@pytest.mark.parametrize("language", ["python", "typescript"])
+def test_what_a_readme_shows_runs_as_it_stands(demo: str, tmp_path: Path, language: str) -> None:
+    folder = ROOT / "clients" / language
+    shown = re.findall(r"^    (.*)$|^$", (folder / "README.md").read_text("utf-8"), re.MULTILINE)
+    text = "\n".join(shown).replace("http://127.0.0.1:8420", demo)
+    if language == "python":
+        command = [sys.executable, "-u", "-c", text]
+    else:
+        package = f'"{folder / "src" / "index.ts"}"'
+        program = tmp_path / "readme.mts"
+        program.write_text(text.replace('"motion-gateway-client"', package), "utf-8")
+        command = [str(node()), str(program)]
+    said = tmp_path / "said"
+    with said.open("w") as output, running(command, output):
+        until(lambda: "body.move.succeeded" in said.read_text(), "it follows the move")

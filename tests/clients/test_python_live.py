@@ -3,14 +3,17 @@
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from datetime import datetime
+from pathlib import Path
 from typing import Final
 
 import pytest
 from motion_gateway_client import AsyncGateway, Gateway, MoveNotOver, MoveNotSucceeded, Refused
 from motion_gateway_client.generated.types import Event, Move, RelativeMoveRequest, UnitStatus
 
+from benchmarks.processes import free_port
 from tests.clients.proxy import Cable
-from tests.e2e.processes import PATIENCE_S, until
+from tests.e2e import processes
+from tests.e2e.processes import PATIENCE_S, simulated_line, until, write_config
 
 NEWS = ["body.move.*", "body.stop.*"]
 LAST: Final = "body.move.succeeded"
@@ -68,6 +71,26 @@ def test_its_stream_loses_the_connection_resumes_and_misses_nothing(gateway: Gat
                 seen.append(next(events))
     assert [event["id"] for event in seen] == all_since(gateway, after)
     assert len([event for event in seen if event["type"] == LAST]) == 5
+
+
+def test_its_stream_goes_on_over_a_restart_in_the_middle_of_a_move(tmp_path: Path) -> None:
+    with simulated_line(tmp_path) as line:
+        config = write_config(line, "gateway")
+        config.write_text(config.read_text().replace("port = 0", f"port = {free_port()}"))
+        server = processes.Gateway(config).wait_until_ready()
+        with Gateway(server.url, timeout=PATIENCE_S) as gateway:
+            events = gateway.events(bodies=["3F"], types=NEWS, after=now(gateway))
+            move = gateway.start_move("3F", by(10_000))
+            seen = [next(events)]
+            server.kill()
+            server.start()
+            server.wait_until_ready()
+            while not ends(seen[-1], move):
+                seen.append(next(events))
+            told = [event["id"] for event in seen]
+            assert len(set(told)) == len(told)
+            assert set(all_since(gateway, move["event_cursor"])) <= set(told)
+        server.end()
 
 
 def test_live_values_come_while_somebody_watches(gateway: Gateway) -> None:

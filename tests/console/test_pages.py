@@ -134,6 +134,25 @@ def test_what_a_button_sends_can_be_copied_as_curl(plant: Plant, open_console: O
     assert answer.json()["frame"] == "&3F1+M100\\r"
 
 
+def test_copying_as_curl_changes_nothing_on_any_page(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url)
+    sent: list[str] = []
+    console.page.on("request", lambda request: sent.append(f"{request.method} {request.url}"))
+    for path in PAGES:
+        console.go(path)
+        expect(console.page.get_by_role("heading", level=1)).to_be_visible()
+        copies = console.page.locator("main").get_by_role("button", name="Copy as curl")
+        if path != "#/wire/line1":
+            expect(copies.first).to_be_visible()
+        for copy in copies.all():
+            copy.dispatch_event("click")
+    console.shows("Copied")
+    console.go("#/axis/line1.3F")
+    expect(console.button("Take control")).to_be_visible()
+    expect(console.page.get_by_text("not done")).to_have_count(0)
+    assert [it for it in sent if not it.startswith("GET") and "/curve" not in it] == []
+
+
 def test_a_robot_jogs_while_the_button_is_held(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/robot/r1")
     console.page.get_by_role("button", name="Home", exact=True).click()
@@ -149,6 +168,19 @@ def jogged(plant: Plant, hold: Callable[[], None], release: Callable[[], None]) 
     until(lambda: (robot_x(plant) or 0) > start, "the axis jogs")
     release()
     until(lambda: not plant.gateway.get("/robots/r1")["moving"], "the axis stands still")
+
+
+def test_a_robots_tile_tells_where_its_axes_are(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url)
+    tile = console.page.get_by_role("link", name="r1")
+    moves = "/robots/r1/units/1/moves"
+    plant.gateway.http.post(moves, json={"kind": "home"}).raise_for_status()
+    until(lambda: robot_x(plant) is not None, "the robot is homed")
+    expect(tile).to_contain_text("homed")
+    place = (robot_x(plant) or 0) - 5
+    there = {"kind": "absolute", "axes": {"X": {"value": place, "unit": "mm"}}}
+    plant.gateway.http.post(moves, json=there).raise_for_status()
+    expect(tile).to_contain_text(f"X {place:g} mm")
 
 
 def robot_x(plant: Plant) -> float | None:
@@ -365,6 +397,7 @@ def test_a_page_shows_what_is_told_twice(plant: Plant, open_console: Open) -> No
     console.go("#/events")
     console.button("Look it up").click()
     console.shows("This is all that the gateway still has.")
+    console.page.unroute_all(behavior="wait")
 
 
 def test_a_body_jogs_while_the_button_is_held(plant: Plant, open_console: Open) -> None:
@@ -389,6 +422,9 @@ def test_a_position_is_taught_named_and_gone_to(plant: Plant, open_console: Open
     console.page.get_by_label("Name 4", exact=True).fill("unload")
     console.button("Store 4").click()
     console.shows("Store 4: done.")
+    expect(console.page.get_by_text("in RAM only")).to_have_count(2)
+    console.button("Save all to flash").click()
+    expect(console.page.get_by_text("in RAM only")).to_have_count(0)
     console.button("Go to 4").click()
     until(lambda: plant.gateway.get("/bodies/00/position")["pulses"] == -50, "it is at position 4")
 

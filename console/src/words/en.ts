@@ -199,7 +199,7 @@ export const en = {
     communication_error: "communication error",
   } as Record<string, string>,
   sensors: {
-    stall: "STALL",
+    stall: "STALL sensor",
     origin: "origin",
     cw_limit: "CW limit",
     ccw_limit: "CCW limit",
@@ -213,6 +213,7 @@ export const en = {
     noBody: (id: string) => `There is no body ${id}.`,
     position: "Position",
     notRead: "not read yet",
+    stallSensor: "The STALL sensor goes on and off while the motor turns: on at rest is no fault.",
     plot: "The last 20 s",
     plotLabel: "Position over the last 20 seconds",
     controls: "Move",
@@ -366,6 +367,9 @@ export const en = {
     storeShort: "Store",
     teach: (number: number) => `Teach ${number} here`,
     teachShort: "Teach here",
+    save: "Save all to flash",
+    ram: "These are the positions in RAM. Nothing can ask a controller for those in flash memory; after a save both are the same.",
+    onlyInRam: "in RAM only",
   },
 
   motion: {

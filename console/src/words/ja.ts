@@ -200,7 +200,7 @@ export const ja: typeof en = {
     communication_error: "通信エラー",
   },
   sensors: {
-    stall: "脱調",
+    stall: "STALLセンサ",
     origin: "原点",
     cw_limit: "CW リミット",
     ccw_limit: "CCW リミット",
@@ -214,6 +214,7 @@ export const ja: typeof en = {
     noBody: (id) => `ボディ ${id} はありません。`,
     position: "位置",
     notRead: "未読",
+    stallSensor: "STALLセンサはモータの回転中に ON と OFF を繰り返します。停止中の ON は異常ではありません。",
     plot: "直近 20 秒",
     plotLabel: "直近 20 秒の位置",
     controls: "動作",
@@ -367,6 +368,9 @@ export const ja: typeof en = {
     storeShort: "登録",
     teach: (number) => `${number} に現在位置を教示`,
     teachShort: "現在位置を教示",
+    save: "すべてフラッシュへ保存",
+    ram: "RAM の位置です。フラッシュの内容はコントローラに問い合わせできません。保存すると RAM と同じになります。",
+    onlyInRam: "RAM のみ",
   },
 
   motion: {

@@ -14,7 +14,7 @@ from protocols.rorze.modes import (
     GetPulseFormat,
     GetSoftLimits,
     OperatingMode,
-    PulseFormat,
+    PulseOutputFormat,
     SetEventKinds,
     SetEventMask,
     SetOperatingMode,
@@ -48,8 +48,8 @@ def set_operating_mode(axis: Rc420, command: SetOperatingMode, now: float) -> No
 
 
 @acts_out(GetPulseFormat)
-def get_pulse_format(axis: Rc420, command: GetPulseFormat, now: float) -> PulseFormat:
-    return PulseFormat.model_validate({"pulse_format": PULSE_FORMATS[axis.settings.pulse_output]})
+def get_pulse_format(axis: Rc420, command: GetPulseFormat, now: float) -> PulseOutputFormat:
+    return PulseOutputFormat.model_validate({"pulse_format": PULSE_FORMATS[axis.settings.pulse_output]})
 
 
 @acts_out(SetPulseFormat)
