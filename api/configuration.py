@@ -11,7 +11,7 @@ from gateway.core.rights import Right
 from gateway.operations import configuration
 from gateway.operations.configuration import Reloaded
 
-router = new_router("system")
+router = new_router("configuration")
 
 
 class ReloadRequest(RequestModel, json_schema_extra=example(dry_run=True)):

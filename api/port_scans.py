@@ -21,7 +21,7 @@ from gateway.core.rights import Right
 from gateway.operations import port_scans
 from gateway.port_scans import Port, PortScan
 
-router = new_router("system")
+router = new_router("configuration")
 
 PORTS_AT_ONCE = 16
 

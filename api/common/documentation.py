@@ -16,7 +16,7 @@ CORE: Final[Mapping[str, str]] = {
     "lines": "The lines: their state, their load, the trace of what they carry, and searches for bodies.",
     "events": "What has happened, in order, and as it happens.",
     "alarms": "What stands and needs somebody: what happened, what the motor did, what to do next.",
-    "system": "The gateway: its configuration, who may do what, and tickets for WebSockets.",
+    "system": "The gateway: who may do what, its weakened defaults, and tickets for WebSockets.",
     "health": "Whether the gateway runs, whether it is ready, and its version.",
 }
 """The sections of what is needed first: to move, to stop, and to see what has happened."""
@@ -35,6 +35,7 @@ SECTIONS: Final[Mapping[str, str]] = {
     "robot positions": "The table of positions that a robot keeps, as JSON and as CSV.",
     "robot settings": "Speeds, soft limits and homing of a robot's axes.",
     "backups": "Everything that a body, a line or a robot keeps, as one text: read, compare, restore.",
+    "configuration": "Which lines are served: found at ports, added, and read anew from the file.",
     "audit": "Who has asked for what, and what became of it.",
     "leases": "Who may move what, for a while.",
     "access keys": "Keys of people and programs: made and shown once, listed, revoked.",

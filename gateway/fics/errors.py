@@ -168,6 +168,7 @@ class UnitMissing(UnitNotSelected):
 
     kind = "unit-missing"
     title = "The robot has no such unit"
+    title_ja = "ロボットにこのユニットはありません"
     retryable = False
 
     def __init__(self, robot_id: str, unit: int) -> None:

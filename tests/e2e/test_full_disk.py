@@ -3,12 +3,20 @@
 import resource
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 
-from tests.e2e.processes import Gateway, SimulatedLine, gateway_at, until
+from tests.e2e.processes import Gateway, SimulatedLine, gateway_at, simulated_line, until
 
 LOG_BYTES = 60_000
+
+
+@pytest.fixture
+def line(tmp_path: Path) -> Iterator[SimulatedLine]:
+    """One of its own: the gateway of the other tests has the shared one."""
+    with simulated_line(tmp_path) as it:
+        yield it
 
 
 @pytest.fixture

@@ -99,7 +99,7 @@ def any_body_answers(patch: Patch) -> None:
 def no_epoch(patch: Patch) -> None:
     patch.setattr(Gate, "epoch", lambda *_: 0)
     patch.setattr(LineDriver, "cancel", _nothing)
-    patch.setattr(Guards, "_motion_while_stopping", _nothing)
+    patch.setattr(Guards, "_while_stopping", _nothing)
 
 
 def repeat_unasked(patch: Patch) -> None:
