@@ -116,6 +116,8 @@ class Body:
     """Counts what it is sent that is no mere read: a look around one of these has seen two states."""
     no_program_at: float | None = None
     """When it last said that no user program runs; None where one may have been started since."""
+    in_program: bool = False
+    """Whether a program that the gateway has started is not over, as far as is known: it moves the motor."""
     move: Move | None = None
     """The move that is not over yet."""
     move_ended: asyncio.Event = field(default_factory=asyncio.Event)
@@ -429,7 +431,7 @@ class Body:
     def _saw_motion(self, runs: bool) -> None:
         if self.move is not None:
             return
-        if runs and not self.moving:
+        if runs and not self.moving and not self.in_program:
             self.on_news("body.motion.foreign", {})
         if runs:
             self.no_program_at = None

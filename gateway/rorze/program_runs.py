@@ -133,6 +133,15 @@ class ProgramRuns(Works[ProgramRun]):
             )
         if body.line.gate.epoch(body.number) != epoch:
             raise body.line.gate.overtaken(body.number)
+        body.in_program = True
+        try:
+            await self._sent(body, command)
+        except BaseException:
+            body.in_program = False
+            raise
+
+    @staticmethod
+    async def _sent(body: Body, command: RunProgram | StepProgram) -> None:
         try:
             await body.ask(command)
         except (NoReply, ControllerRefused) as error:
@@ -176,6 +185,7 @@ class ProgramRuns(Works[ProgramRun]):
         if run.status != "running":
             return False
         run.ended_at = datetime.now(UTC)
+        body.in_program = False
         if body.power.cycled:
             run.status, run.detail = "unknown", f"{body.address} has lost its power."
         else:

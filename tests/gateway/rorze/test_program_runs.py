@@ -72,6 +72,23 @@ async def test_no_program_is_started_while_one_runs_that_the_gateway_has_not_sta
 
 
 @in_virtual_time
+async def test_what_a_program_moves_that_the_gateway_has_started_is_no_foreign_motion() -> None:
+    async with rig(bodies=(0x3F,), groups={}) as it:
+        it.axis().program = ("1+MZ", *WAITING)
+        runs = it.plant.rorze.runs
+        await runs.start(it.body(), RunProgram())
+        await asyncio.sleep(6.0)
+        assert it.body().moving
+        await it.plant.stops.stop([it.body()], "immediate")
+        await asyncio.sleep(1.0)
+        assert not it.body().moving
+        assert not it.types("body.motion")
+        it.axis().execute("1+MZ", asyncio.get_running_loop().time())
+        await asyncio.sleep(6.0)
+        assert it.types("body.motion") == ["body.motion.foreign"]
+
+
+@in_virtual_time
 async def test_a_run_does_not_begin_after_a_stop_that_came_first() -> None:
     async with rig(bodies=(0x3F,), groups={}) as it:
         it.axis().program = WAITING
