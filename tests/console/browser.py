@@ -1,5 +1,6 @@
 """The console as somebody sees it, and the plant behind it."""
 
+import shlex
 import shutil
 import socket
 import subprocess
@@ -138,6 +139,17 @@ class Console:
     def shows(self, text: str) -> None:
         """Wait until the page says something."""
         expect(self.page.get_by_text(text).filter(visible=True).first).to_be_visible()
+
+    def copied_as_curl(self, action: str) -> list[str]:
+        """Copy an action as curl, and give the words of the command in the clipboard.
+
+        The browser copies some time after the click, and the clipboard keeps what was copied before.
+        """
+        notice = self.page.locator(".notices", has_text="Copied")
+        expect(notice).to_have_count(0)
+        self.button(f"Copy as curl: {action}").click()
+        expect(notice).to_have_count(1)
+        return shlex.split(self.page.evaluate("navigator.clipboard.readText()"))
 
     def faults(self) -> list[str]:
         """Give what axe finds serious."""

@@ -1,7 +1,6 @@
 """The console as an operator uses it, in a real browser."""
 
 import json
-import shlex
 from collections.abc import Callable
 from pathlib import Path
 from time import monotonic
@@ -122,11 +121,7 @@ def test_a_motor_is_stepped_sent_to_a_place_and_homed(plant: Plant, open_console
 def test_what_a_button_sends_can_be_copied_as_curl(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/axis/line1.3F")
     before = plant.line.truth("move")
-    console.button("Copy as curl: Step +100 pulse").click()
-    console.shows("Copied")
-    _, _, method, url, _, header, _, body = shlex.split(
-        console.page.evaluate("navigator.clipboard.readText()")
-    )
+    _, _, method, url, _, header, _, body = console.copied_as_curl("Step +100 pulse")
     assert plant.line.truth("move") == before
     name, value = header.split(": ")
     answer = httpx.request(method, url, content=body, headers={name: value})
@@ -300,9 +295,7 @@ def test_a_command_is_sent_by_hand_with_its_effect_and_right_beside_it(
     expect(form).to_contain_text("Changes a setting · takes the right to set up")
     expect(form).to_contain_text("retries is missing.")
     form.get_by_label("retries", exact=True).fill("5")
-    form.get_by_role("button", name="Copy as curl: Send").click()
-    said = shlex.split(console.page.evaluate("navigator.clipboard.readText()"))
-    assert said[-1] == '{"retries":5}'
+    assert console.copied_as_curl("Send")[-1] == '{"retries":5}'
     form.get_by_role("button", name="Send", exact=True).click()
     console.shows("Send: done.")
     told = plant.gateway.command("00", "get-homing-retries")
@@ -490,9 +483,7 @@ def test_who_may_not_move_is_told_so_and_may_stop(guarded: Guarded, open_console
     assert guarded.line.executed("1+M") == []
     console.page.keyboard.press("Escape")
     console.shows("Everything stands still")
-    console.button("Copy as curl: Step +100 pulse").click()
-    console.shows("Copied")
-    assert "Bearer $MOTION_GATEWAY_KEY" in console.page.evaluate("navigator.clipboard.readText()")
+    assert "Authorization: Bearer $MOTION_GATEWAY_KEY" in console.copied_as_curl("Step +100 pulse")
 
 
 def test_a_key_for_one_body_sees_that_body_live(guarded: Guarded, open_console: Open) -> None:
