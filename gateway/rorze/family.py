@@ -147,6 +147,7 @@ class Rorze(Family):
             reply_timeout_s=table.reply_timeout_s,
             late_reply_s=table.late_reply_s,
             interject_stops=table.stop_mode == "interject",
+            port_baud=table.port_baud,
             rng=self.site.rng,
         )
         line.on_message = partial(self._on_message, line)
