@@ -125,6 +125,15 @@ class Power:
     _errors: int = 0
     _seen: bool = False
     _silent: bool = False
+    _vouched: bool = False
+
+    @property
+    def is_vouched(self) -> bool:
+        """Whether the mark, where there is one, stood already when the body was last seen at rest.
+
+        One that was written later proves nothing of the time before.
+        """
+        return self.mark is None or self._vouched
 
     @property
     def is_guarded(self) -> bool:
@@ -198,15 +207,15 @@ class Power:
         self._position, self._errors = position, bits & LASTING_ERRORS
         self._seen, self._silent = True, False
         self._forget_settings()
+        self._vouched = self.mark is not None
         if self.mark is None:
             self.proved_at = at
 
     # the verdict
 
-    def note_marked(self, mark: str, at: float) -> None:
+    def note_marked(self, mark: str) -> None:
         """A mark was written and read back."""
-        self.mark, self.candidate, self.mark_due = mark, None, False
-        self.note_kept(at)
+        self.mark, self.candidate, self.mark_due, self._vouched = mark, None, False, False
 
     def _forget_settings(self) -> None:
         """What is told from now on counts, where it was not as before."""
@@ -216,8 +225,8 @@ class Power:
 
     def note_kept(self, at: float) -> None:
         """Its mark stands."""
-        self.proved_at = at
-        self._silent = False
+        if self._vouched:
+            self.proved_at, self._silent = at, False
 
     def lost(self, *, certain: bool) -> None:
         """It has been switched off and on, or seems to: keep it from going to places until somebody knows."""
