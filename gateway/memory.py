@@ -18,6 +18,7 @@ from gateway.core.journal.beginning import Beginning
 from gateway.core.journal.intents import Intents
 from gateway.core.journal.opening import Opened
 from gateway.core.journal.writes import Write
+from gateway.core.known import Known
 from gateway.core.move_record import MoveRecord, MoveStatus
 from gateway.families import FAMILIES
 from gateway.wind_down import SUBJECT
@@ -42,7 +43,7 @@ class Memory:
     """The journal of a plant, and what writes into it."""
 
     def __init__(
-        self, opened: Opened, events: EventHub, alarms: Alarms, families: Collection[Family]
+        self, opened: Opened, events: EventHub, alarms: Alarms, families: Collection[Family], known: Known
     ) -> None:
         self.journal, self._past, self._set_aside = opened
         self._events, self._alarms, self._families = events, alarms, families
@@ -50,6 +51,8 @@ class Memory:
         past = self._past
         events.resume(past.epoch, past.earlier, past.last_event, past.events)
         events.listeners.append(self._keep_event)
+        known.resume(past.known)
+        known.on_change = self._keep_known
 
     def keep(self, line: AnyLine) -> None:
         """Write down what a line does with an effect."""
@@ -79,6 +82,9 @@ class Memory:
 
     def _keep_event(self, event: Event) -> None:
         self.journal.note(writes.event(event.number, time.time(), event.type, event.subject, event.json))
+
+    def _keep_known(self, address: str, fact: str) -> None:
+        self.journal.note_newest((writes.KNOWN, address), partial(writes.known, address, fact))
 
     def _keep_move(self, move: MoveRecord) -> None:
         self.journal.note_newest(move.id, partial(_written, move))

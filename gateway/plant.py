@@ -83,7 +83,9 @@ class Plant:
         causes = causes_of(self.families.values(), self._ports, self._journal_trouble)
         self.alarms = Alarms(self.events, causes)
         self._memory = (
-            None if journal is None else Memory(journal, self.events, self.alarms, self.families.values())
+            None
+            if journal is None
+            else Memory(journal, self.events, self.alarms, self.families.values(), site.known)
         )
         self.backups = Backups(partial(self._publish_reading, "backup"))
         self.comparisons = Comparisons(partial(self._publish_reading, "comparison"))

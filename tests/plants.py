@@ -89,6 +89,38 @@ class Wire(SimulatedLine):
         return [sent.frame for sent in self.sent[after:]]
 
 
+class TerminalServer(Wire):
+    """A box on the network that takes frames at once, and passes them on at the speed of its serial port."""
+
+    def __init__(self, machine: Rc400Line, baud: int | None = None) -> None:
+        super().__init__(machine, baud)
+        self._passed_on_at = 0.0
+        self.reached_again_at = 0.0
+        """Until then the network holds everything back, both ways."""
+
+    @property
+    def byte_time_s(self) -> float:
+        return 0.0
+
+    @property
+    def is_bridged(self) -> bool:
+        return True
+
+    def write(self, data: bytes) -> None:
+        loop = asyncio.get_running_loop()
+        self.sent.append(Sent(loop.time(), data.decode("ascii").rstrip("\r")))
+        begins_at = max(loop.time(), self._passed_on_at, self.reached_again_at)
+        self._passed_on_at = begins_at + len(data) * self._byte_time_s
+        loop.call_at(self._passed_on_at, self._arrive, data)
+
+    def _deliver(self, data: bytes) -> None:
+        loop = asyncio.get_running_loop()
+        if loop.time() < self.reached_again_at:
+            loop.call_at(self.reached_again_at, self._deliver, data)
+        else:
+            super()._deliver(data)
+
+
 @dataclass
 class Rig:
     """A running plant and what stands behind its lines."""
@@ -186,6 +218,7 @@ async def rig(
     more: str = "",
     seed: int = 0,
     beginning: bool = False,
+    wire: type[Wire] = Wire,
 ) -> AsyncIterator[Rig]:
     """Start a plant and wait until its lines are ready; `present` bodies answer, by default all.
 
@@ -194,7 +227,7 @@ async def rig(
     config = parse(configuration(lines, bodies, groups, options, body_options, server, more), "test.toml")
     there = bodies if present is None else present
     wires = {
-        line.address: Wire(build_line(there, 0.0, settings=settings, seed=seed), baud)
+        line.address: wire(build_line(there, 0.0, settings=settings, seed=seed), baud)
         for line in config.lines
     }
     plant = TestedPlant(config, open_transport=wires.__getitem__, rng=Random(seed))

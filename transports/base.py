@@ -45,6 +45,11 @@ class Transport(ABC):
         return 0.0
 
     @property
+    def is_bridged(self) -> bool:
+        """Whether a box at the far end passes the bytes on, at a speed that this port does not know."""
+        return False
+
+    @property
     def stuck_s(self) -> float:
         """Seconds this port may take no bytes before it is to be opened anew."""
         return STUCK_S

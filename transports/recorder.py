@@ -84,6 +84,11 @@ class Recorded(Transport):
         return self._transport.byte_time_s
 
     @property
+    def is_bridged(self) -> bool:
+        """The recorded port's."""
+        return self._transport.is_bridged
+
+    @property
     def stuck_s(self) -> float:
         """The recorded port's."""
         return self._transport.stuck_s

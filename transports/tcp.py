@@ -34,6 +34,11 @@ class TcpPort(StreamTransport):
         self._host = address.host
         self._port = address.port
 
+    @property
+    def is_bridged(self) -> bool:
+        """A terminal server is."""
+        return True
+
     async def _connect(self) -> tuple[asyncio.Transport, Session]:
         loop = asyncio.get_running_loop()
         try:

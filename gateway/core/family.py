@@ -4,7 +4,7 @@ import asyncio
 import random
 from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Collection, Coroutine, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal, NamedTuple, Protocol
 
 from pydantic import BaseModel, Field
@@ -14,6 +14,7 @@ from gateway.core.alarms import Cause
 from gateway.core.errors import NotFound
 from gateway.core.event_types import EventType
 from gateway.core.events import EventHub
+from gateway.core.known import Known
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
 from gateway.core.move_log import MoveLog
@@ -41,6 +42,7 @@ class Site:
     """Whether moves without an end may be started."""
     rng: random.Random | None = None
     """Dice that tests load."""
+    known: Known = field(default_factory=Known)
 
 
 @dataclass(frozen=True)

@@ -75,7 +75,8 @@ class PortLoop(ABC):
         self._silence: str | None = None
         """Why nobody seems to answer, while that is so."""
         self._told_up = False
-        self._byte_time_s = 0.0
+        self.byte_time_s = transport.byte_time_s
+        """Seconds one byte takes on the wire; 0.0 where that does not pace the gateway."""
         self._tx_free_at = 0.0
         self._last_rx_at = 0.0
         self._stuck_since: float | None = None
@@ -167,7 +168,6 @@ class PortLoop(ABC):
             try:
                 await self.transport.open(self)
                 self.counters["openings"] += 1
-                self._byte_time_s = self.transport.byte_time_s
                 self._open = True
                 if await self._serve_until_lost():
                     pause_s = REOPEN_S[0]
@@ -263,7 +263,7 @@ class PortLoop(ABC):
 
         A port that stays blocked is opened anew.
         """
-        if now < self._tx_free_at:
+        if now < self._tx_free_at and not (self._heard_out and self.transport.is_bridged):
             self._wake_at(self._tx_free_at)
             return False
         if self._heard_out or self.transport.unsent() == 0:
@@ -288,7 +288,7 @@ class PortLoop(ABC):
             self._went_down(str(error))
             return False
         self._heard_out = False
-        self._tx_free_at = now + len(frame) * self._byte_time_s
+        self._tx_free_at = now + len(frame) * self.byte_time_s
         return True
 
     # time

@@ -232,7 +232,7 @@ class Body:
         :raises GatewayError: it did not tell.
         """
         fresh = asyncio.get_running_loop().time() - self.rest_at <= BELIEVED_S
-        if self.rest is not None and fresh and not errs(self.line):
+        if self.rest is not None and fresh and self.power.is_vouched and not errs(self.line):
             return self.rest
         return await believed(self.line, lambda: self.look(Lane.PROOF), self._both_may_be_true)
 
@@ -255,7 +255,8 @@ class Body:
 
     async def _is_explained(self, state: MotorState, lane: Lane) -> bool:
         """Whether it has kept its power, or its loss is known now: its mark tells, or else its signs."""
-        if await self.mark.stands(lane) is not None:
+        stands = await self.mark.stands(lane)
+        if stands is False or (stands and self.power.is_vouched):
             return True
         if self.power.changed is not None and await self._has_changed(self.power.changed, lane):
             return False
@@ -282,6 +283,15 @@ class Body:
         first, _ = await self.ask(GetHomingDistance(), lane=lane)
         second, _ = await self.ask(GetHomingDistance(), lane=lane)
         return first == second and first.pulses != POWER_ON_POSITION
+
+    async def prove_power(self) -> None:
+        """Find out whether it has kept its power since it was last seen at rest.
+
+        :raises GatewayError: it did not tell.
+        """
+        if await self.mark.stands(Lane.PROOF) is not True or not self.power.is_vouched:
+            await self.mark.ensure(Lane.PROOF)
+            await self.look(Lane.PROOF)
 
     async def acknowledge_power_cycle(self) -> None:
         """Let it go to places again; a loss of power from now on will be seen.
@@ -472,20 +482,23 @@ class Body:
 
     def may_move(self) -> None:
         """What was moving counts as moving, what stood still may move: look."""
-        self.out_of_sight()
+        self._forget_rest()
         self.look_due.set()
 
-    def out_of_sight(self) -> None:
-        """What was moving counts as moving, what stood still may move, and nobody can look."""
+    def _forget_rest(self) -> None:
         self.moving = self.moving or None
         self.rest = self.no_program_at = self.mode = None
         self.power.mark_due = True
 
+    def out_of_sight(self) -> None:
+        """Nobody can look: it may move, or lose its power."""
+        self._forget_rest()
+        self.power.note_silence()
+
     def fell_silent(self) -> None:
-        """It does not answer any more, and may have lost its power."""
+        """It does not answer any more itself."""
         self.out_of_sight()
         self.went_silent = True
-        self.power.note_silence()
 
     # what is waited for
 

@@ -189,6 +189,8 @@ class Line(tables.Line):
     pipeline: Annotated[int, AfterValidator(_check_pipeline)] = 1
     stop_mode: Literal["interject", "after_reply"] = "interject"
     """Whether a stop is sent at once or, should the link master not take it, after the reply under way."""
+    port_baud: int = Field(9600, ge=50, le=4_000_000)
+    """Speed of the serial port behind a terminal server; frames behind unanswered ones are spaced by it."""
     bodies: Array[Body] = ()
     groups: Array[Group] = ()
     health_share: float = Field(0.1, ge=0.01, le=0.5)

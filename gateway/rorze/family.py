@@ -147,6 +147,7 @@ class Rorze(Family):
             reply_timeout_s=table.reply_timeout_s,
             late_reply_s=table.late_reply_s,
             interject_stops=table.stop_mode == "interject",
+            port_baud=table.port_baud,
             rng=self.site.rng,
         )
         line.on_message = partial(self._on_message, line)
@@ -166,6 +167,7 @@ class Rorze(Family):
                 power=Power(it.power_comment, it.needs_origin),
             )
             body.on_news = partial(self._on_news, body)
+            self._recall(body)
             self._bodies[body.address] = body
             if it.events is not None:
                 self._events[body] = it.events
@@ -179,6 +181,12 @@ class Rorze(Family):
             members = [self._bodies[f"{line.id}.{member}"] for member in group.members]
             self._add_group(Group(line, group.number, members))
         return line
+
+    def _recall(self, body: Body) -> None:
+        """Go on from what an earlier body of this address knew of its power."""
+        known, power = self.site.known, body.power
+        power.recall(known.of(body.address))
+        power.on_memory = lambda: known.note(body.address, power.memory())
 
     async def remove(self, line: Line) -> None:
         """Close a line, and forget its bodies and groups."""

@@ -73,6 +73,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         reply_timeout_s: float = 0.5,
         late_reply_s: float = 2.0,
         interject_stops: bool = True,
+        port_baud: int = 9600,
         rng: random.Random | None = None,
     ) -> None:
         session = RorzeSession(
@@ -84,8 +85,10 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
             interject_stops=interject_stops,
             rng=rng,
         )
-        session.byte_time_s = transport.byte_time_s
         super().__init__(line_id, transport, session, LinkReader)
+        if transport.is_bridged:
+            self.byte_time_s = 10 / port_baud  # bits of a byte, with start and stop
+        session.byte_time_s = self.byte_time_s
         self._garbage_before = 0
         self.controllers = ""
         """What the link master answered to XID."""

@@ -113,9 +113,9 @@ class Mark:
             await body.ask(written, lane=lane)
         except _StandsAlready:
             return
-        text, at = await self._read(lane)
+        text, _ = await self._read(lane)
         if power.mark is None and written.text == power.candidate == text:
-            power.note_marked(text, at)
+            power.note_marked(text)
             # A copy that still waits would hide a loss of power.
             body.drop(self._is_a_copy, _StandsAlready())
 

@@ -22,7 +22,7 @@ GROUP_BYTES, MEMBER_BYTES = 16, 8
 TURNAROUND_S = 0.003
 """From a question to its reply, besides the bytes: an assumption."""
 SLOWEST_BYTE_S = 10 / 9600
-"""A port that does not tell its speed, such as a terminal server, may lead to a line of 9600 baud."""
+"""A port that does not tell its speed may lead to a line of 9600 baud."""
 FOLLOW_SHARE = 0.7
 """Share of the line's time for looks at moving bodies."""
 END_SEEN_S = 1.0
@@ -34,7 +34,7 @@ CROWD_SHARE = 0.9
 
 def wire_s(line: Line, wire_bytes: int, exchanges: int = 1) -> float:
     """How long so many bytes, of questions and replies, take on a line."""
-    return wire_bytes * (line.transport.byte_time_s or SLOWEST_BYTE_S) + exchanges * TURNAROUND_S
+    return wire_bytes * (line.byte_time_s or SLOWEST_BYTE_S) + exchanges * TURNAROUND_S
 
 
 def look_s(line: Line) -> float:

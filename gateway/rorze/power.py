@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Any, Final, Literal
 
+from pydantic import BaseModel, ValidationError
+
 from gateway.core.errors import GatewayError, NotSent, PowerCycled
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.encoder import SetEncoderRatio
@@ -91,6 +93,16 @@ def is_mark(text: str) -> bool:
     return not text or _MARK.fullmatch(text) is not None
 
 
+class Memory(BaseModel):
+    """What a gateway has to remember of a body's power over restarts."""
+
+    comment: int
+    mark: str | None
+    cycled: bool
+    certain: bool
+    homed: Homed
+
+
 @dataclass(eq=False)
 class Power:
     """What is known of a body's power. It asks nothing and has no clock: it is told."""
@@ -100,6 +112,8 @@ class Power:
     needs_origin: bool = True
     """Whether a loss of power makes its position worthless."""
     on_news: Callable[[str, dict[str, object]], None] = lambda _kind, _facts: None
+    on_memory: Callable[[], None] = lambda: None
+    """Called when there is something else to remember."""
     homed: Homed = "unknown"
     cycled: bool = False
     """Whether it has lost its power, and was neither homed nor acknowledged since."""
@@ -125,6 +139,40 @@ class Power:
     _errors: int = 0
     _seen: bool = False
     _silent: bool = False
+    _vouched: bool = False
+    _saved: bool = False
+    _was_homed: Homed | None = None
+    """In an earlier life, until its mark has shown that this is still so."""
+
+    # over restarts
+
+    def memory(self) -> str:
+        """Give what is to be remembered; a mark that may be in flash memory proves nothing later."""
+        mark = None if self._saved else self.mark
+        homed = self._was_homed or self.homed
+        kept = Memory(comment=self.comment, mark=mark, cycled=self.cycled, certain=self.certain, homed=homed)
+        return kept.model_dump_json()
+
+    def recall(self, memory: str | None) -> None:
+        """Go on from what was remembered; what the mark does not prove is believed when it does."""
+        try:
+            told = Memory.model_validate_json(memory or "")
+        except ValidationError:
+            return
+        if told.comment == self.comment and self.comment:
+            self.mark, self._vouched = told.mark, True
+            self._was_homed = told.homed if told.mark else None
+        self.cycled, self.certain = told.cycled and self.needs_origin, told.certain
+        if self.cycled:
+            self.homed = "no"
+
+    @property
+    def is_vouched(self) -> bool:
+        """Whether the mark, where there is one, stood already when the body was last seen at rest.
+
+        One that was written later proves nothing of the time before.
+        """
+        return self.mark is None or self._vouched
 
     @property
     def is_guarded(self) -> bool:
@@ -137,6 +185,9 @@ class Power:
         """A command that is no mere read was queued, or its outcome is known."""
         self._errors = 0
         self._settings.clear()
+        if type(command) is SaveSettings:
+            self._saved = True
+            self.on_memory()
         if command.starts_motion() or command.code not in COMMANDS or type(command) in _ELSEWHERE:
             self._position = None
 
@@ -152,6 +203,7 @@ class Power:
 
     def _forget_mark(self) -> None:
         self.mark, self.candidate, self.mark_due, self.taken = None, None, True, False
+        self.on_memory()
 
     def note_position_set(self, command: SetPosition) -> None:
         """Somebody has said where it stands; the encoder's count, too, is lost with the power."""
@@ -198,15 +250,17 @@ class Power:
         self._position, self._errors = position, bits & LASTING_ERRORS
         self._seen, self._silent = True, False
         self._forget_settings()
+        self._vouched = self.mark is not None
         if self.mark is None:
             self.proved_at = at
 
     # the verdict
 
-    def note_marked(self, mark: str, at: float) -> None:
+    def note_marked(self, mark: str) -> None:
         """A mark was written and read back."""
-        self.mark, self.candidate, self.mark_due = mark, None, False
-        self.note_kept(at)
+        self.mark, self.candidate, self.mark_due, self._vouched = mark, None, False, False
+        self._saved = False
+        self.on_memory()
 
     def _forget_settings(self) -> None:
         """What is told from now on counts, where it was not as before."""
@@ -216,13 +270,16 @@ class Power:
 
     def note_kept(self, at: float) -> None:
         """Its mark stands."""
-        self.proved_at = at
-        self._silent = False
+        if self._vouched:
+            self.proved_at, self._silent = at, False
+        if self._was_homed is not None:
+            self.homed, self._was_homed = self._was_homed, None
 
     def lost(self, *, certain: bool) -> None:
         """It has been switched off and on, or seems to: keep it from going to places until somebody knows."""
         self.losses += 1
         self.homed, self.cycled, self.certain = "no", self.needs_origin, certain
+        self._was_homed = None
         self._forget_mark()
         self._position, self._errors, self._silent = None, 0, False
         self.changed = None
@@ -233,7 +290,7 @@ class Power:
         """An origin search has ended well."""
         if not self.is_guarded:
             return
-        self.homed = "yes"
+        self.homed, self._was_homed = "yes", None
         self.acknowledge("homing")
 
     def acknowledge(self, by: Acknowledgement) -> None:
@@ -241,6 +298,7 @@ class Power:
         if self.cycled:
             self.cycled = False
             self.on_news("body.power_cycle.acknowledged", {"by": by})
+        self.on_memory()
 
     # what is refused
 

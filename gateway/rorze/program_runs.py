@@ -99,9 +99,7 @@ class ProgramRuns(Works[ProgramRun]):
             raise BodyBusy(
                 f"{body.address} still has the move {body.move.id}; no program was started.", "Wait for it."
             )
-        refusal = body.power.refusal(body.address, command)
-        if refusal is not None:
-            raise refusal
+        _require_power(body, command)
         last, epoch = self.find(body.address), body.line.gate.epoch(body.number)
         if last is not None and last.status == "running" and await self._look(body, last):
             raise BodyBusy(
@@ -131,6 +129,9 @@ class ProgramRuns(Works[ProgramRun]):
                 f"{body.address} runs a program already; {command.code} was not sent.",
                 "Wait for its end or stop it.",
             )
+        if body.power.needs_origin:
+            await body.prove_power()
+            _require_power(body, command)
         if body.line.gate.epoch(body.number) != epoch:
             raise body.line.gate.overtaken(body.number)
         body.in_program = True
@@ -193,6 +194,12 @@ class ProgramRuns(Works[ProgramRun]):
             run.end_cause, run.ended_at_address = cause_of(status.status), at.address
         self._publish("ended", run)
         return False
+
+
+def _require_power(body: Body, command: RunProgram | StepProgram) -> None:
+    refusal = body.power.refusal(body.address, command)
+    if refusal is not None:
+        raise refusal
 
 
 def _elapsed_s(run: ProgramRun) -> float:

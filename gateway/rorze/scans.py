@@ -82,7 +82,7 @@ class Scans(Works[Scan]):
 
     async def _ask_everybody(self, scan: Scan, line: Line) -> None:
         frame = encode(0, GetNumberedPositionEntry(entry=PositionReference(position=2047)))
-        wire_s = 4 * len(frame) * line.transport.byte_time_s
+        wire_s = 4 * len(frame) * line.byte_time_s
         missing = [body for body in range(LAST_BODY + 1) if line.can_address(body)]
         for _ in range(ROUNDS):
             for body in list(missing):

@@ -28,6 +28,8 @@ from protocols.rorze.stops import StopDecelerating, StopImmediately
 
 ATTEMPT_FRAMES = 2
 """An attempt to stop a body that does not answer: the stop, and the end of the program."""
+STOP_BYTES = 8
+"""Of a stop, or the end of a program; replies go the other way meanwhile."""
 PROOF_BYTES, PROOF_EXCHANGES = 140, 6
 """What it takes to stop a body and its program, and to see it stand, with all replies."""
 UNKNOWN_CODE = "0x49"
@@ -273,8 +275,14 @@ class _BodyStop(Stopping):
         super().repeat_at_once()
 
     def pause_s(self, took_s: float = 0.0) -> float:
-        """How long to wait; where silence holds up everybody, the silent share half of the line's time."""
-        line, pause_s = self.body.line, super().pause_s(took_s)
+        """How long to wait: all stops under way share half of the line's time; the rest is for proofs.
+
+        Where silence holds up everybody, the silent bodies share that half.
+        """
+        line = self.body.line
+        attempts = len(self._company_of(self.body)) * ATTEMPT_FRAMES
+        attempts_s = wire_s(line, attempts * STOP_BYTES, exchanges=0)
+        pause_s = max(super().pause_s(took_s), 2 * attempts_s - took_s)
         if self._answers or line.interject_stops:
             return pause_s
         return max(pause_s, 2 * len(line.offline) * ATTEMPT_FRAMES * line.reply_timeout_s - took_s)
@@ -283,6 +291,7 @@ class _BodyStop(Stopping):
 
     async def stands_still(self) -> bool:
         """Whether the status says so twice, and no program runs that could move the motor again."""
+        self._most = max(self._most, len(self._company_of(self.body)))
         await _over(self._stop)
         await _over(self._end)
         try:
@@ -299,7 +308,6 @@ class _BodyStop(Stopping):
 
     def has_had_no_turn(self) -> bool:
         """Whether others on its line have their proofs first, for as long as the wire needs for all."""
-        self._most = max(self._most, len(self._company_of(self.body)))
         needed_s = self._most * wire_s(self.body.line, PROOF_BYTES, PROOF_EXCHANGES)
         in_time = asyncio.get_running_loop().time() - self._began_at < max(CONFIRM_WITHIN_S, needed_s)
         return in_time and self._answers and not self._refuted and self.report.state == "acknowledged"

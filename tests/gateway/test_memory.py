@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from gateway.core.errors import NotFound, NotSent
+from gateway.core.errors import NotFound, NotSent, PowerCycled
+from gateway.core.journal.disk import Disk
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.move_record import Move, MoveStatus
 from gateway.fics.move_record import RobotMove
@@ -16,10 +17,12 @@ from gateway.rorze.jogs import BodyJogRequest
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute, MoveRelative
 from protocols.fics.row import FicsCommand
+from protocols.rorze.flash import SaveSettings
 from protocols.rorze.moves import MoveClockwise, MoveTo
+from protocols.rorze.origin import Home
 from protocols.rorze.speeds import SetMaximumSpeed, SetStartSpeed
 from tests.fics_plants import Cable
-from tests.plants import in_virtual_time
+from tests.plants import Wire, in_virtual_time
 from tests.tested_plant import TestedPlant
 from tests.world import DISK_S, World
 
@@ -55,6 +58,91 @@ async def test_moves_are_there_again(world: World) -> None:
         assert plant.moves.get(first.id) == first
         assert plant.moves.of(plant.body("3F")) == [first]
         assert not any(it == "gateway.crashed" for it in _types(plant))
+
+
+async def marked(plant: TestedPlant) -> None:
+    """Wait until the body is known to keep its power, and a look at it would tell a loss of it."""
+    while not plant.body("3F").power.mark or plant.body("3F").rest is None:  # noqa: ASYNC110
+        await asyncio.sleep(0.1)
+    await asyncio.sleep(1.0)
+
+
+def lose_power(world: World) -> None:
+    assert isinstance(world.wire, Wire)
+    world.wire.machine.brown_out(0x3F, 0.05, asyncio.get_running_loop().time())
+
+
+@pytest.mark.parametrize("crash", [False, True])
+@in_virtual_time
+async def test_a_loss_of_power_that_nobody_has_acknowledged_is_remembered(
+    crash: bool, world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with world.gateway() as plant:
+        await marked(plant)
+        lose_power(world)
+        while not plant.body("3F").power.cycled:  # noqa: ASYNC110
+            await asyncio.sleep(0.1)
+        await marked(plant)
+        if crash:
+            monkeypatch.setattr(Disk, "commit", lambda *_, **__: None)
+    monkeypatch.undo()
+    async with world.gateway() as plant:
+        await marked(plant)
+        assert plant.body("3F").power.homed == "no"
+        with pytest.raises(PowerCycled, match="1AM was not sent"):
+            await moved(plant, MoveTo(position=5))
+        await plant.body("3F").acknowledge_power_cycle()
+    async with world.gateway() as plant:
+        await marked(plant)
+        assert (await over(plant, (await moved(plant, MoveTo(position=5))).id)).status is MoveStatus.SUCCEEDED
+
+
+@in_virtual_time
+async def test_a_loss_of_power_while_no_gateway_ran_is_seen(world: World) -> None:
+    async with world.gateway() as plant:
+        await marked(plant)
+        await over(plant, (await moved(plant, Home())).id)
+        assert plant.body("3F").power.homed == "yes"
+    lose_power(world)
+    await asyncio.sleep(1.0)
+    async with world.gateway() as plant:
+        await ready(plant)
+        with pytest.raises(PowerCycled, match="1AM was not sent"):
+            await moved(plant, MoveTo(position=5))
+        assert plant.body("3F").power.homed == "no"
+
+
+@in_virtual_time
+async def test_a_body_that_has_kept_its_power_keeps_its_mark_and_is_still_homed(world: World) -> None:
+    assert isinstance(world.wire, Wire)
+    async with world.gateway() as plant:
+        await marked(plant)
+        await over(plant, (await moved(plant, Home())).id)
+    before = len(world.wire.sent)
+    async with world.gateway() as plant:
+        assert plant.body("3F").power.homed == "unknown", "nobody has looked yet"
+        await marked(plant)
+        assert plant.body("3F").power.homed == "yes"
+        assert (await over(plant, (await moved(plant, MoveTo(position=5))).id)).status is MoveStatus.SUCCEEDED
+        assert not any("9VS" in frame for frame in world.wire.frames(before))
+
+
+@in_virtual_time
+async def test_a_mark_that_may_be_in_flash_memory_is_not_believed_in_another_life(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with world.gateway() as plant:
+        await marked(plant)
+        mark = plant.body("3F").power.mark
+        saving = asyncio.create_task(plant.body("3F").ask(SaveSettings()))
+        await asyncio.sleep(DISK_S + 0.001)
+        monkeypatch.setattr(Disk, "commit", lambda *_, **__: None)
+        await saving
+    monkeypatch.undo()
+    async with world.gateway() as plant:
+        assert plant.body("3F").power.mark is None
+        await marked(plant)
+        assert plant.body("3F").power.mark != mark
 
 
 @in_virtual_time

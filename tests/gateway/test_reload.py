@@ -71,7 +71,8 @@ async def hall(folder: Path, *lines: str) -> AsyncIterator[Hall]:
     file, wires = ConfigFile(folder / "gateway.toml"), dict[str, Wire]()
 
     def cable(address: str) -> Transport:
-        wires[address] = Wire(build_line((0x00, 0x10, 0x3F, 0x40), 0.0))
+        before = wires.get(address)  # another cable to the same controllers
+        wires[address] = Wire(before.machine if before else build_line((0x00, 0x10, 0x3F, 0x40), 0.0))
         return wires[address]
 
     asyncio.get_running_loop().set_default_executor(Inline())
@@ -99,6 +100,20 @@ async def test_lines_that_did_not_change_go_on_and_so_do_moves_and_events(tmp_pa
             it.plant.body("10")
         assert it.events("gateway.reload") == ["gateway.reloaded"]
         assert it.wires["tcp://127.0.0.1:1"].machine.truth.of("power") == []
+
+
+@in_virtual_time
+async def test_a_body_that_is_built_anew_has_still_lost_its_power(tmp_path: Path) -> None:
+    async with hall(tmp_path, ARM) as it:
+        await asyncio.sleep(2.0)
+        it.wires["tcp://127.0.0.1:1"].machine.brown_out(0x3F, 0.05, asyncio.get_running_loop().time())
+        while not it.plant.body("arm.3F").power.cycled:  # noqa: ASYNC110
+            await asyncio.sleep(0.1)
+        before = it.plant.body("arm.3F")
+        it.write(ARM.replace('{ id = "3F" }', '{ id = "3F", name = "lift" }'))
+        await reload(it.plant, ME, dry_run=False)
+        assert it.plant.body("arm.3F") is not before
+        assert it.plant.body("arm.3F").power.cycled
 
 
 @in_virtual_time

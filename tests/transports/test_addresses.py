@@ -15,7 +15,9 @@ def test_a_serial_address_names_a_device_and_its_speed() -> None:
 
 
 def test_a_serial_port_runs_at_9600_unless_told_otherwise() -> None:
-    assert create("serial:///dev/ttyUSB0").byte_time_s == pytest.approx(10 / 9600)
+    port = create("serial:///dev/ttyUSB0")
+    assert port.byte_time_s == pytest.approx(10 / 9600)
+    assert not port.is_bridged
 
 
 @pytest.mark.parametrize("address", ["tcp://192.168.0.7:4001", "tcp://moxa-2.plant:4001", "tcp://[::1]:4001"])
@@ -24,6 +26,7 @@ def test_a_tcp_address_names_a_host_and_a_port(address: str) -> None:
     assert isinstance(port, TcpPort)
     assert port._port == 4001
     assert port.byte_time_s == 0.0
+    assert port.is_bridged
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,10 @@ class LoopBack(Transport):
     def byte_time_s(self) -> float:
         return 0.001
 
+    @property
+    def is_bridged(self) -> bool:
+        return True
+
     async def open(self, receiver: Receiver) -> None:
         self.receiver = receiver
 
@@ -97,7 +101,7 @@ async def test_a_recorded_port_tells_its_whole_story() -> None:
     port = Recorded(loop, recorder)
     await port.open(ear)
     port.write(b"&3F6PD\r")
-    assert (port.address, port.byte_time_s, port.unsent()) == ("loop", 0.001, 7)
+    assert (port.address, port.byte_time_s, port.is_bridged, port.unsent()) == ("loop", 0.001, True, 7)
     await port.close()
     await port.close()
     assert ear.heard == b"&3F6PD\r"

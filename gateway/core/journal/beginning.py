@@ -60,6 +60,8 @@ class Beginning(NamedTuple):
     """The newest records of alarms, as JSON, those that stand among them, in their order."""
     ran_s: float = 0.0
     """For how long gateways have run on this journal."""
+    known: Mapping[str, str] = MappingProxyType({})
+    """By address, what only a gateway can know of a controller."""
 
 
 def begin(disk: Disk) -> Beginning:
@@ -97,6 +99,11 @@ def left_in(
         prepared=_prepared(disk),
         alarms=_alarms(disk, most_alarms),
         ran_s=float(known.get(writes.RAN_S, 0.0)),
+        known={
+            name.removeprefix(writes.KNOWN): fact
+            for name, fact in known.items()
+            if name.startswith(writes.KNOWN)
+        },
     )
 
 

@@ -6,6 +6,8 @@ Value = str | int | float | None
 
 RAN_S = "ran_s"
 """The fact that tells for how many seconds gateways have run on this journal: the clock of what is kept."""
+KNOWN = "known "
+"""What begins the name of a fact about a controller; its address follows."""
 _NOW = f"coalesce((SELECT value FROM meta WHERE name = '{RAN_S}'), 0)"  # noqa: S608  # no input
 
 
@@ -19,6 +21,11 @@ class Write(NamedTuple):
 def meta(name: str, value: str) -> Write:
     """Keep a fact about the journal itself."""
     return Write("INSERT OR REPLACE INTO meta VALUES (?, ?)", (name, value))
+
+
+def known(address: str, fact: str) -> Write:
+    """Keep what only a gateway can know of a controller."""
+    return meta(KNOWN + address, fact)
 
 
 def intent(

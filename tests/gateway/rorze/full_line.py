@@ -5,16 +5,18 @@ from collections.abc import AsyncIterator, Iterable
 from contextlib import asynccontextmanager
 
 from protocols.rorze.speeds import SetMaximumAcceleration, SetMaximumSpeed, SetStartSpeed
-from tests.plants import Rig, rig
+from tests.plants import Rig, Wire, rig
 
 FULL = range(120)
 SWEEP_GROUPS = 'sweep_groups = ["90", "9E"]'
 
 
 @asynccontextmanager
-async def full_line(options: str = SWEEP_GROUPS) -> AsyncIterator[Rig]:
+async def full_line(
+    options: str = SWEEP_GROUPS, *, bodies: range = FULL, wire: type[Wire] = Wire
+) -> AsyncIterator[Rig]:
     """Start one that is known throughout."""
-    async with rig(bodies=FULL, groups={}, baud=9600, options=options) as running:
+    async with rig(bodies=bodies, groups={}, baud=9600, options=options, wire=wire) as running:
         sweep = running.plant.rorze.sweeps["line1"]
         while sweep.groups and not all(map(sweep.covers, running.plant.bodies())):  # noqa: ASYNC110  # no event
             await asyncio.sleep(0.1)

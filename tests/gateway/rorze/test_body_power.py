@@ -2,10 +2,13 @@
 
 import asyncio
 import re
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
 
 import pytest
 
 from gateway.core.errors import BodyBusy, PowerCycled
+from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
 from gateway.rorze.pace import MARK_POLL_S
 from gateway.rorze.power import PROOF_HOLDS_S
@@ -24,6 +27,7 @@ from protocols.table import Ack
 from simulator.faults import Direction
 from simulator.rorze.controller import Response
 from simulator.rorze.world import EMS
+from tests.gateway.rorze.full_line import FULL
 from tests.plants import Rig, ended, finished, in_virtual_time, lose, rig, start
 
 TO_500, TO_700 = MoveTo(position=500), MoveTo(position=700)
@@ -99,6 +103,70 @@ async def test_reading_a_position_that_fell_to_0_makes_the_gateway_look() -> Non
         await asyncio.sleep(0.1)
         await it.body().ask(GetPosition())
         await asyncio.sleep(0.1)
+        assert news(it) == [PERHAPS]
+
+
+async def cut_off(it: Rig, number: int) -> None:
+    """Lose the line and the power of a body, both for a moment."""
+    it.wire.unplug()
+    brown_out(it, number)
+    await asyncio.sleep(BROWN_OUT_S)
+    it.wire.plugged_in = True
+    while it.plant.line("line1").state != "ready":  # noqa: ASYNC110  # no event
+        await asyncio.sleep(0.01)
+
+
+async def browned_out(it: Rig, number: int) -> None:
+    """Lose the power of a body for a moment."""
+    brown_out(it, number)
+    await asyncio.sleep(BROWN_OUT_S)
+
+
+@asynccontextmanager
+async def unmarked() -> AsyncIterator[Rig]:
+    """A full line that has just begun: it takes long until all its bodies have their marks."""
+    async with rig(bodies=FULL, groups={}, baud=9600, beginning=True) as it:
+        await finished(it, MoveClockwise(distance=500), "77")
+        assert it.body("77").power.mark is None
+        yield it
+
+
+@pytest.mark.parametrize("lose_power", [cut_off, browned_out])
+@pytest.mark.parametrize("mark_first", [False, True])
+@in_virtual_time
+async def test_a_mark_that_is_written_after_a_loss_of_power_does_not_hide_it(
+    lose_power: Callable[[Rig, int], Awaitable[None]], mark_first: bool
+) -> None:
+    async with unmarked() as it:
+        await lose_power(it, 0x77)
+        if mark_first:
+            await it.body("77").mark.tend(Lane.PROOF)
+        with pytest.raises(PowerCycled, match="1AM was not sent"):
+            await start(it, TO_700, "77")
+        assert it.executed("1AM") == []
+
+
+@in_virtual_time
+async def test_a_program_is_not_run_after_a_loss_of_power_that_nobody_has_noticed() -> None:
+    async with unmarked() as it:
+        await browned_out(it, 0x77)
+        with pytest.raises(PowerCycled, match="URG was not sent"):
+            await it.plant.rorze.runs.start(it.body("77"), RunProgram(label="A"))
+    async with rig() as it:
+        brown_out(it)
+        await asyncio.sleep(BROWN_OUT_S)
+        with pytest.raises(PowerCycled, match="URG was not sent"):
+            await it.plant.rorze.runs.start(it.body(), RunProgram(label="A"))
+        assert it.executed("URG") == []
+
+
+@in_virtual_time
+async def test_a_body_that_moved_when_the_line_was_lost_and_is_back_at_0_may_have_lost_its_power() -> None:
+    async with rig(body_options=WITHOUT_MARK) as it:
+        await start(it, MoveClockwise(distance=50_000))
+        await asyncio.sleep(0.3)
+        await cut_off(it, 0x3F)
+        await asyncio.sleep(NOTICED_S)
         assert news(it) == [PERHAPS]
 
 

@@ -70,8 +70,8 @@ async def test_a_body_that_was_told_offline_when_the_port_went_is_found_again() 
 
 def line_of(bodies: int, baud: int | None, offline: int = 0) -> Any:
     """As much of a line as the interval depends on."""
-    transport = SimpleNamespace(byte_time_s=10 / baud if baud else 0.0)
-    return SimpleNamespace(bodies=range(bodies), offline=set(range(offline)), transport=transport)
+    byte_time_s = 10 / baud if baud else 0.0
+    return SimpleNamespace(bodies=range(bodies), offline=set(range(offline)), byte_time_s=byte_time_s)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from protocols.rorze.position import GetPosition
 from simulator.rorze.rc400 import LinkSettings
 from tests.gateway.rorze.full_line import FULL, SWEEP_GROUPS, busy_s, full_line, teach
 from tests.gateway.rorze.test_body_power import now
-from tests.plants import Rig, in_virtual_time, rig, start
+from tests.plants import Rig, TerminalServer, Wire, in_virtual_time, rig, start
 
 IDLE_SHARE = 0.1
 GET_WITHIN_S = 0.25
@@ -20,6 +20,9 @@ END_TOLD_WITHIN_S = 1.5
 STOPPED_WITHIN_S = 5.0
 STOPPED_AT_START_WITHIN_S = 7.5
 """While each body is asked for a program, and told to end it."""
+OUTAGE_S = 8.0
+CONFIRMED_AFTER_AN_OUTAGE_S = 20.0
+"""What was written meanwhile goes over the wire first, and is as much as half of it carries in that time."""
 MOVERS = [f"{4 * number:02X}" for number in range(30)]
 
 
@@ -118,12 +121,38 @@ def test_a_stop_in_the_midst_of_setting_up_goes_before_that_and_a_slow_link_alar
     story()
 
 
+@pytest.mark.parametrize("bodies", [range(30), FULL])
+@pytest.mark.parametrize("wire", [Wire, TerminalServer])
 @in_virtual_time
-async def test_without_groups_a_stop_of_all_takes_longer_and_alarms_nobody() -> None:
-    async with full_line("") as it:
+async def test_without_groups_a_stop_of_all_takes_longer_and_alarms_nobody(
+    bodies: range, wire: type[Wire]
+) -> None:
+    async with full_line("", bodies=bodies, wire=wire) as it:
         reports = await it.plant.stops.stop(it.plant.bodies(), "immediate")
         assert {report.state for report in reports} == {"confirmed"}
         assert it.types("body.stop.unconfirmed") == []
+
+
+@in_virtual_time
+async def test_a_stop_of_all_through_a_terminal_server_is_confirmed_within_5_s() -> None:
+    async with full_line(wire=TerminalServer) as it:
+        asked_at = now()
+        reports = await it.plant.stops.stop(it.plant.bodies(), "immediate")
+        assert {report.state for report in reports} == {"confirmed"}
+        assert now() - asked_at < STOPPED_WITHIN_S
+        assert it.types("body.stop.unconfirmed") == []
+
+
+@pytest.mark.parametrize("options", [SWEEP_GROUPS, ""])
+@in_virtual_time
+async def test_stops_that_the_network_held_back_leave_room_for_their_proofs(options: str) -> None:
+    async with full_line(options, wire=TerminalServer) as it:
+        assert isinstance(it.wire, TerminalServer)
+        it.wire.reached_again_at = now() + OUTAGE_S
+        reports = await it.plant.stops.stop(it.plant.bodies(), "immediate")
+        assert {report.state for report in reports} == {"sent"}
+        await it.plant.stops.confirmed()
+        assert now() - it.wire.reached_again_at < CONFIRMED_AFTER_AN_OUTAGE_S
 
 
 @in_virtual_time

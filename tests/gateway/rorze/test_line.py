@@ -170,6 +170,26 @@ async def test_one_exchange_is_under_way_at_a_time() -> None:
             assert later >= earlier + LATENCY_S
 
 
+class TerminalServer(FarEnd):
+    """Passes on what it takes at a speed of its own."""
+
+    @property
+    def is_bridged(self) -> bool:
+        return True
+
+
+@virtual
+async def test_behind_a_terminal_server_frames_that_follow_unanswered_ones_are_spaced() -> None:
+    far = TerminalServer()
+    async with running_line(far, range(6), port_baud=19200) as line:
+        begun_at = len(far.written)
+        await asyncio.gather(*(ask(line, MOVE, body) for body in range(3)))
+        await asyncio.gather(*(line.submit(body, StopImmediately(), Lane.STOP) for body in range(6)))
+        times = [at for at, _ in far.written[begun_at:]]
+        gaps = [later - earlier for earlier, later in pairwise(times)]
+        assert gaps == pytest.approx([LATENCY_S] * 3 + [len("&025IS\r") * 10 / 19200] * 5, abs=1e-4)
+
+
 @pytest.mark.parametrize(
     "wrong",
     [

@@ -106,7 +106,7 @@ def test_silence_after_a_move_nobody_saw_the_end_of_is_a_contradiction() -> None
 )
 def test_a_mark_that_was_saved_or_overwritten_proves_nothing(command: RorzeCommand[Any], kept: bool) -> None:
     power = Power(comment=7)
-    power.note_marked("GW-00000001", 1.0)
+    power.note_marked("GW-00000001")
     power.note_done(command)
     assert (power.mark is not None, power.is_guarded, power.mark_due) == (kept, kept, not kept)
 
@@ -123,7 +123,7 @@ def test_a_motion_to_a_place_is_written_only_soon_after_it_was_proved() -> None:
 
 def test_with_a_mark_positions_prove_nothing() -> None:
     power = Power(comment=7)
-    power.note_marked("GW-00000001", 1.0)
+    power.note_marked("GW-00000001")
     power.note_rest(500, 0, at=50.0)
     assert isinstance(power.refuses_write("3F", MoveTo(position=5), 50.0), ProofTooOld)
     power.note_kept(50.0)
@@ -145,7 +145,7 @@ def test_a_loss_is_told_each_time_and_acknowledged_once() -> None:
     power.lost(certain=True)
     power.found_origin()
     assert (power.homed, power.cycled) == ("no", True), "it may have lost its power since: there is no mark"
-    power.note_marked(new_mark(), 1.0)
+    power.note_marked(new_mark())
     power.found_origin()
     assert (power.homed, power.cycled) == ("yes", False)
     power.acknowledge("request")
