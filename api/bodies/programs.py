@@ -9,6 +9,7 @@ from pydantic import BaseModel, Field, ValidationError, model_validator
 from api.common import strict_json
 from api.common.faults import InvalidBody
 from api.common.problems import DECLARED
+from api.common.records import RecordRoutes
 from api.common.requests import (
     BodyId,
     Wait,
@@ -129,23 +130,17 @@ async def upload_program(
     program = await asyncio.to_thread(programs.check, wanted.source)
     saved = flash or wanted.flash
     upload = await programs.upload(plant, origin_of(request), body_id, program, saved, waited_s)
-    return _upload(upload, waited_s)
+    return begun_response(upload, f"/bodies/{upload.body_id}/program/uploads", waited_s)
 
 
-@router.get("/bodies/{body_id}/program/uploads/{upload_id}", Right.VIEW, response_model=ProgramUpload)
-async def get_program_upload(
-    request: Request, body_id: BodyId, upload_id: str, wait: Wait = None
-) -> Response:
-    """Get an upload, at once or when it is over; `current` is the one under way, or the last."""
-    waited_s = wait_s(request, wait)
-    upload = await programs.get_upload(plant_of(request), body_id, upload_id, waited_s)
-    return json_response(upload, headers=wait_headers(waited_s))
-
-
-@router.delete("/bodies/{body_id}/program/uploads/current", Right.SETUP, response_model=ProgramUpload)
-async def cancel_program_upload(request: Request, body_id: BodyId) -> Response:
-    """Cancel the upload under way before its next instruction; what is stored then stays in RAM."""
-    return json_response(await programs.cancel_upload(plant_of(request), origin_of(request), body_id))
+RecordRoutes(
+    "an upload",
+    ProgramUpload,
+    programs.UPLOADS,
+    "Cancel the upload under way before its next instruction; what is stored then stays in RAM.",
+).add_to(
+    router, "/bodies/{body_id}/program/uploads", "get_program_upload", "cancel_program_upload", body_id=BodyId
+)
 
 
 @router.post(
@@ -174,10 +169,6 @@ async def get_program_run(request: Request, body_id: BodyId, run_id: str, wait: 
     waited_s = wait_s(request, wait)
     run = await programs.get_run(plant_of(request), body_id, run_id, waited_s)
     return json_response(run, headers=wait_headers(waited_s))
-
-
-def _upload(upload: ProgramUpload, waited_s: float) -> Response:
-    return begun_response(upload, f"/bodies/{upload.body_id}/program/uploads", waited_s)
 
 
 async def _source_of(request: Request) -> ProgramSource:
