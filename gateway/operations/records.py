@@ -2,31 +2,22 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 from gateway.core.origin import Origin, acting
 from gateway.core.rights import Right
+from gateway.core.works import Recorded, Works
 from gateway.operations.caller import require
 from gateway.plant import Plant
 
-R = TypeVar("R", covariant=True)
-
-
-class Cancellable(Protocol[R]):
-    """Long work of one kind; see `gateway.core.works.Works`."""
-
-    async def get(self, subject: str, record_id: str, timeout_s: float, /) -> R:
-        """Give a record when its work is over, or as it is when the time is up."""
-
-    async def cancel(self, subject: str, /) -> R:
-        """End the work under way, and give its record."""
+R = TypeVar("R", bound=Recorded)
 
 
 @dataclass(frozen=True)
 class Records(Generic[R]):
     """The records of one kind of long work, for callers."""
 
-    find: Callable[[Plant, str], tuple[Cancellable[R], str]]
+    find: Callable[[Plant, str], tuple[Works[R], str]]
     """Finds the work by the path of what it is done to, and what that is called there."""
     may_cancel: Right
     leased: bool = True
