@@ -15,7 +15,7 @@ from api.common.requests import (
     begun_response,
     json_response,
     new_router,
-    origin_of,
+    origin,
     plant_of,
     wait_s,
 )
@@ -334,7 +334,7 @@ async def _for_line(request: Request, line_id: str, wanted: LineComparisonReques
 async def _for_robot(request: Request, robot_id: str, wanted: RobotComparisonRequest) -> Wanted:
     plant = plant_of(request)
     found = await asyncio.to_thread(backups.check_robot, plant, robot_id, wanted.backup)
-    return await backups.for_robot(plant, origin_of(request), robot_id, found)
+    return await backups.for_robot(plant, origin(), robot_id, found)
 
 
 def _chosen(bodies: str | None) -> list[str] | None:
@@ -342,24 +342,24 @@ def _chosen(bodies: str | None) -> list[str] | None:
 
 
 async def _text(request: Request, reading: Reading) -> Response:
-    return Response(await backups.text(plant_of(request), origin_of(request), reading), media_type=TEXT)
+    return Response(await backups.text(plant_of(request), origin(), reading), media_type=TEXT)
 
 
 async def _reading(request: Request, reading: Reading, wait: float | None) -> Response:
     waited_s = wait_s(request, wait)
-    begun = await backups.read(plant_of(request), origin_of(request), reading, waited_s)
+    begun = await backups.read(plant_of(request), origin(), reading, waited_s)
     return begun_response(begun, f"{begun.target}/backups", waited_s)
 
 
 async def _comparing(request: Request, target: Wanted, wait: float | None) -> Response:
     waited_s = wait_s(request, wait)
-    begun = await backups.compare(plant_of(request), origin_of(request), target, waited_s)
+    begun = await backups.compare(plant_of(request), origin(), target, waited_s)
     return begun_response(begun, f"{begun.target}/comparisons", waited_s)
 
 
 async def _begun(request: Request, target: Wanted, wanted: RestoreRequest, wait: float | None) -> Response:
-    plant, origin, waited_s = plant_of(request), origin_of(request), wait_s(request, wait)
+    plant, waited_s = plant_of(request), wait_s(request, wait)
     if wanted.dry_run:
-        return json_response(await backups.plan(plant, origin, target))
-    begun = await backups.start(plant, origin, target, wanted.flash, wanted.power_cycle, waited_s)
+        return json_response(await backups.plan(plant, origin(), target))
+    begun = await backups.start(plant, origin(), target, wanted.flash, wanted.power_cycle, waited_s)
     return begun_response(begun, f"{begun.target}/restores", waited_s)

@@ -16,7 +16,7 @@ from api.common.requests import (
     begun_response,
     json_response,
     new_router,
-    origin_of,
+    origin,
     plant_of,
     wait_s,
 )
@@ -112,7 +112,7 @@ async def read_body_positions(
 ) -> Response:
     """Begin to read stored positions; the record at `Location` has them in the end."""
     plant, waited_s = plant_of(request), wait_s(request, wait)
-    begun = await body_positions.begin_to_read(plant, origin_of(request), body_id, first, last, waited_s)
+    begun = await body_positions.begin_to_read(plant, origin(), body_id, first, last, waited_s)
     return begun_response(begun, f"{begun.target}/positions/readings", waited_s)
 
 
@@ -182,7 +182,7 @@ async def name_body_position(
 ) -> Response:
     """Name a position. The gateway keeps the name; nothing is sent."""
     plant = plant_of(request)
-    await body_positions.name(plant, origin_of(request), body_id, number, named.name or "")
+    await body_positions.name(plant, origin(), body_id, number, named.name or "")
     address = plant.family(Rorze).body(body_id).address
     return json_response(PositionLabel(body_id=address, number=number, name=named.name))
 
@@ -228,9 +228,7 @@ async def _begin(
     wait: float | None,
 ) -> Response:
     plant, waited_s = plant_of(request), wait_s(request, wait)
-    begun = await body_positions.begin_to_store(
-        plant, origin_of(request), body_id, wanted, names, flash, waited_s
-    )
+    begun = await body_positions.begin_to_store(plant, origin(), body_id, wanted, names, flash, waited_s)
     return begun_response(begun, f"{begun.target}/positions/uploads", waited_s)
 
 
@@ -265,7 +263,7 @@ async def _read(request: Request, body_id: str, first: int, last: int) -> BodyPo
     return _table(
         request,
         body_id,
-        await body_positions.read(plant_of(request), origin_of(request), body_id, first, last),
+        await body_positions.read(plant_of(request), origin(), body_id, first, last),
     )
 
 
@@ -278,7 +276,7 @@ async def _require_match(request: Request, body_id: str, first: int, last: int) 
 async def _store(
     request: Request, body_id: str, wanted: list[Wanted], names: dict[int, str], *, flash: bool = False
 ) -> BodyPositions:
-    held = await body_positions.store(plant_of(request), origin_of(request), body_id, wanted, names, flash)
+    held = await body_positions.store(plant_of(request), origin(), body_id, wanted, names, flash)
     return _table(request, body_id, held)
 
 

@@ -16,7 +16,7 @@ from api.common.requests import (
     begun_response,
     json_response,
     new_router,
-    origin_of,
+    origin,
     plant_of,
     wait_headers,
     wait_s,
@@ -93,7 +93,7 @@ Flash = Annotated[bool, Query(description="For a source in plain text: write it 
 )
 async def get_program(request: Request, body_id: BodyId) -> Response:
     """Read the user program from the controller (UED, UPD); with `Accept: text/plain` its text alone."""
-    stored = await programs.read(plant_of(request), origin_of(request), body_id)
+    stored = await programs.read(plant_of(request), origin(), body_id)
     accepted = request.headers.get("accept", "").lower()
     if TEXT in accepted and JSON not in accepted:
         return Response(stored.source, media_type=TEXT, headers={"Vary": "Accept"})
@@ -129,7 +129,7 @@ async def upload_program(
     # Thousands of lines take a second to assemble, in which no stop may wait.
     program = await asyncio.to_thread(programs.check, wanted.source)
     saved = flash or wanted.flash
-    upload = await programs.upload(plant, origin_of(request), body_id, program, saved, waited_s)
+    upload = await programs.upload(plant, origin(), body_id, program, saved, waited_s)
     return begun_response(upload, f"/bodies/{upload.body_id}/program/uploads", waited_s)
 
 
@@ -153,14 +153,14 @@ RecordRoutes(
 async def run_program(request: Request, body_id: BodyId, run: RunRequest, wait: Wait = None) -> Response:
     """Run the user program (URG), or one instruction of it (USG); it may move the motor. A stop ends it."""
     waited_s = wait_s(request, wait)
-    begun = await programs.run(plant_of(request), origin_of(request), body_id, run.command(), waited_s)
+    begun = await programs.run(plant_of(request), origin(), body_id, run.command(), waited_s)
     return begun_response(begun, f"/bodies/{begun.body_id}/program/runs", waited_s)
 
 
 @router.get("/bodies/{body_id}/program/runs/current", Right.VIEW, response_model=ProgramState)
 async def get_program_state(request: Request, body_id: BodyId) -> Response:
     """Ask the controller whether its program runs, how it ended and where it is (URD, UND, UPD)."""
-    return json_response(await programs.state(plant_of(request), origin_of(request), body_id))
+    return json_response(await programs.state(plant_of(request), origin(), body_id))
 
 
 @router.get("/bodies/{body_id}/program/runs/{run_id}", Right.VIEW, response_model=ProgramRun)

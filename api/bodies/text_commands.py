@@ -13,7 +13,7 @@ from api.common.requests import (
     age_ms_of,
     json_response,
     new_router,
-    origin_of,
+    origin,
     plant_of,
     wait_s,
 )
@@ -69,7 +69,7 @@ async def send_raw(request: Request, body_id: BodyId, raw: RawRequest, wait: Wai
     if command.effect is not Effect.STOP:
         require_no_key(request)
     waited_s = wait_s(request, wait)
-    result = await do(plant, origin_of(request), target, command, waited_s)
+    result = await do(plant, origin(), target, command, waited_s)
     if not isinstance(result, Answer):
         return render(request, result, waited_s)
     body = plant.family(Rorze).body(body_id)

@@ -7,7 +7,7 @@ from fastapi import Request, Response
 from pydantic import BaseModel
 
 from api.common.parameters import taking
-from api.common.requests import Wait, json_response, origin_of, plant_of, wait_headers, wait_s
+from api.common.requests import Wait, json_response, origin, plant_of, wait_headers, wait_s
 from api.common.routes import Router
 from gateway.core.rights import Right
 from gateway.operations.records import Records
@@ -36,7 +36,7 @@ class RecordRoutes:
 
         async def cancel(request: Request, **values: str) -> Response:
             plant, target = plant_of(request), worked_on.format(**values)
-            return json_response(await self.records.cancel(plant, origin_of(request), target))
+            return json_response(await self.records.cancel(plant, origin(), target))
 
         router.add(
             "GET",

@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field
 from api.bodies.text_commands import TextRoute
 from api.common.idempotency import require_no_key
 from api.common.problems import DECLARED
-from api.common.requests import Wait, json_response, new_router, origin_of, plant_of, wait_s
+from api.common.requests import Wait, json_response, new_router, origin, plant_of, wait_s
 from api.common.results import StopResult, render
 from api.robots.paths import RobotId, UnitNumber, robot_of
 from gateway.core.records import RequestModel, example
@@ -76,7 +76,7 @@ async def _send(
     if command.effect is not Effect.STOP:
         require_no_key(request)
     waited_s = wait_s(request, wait)
-    result = await do(plant, origin_of(request), target, command, waited_s)
+    result = await do(plant, origin(), target, command, waited_s)
     if not isinstance(result, Answer):
         return render(request, result, waited_s)
     return json_response(
