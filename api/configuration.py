@@ -26,7 +26,7 @@ class NewTable(ReloadRequest):
     comment: str = Field(
         default="",
         max_length=1000,
-        description="Stands above it in the file, after when it was added and by whom.",
+        description="Stands above it in the file, after when it was added and who asked for it.",
     )
 
 

@@ -153,22 +153,7 @@ class Rorze(Family):
         line.on_change = partial(self._on_change, line)
         self.lines[line.id] = line
         for it in table.bodies:
-            body = Body(
-                line,
-                it.number,
-                it.name or "",
-                it.units,
-                it.input_names,
-                it.output_names,
-                position_tolerance=it.position_tolerance,
-                in_position=it.in_position,
-                poll_interval_s=table.poll_interval_s,
-                power=Power(it.power_comment, it.needs_origin),
-            )
-            body.on_news = partial(self._on_news, body)
-            self._bodies[body.address] = body
-            if it.events is not None:
-                self._events[body] = it.events
+            self._add_body(line, table, it)
         Guards(line, self.bodies_of(line), self.stops.under_way, self.uploads.keeps_out, self._amid_a_restore)
         sweep = self.sweeps[line.id] = Sweep(line, self.bodies_of(line), table.sweep_numbers)
         for own in sweep.groups:
@@ -179,6 +164,24 @@ class Rorze(Family):
             members = [self._bodies[f"{line.id}.{member}"] for member in group.members]
             self._add_group(Group(line, group.number, members))
         return line
+
+    def _add_body(self, line: Line, table: config.Line, it: config.Body) -> None:
+        body = Body(
+            line,
+            it.number,
+            it.name or "",
+            it.units,
+            it.input_names,
+            it.output_names,
+            position_tolerance=it.position_tolerance,
+            in_position=it.in_position,
+            poll_interval_s=table.poll_interval_s,
+            power=Power(it.power_comment, it.needs_origin),
+        )
+        body.on_news = partial(self._on_news, body)
+        self._bodies[body.address] = body
+        if it.events is not None:
+            self._events[body] = it.events
 
     async def remove(self, line: Line) -> None:
         """Close a line, and forget its bodies and groups."""
