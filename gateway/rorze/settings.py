@@ -12,8 +12,9 @@ from gateway.core.records import RequestModel
 from gateway.rorze.bodies import Body
 from gateway.rorze.changes import ChangeStep, Expectation, Item, Wanted, as_expected, change, read
 from gateway.rorze.errors import MOVING
-from gateway.rorze.settings_document import SPEEDS, Settings
+from gateway.rorze.settings_document import Settings
 from gateway.rorze.settings_table import SETTINGS, Key, Setting
+from gateway.rorze.speed_sets import SPEEDS
 from gateway.rorze.units import Per, Scaled
 from protocols.rorze.row import MODE_NAMES, ModeName
 from protocols.rorze.status import GetInformation
