@@ -121,7 +121,7 @@ async def switch_body_output(
 ) -> Response:
     """Switch an output (COS), which ends its pulse, and read it back; `not-done` where it is not as asked."""
     plant, caller = plant_of(request), origin()
-    return json_response(_state(await body_signals.switch(plant, caller, body_id, output, wanted.on)))
+    return json_response(_state(await body_signals.switch(plant, caller, body_id, output, on=wanted.on)))
 
 
 @router.post("/bodies/{body_id}/outputs/{output}/pulses", Right.OPERATE, response_model=SignalState)
@@ -153,7 +153,7 @@ async def set_error_output(
 ) -> Response:
     """Set the output that reports a cause (CES), and read it back. Each cause takes one of its own."""
     plant, caller = plant_of(request), origin()
-    held = await body_signals.set_error_output(plant, caller, body_id, cause, wanted.output, wanted.on)
+    held = await body_signals.set_error_output(plant, caller, body_id, cause, wanted.output, on=wanted.on)
     return _error_outputs(request, body_id, [held])
 
 

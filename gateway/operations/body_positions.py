@@ -6,6 +6,7 @@ from typing import Final
 
 from gateway.core.rights import Right
 from gateway.operations.caller import address_of, needs
+from gateway.operations.of_bodies import of_body
 from gateway.operations.records import Records
 from gateway.plant import Plant
 from gateway.rorze import positions
@@ -14,11 +15,7 @@ from gateway.rorze.family import Rorze
 from gateway.rorze.position_uploads import TableUpload
 from gateway.rorze.positions import NamedPosition, Position, PositionReading, Wanted
 
-
-@needs(Right.VIEW)
-async def read(plant: Plant, body_id: str, first: int, last: int) -> list[Position]:
-    """Read positions; errors as of `positions.read`."""
-    return await positions.read(plant.family(Rorze).body(body_id), first, last)
+read: Final = of_body(Right.VIEW, positions.read)
 
 
 @needs(Right.VIEW)
