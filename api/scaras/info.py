@@ -15,7 +15,7 @@ from gateway.core.rights import Right
 from gateway.operations import scaras
 from gateway.rorze.family import Rorze
 from gateway.rorze.power import Homed
-from gateway.rorze.scaras.geometry import Geometry, Held, wanted
+from gateway.rorze.scaras.geometry import Geometry, HeldGeometry, wanted
 from gateway.rorze.scaras.record import ScaraPlace
 from gateway.rorze.scaras.requests import Angle, Distance
 from gateway.rorze.scaras.scara import Scara
@@ -250,7 +250,7 @@ def _kinematics(request: Request, scara_id: str, pulses: list[int] | tuple[int, 
     )
 
 
-def _geometry(scara: Scara, found: list[Held]) -> ScaraGeometry:
+def _geometry(scara: Scara, found: list[HeldGeometry]) -> ScaraGeometry:
     controllers = [
         ControllerGeometry(**dict(held.geometry), axis=held.axis, body_id=body.address, agrees=held == it)
         for body, held, it in zip(scara.members, found, wanted(scara), strict=True)

@@ -16,7 +16,7 @@ from gateway.rorze.family import Rorze
 from gateway.rorze.line import Line
 from gateway.rorze.move_requests import Length
 from gateway.rorze.scans import Scan
-from gateway.rorze.sweep import Told
+from gateway.rorze.sweep import SweepAnswer
 from protocols.rorze.position import GetPosition, SetPosition
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import GetControllerStatus
@@ -51,7 +51,9 @@ async def define_group(plant: Plant, group_id: str, members: list[str], name: st
 
 
 @needs(Right.VIEW)
-async def sweep(plant: Plant, line_id: str, command: RorzeCommand[R]) -> Mapping[Body, Told | GatewayError]:
+async def sweep(
+    plant: Plant, line_id: str, command: RorzeCommand[R]
+) -> Mapping[Body, SweepAnswer | GatewayError]:
     """Ask all bodies of a line the same, in the fewest frames: what each told, or why it did not."""
     rorze = plant.family(Rorze)
     line = _line(plant, line_id)

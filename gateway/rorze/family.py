@@ -120,7 +120,7 @@ class Rorze(Family):
         self.moves = Moves(
             self._publish_move,
             allow_endless_moves=site.allow_endless_moves,
-            on_way=self._way_changes,
+            on_trajectory=self._way_changes,
         )
         self.sweeps: dict[str, Sweep] = {}
         """How many bodies of a line are asked at once, by the line's id."""
