@@ -6,7 +6,7 @@ from fastapi import Path, Request, Response
 from pydantic import BaseModel, Field
 
 from api.common.access import Access
-from api.common.requests import json_response, new_router, origin_of, plant_of
+from api.common.requests import json_response, new_router, origin, plant_of
 from gateway.access.keys import KeyInfo
 from gateway.access.roles import Role
 from gateway.core.records import RequestModel, example
@@ -58,7 +58,7 @@ class KeyList(BaseModel):
 @router.get("/access/keys", Right.ADMIN, response_model=KeyList)
 async def list_keys(request: Request) -> Response:
     """List the keys, without what is secret of them."""
-    found = await access_keys.listed(plant_of(request), origin_of(request), _access(request).keys)
+    found = await access_keys.listed(plant_of(request), origin(), _access(request).keys)
     return json_response(KeyList(keys=list(found)))
 
 
@@ -67,7 +67,7 @@ async def make_key(request: Request, new: NewKey) -> Response:
     """Make a key and tell it once. The header Idempotency-Key is refused: it would have the secret kept."""
     key, made = await access_keys.make(
         plant_of(request),
-        origin_of(request),
+        origin(),
         _access(request).keys,
         new.name,
         new.role,
@@ -82,7 +82,7 @@ async def make_key(request: Request, new: NewKey) -> Response:
 async def revoke_key(request: Request, name: KeyName) -> Response:
     """Let a key never be used again: its next request is refused, and its event streams end within 5 s."""
     store = _access(request).keys
-    return json_response(await access_keys.revoke(plant_of(request), origin_of(request), store, name))
+    return json_response(await access_keys.revoke(plant_of(request), origin(), store, name))
 
 
 def _access(request: Request) -> Access:

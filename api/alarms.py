@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import Query, Request, Response
 from pydantic import BaseModel
 
-from api.common.requests import is_seen, json_response, new_router, origin_of, plant_of
+from api.common.requests import is_seen, json_response, new_router, origin, plant_of
 from gateway.access.principal import current
 from gateway.core.alarms import Alarm
 from gateway.core.rights import Right
@@ -42,7 +42,7 @@ async def get_alarm(request: Request, alarm_id: str) -> Response:
 @router.post("/alarms/{alarm_id}/reset", Right.OPERATE, any_scope=True, response_model=Alarm)
 async def reset_alarm(request: Request, alarm_id: str) -> Response:
     """Reset an alarm, once its cause is over. Nothing moves, and nothing is sent."""
-    return json_response(await alarms.reset(plant_of(request), origin_of(request), alarm_id))
+    return json_response(await alarms.reset(plant_of(request), origin(), alarm_id))
 
 
 def _is_seen(request: Request, alarm: Alarm) -> bool:

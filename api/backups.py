@@ -1,15 +1,13 @@
 """Backups over HTTP: read as text, compared, brought back; a restore is a record, followed to its end."""
 
 import asyncio
-from collections.abc import Awaitable, Callable
-from dataclasses import dataclass
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
 from fastapi import Query, Request, Response
-from pydantic import BaseModel, Field
+from pydantic import Field
 
-from api.common.parameters import taking
 from api.common.problems import DECLARED
+from api.common.records import RecordRoutes
 from api.common.requests import (
     BodyId,
     LineId,
@@ -17,21 +15,18 @@ from api.common.requests import (
     begun_response,
     json_response,
     new_router,
-    origin_of,
+    origin,
     plant_of,
-    wait_headers,
     wait_s,
 )
 from api.common.strict_json import StrictRequest, StrictRoute
 from api.robots.paths import RobotId
 from gateway.core.backup_record import Backup, BackupComparison
-from gateway.core.origin import Origin
 from gateway.core.records import RequestModel, example
 from gateway.core.restore_record import Restore, RestorePlan
 from gateway.core.rights import Right
 from gateway.operations import backups
 from gateway.operations.backups import Reading, Wanted
-from gateway.plant import Plant
 
 MAX_BACKUP_BYTES = 2_097_152
 """A line of 120 bodies, each with a table of 200 positions."""
@@ -125,63 +120,13 @@ BEGUN = {
 }
 
 
-@dataclass(frozen=True)
-class Records:
-    """The records of one kind of long work, and how what is under way is cancelled."""
-
-    of: str
-    model: type[BaseModel]
-    get: Callable[[Plant, str, str, float], Awaitable[BaseModel]]
-    cancel: Callable[[Plant, Origin, str], Awaitable[BaseModel]]
-    may_cancel: Right
-    when_cancelled: str
-
-    def add_routes(self, who: str, path: str, **names: Any) -> None:
-        """Add the routes of the records of somebody's work; `path` is his, with the `names` in it."""
-        record_id = f"{self.of}_id"
-
-        async def get(request: Request, wait: float | None = None, **values: str) -> Response:
-            waited_s, found = wait_s(request, wait), values.pop(record_id)
-            record = await self.get(plant_of(request), path.format(**values), found, waited_s)
-            return json_response(record, headers=wait_headers(waited_s))
-
-        async def cancel(request: Request, **values: str) -> Response:
-            return json_response(
-                await self.cancel(plant_of(request), origin_of(request), path.format(**values))
-            )
-
-        router.add(
-            "GET",
-            f"{path}/{self.of}s/{{{record_id}}}",
-            Right.VIEW,
-            taking(get, {**names, record_id: str, "wait": Wait}),
-            name=f"get_{who}_{self.of}{'_record' if self is BACKUPS else ''}",
-            description=FOUND.format(self.of),
-            response_model=self.model,
-        )
-        router.add(
-            "DELETE",
-            f"{path}/{self.of}s/current",
-            self.may_cancel,
-            taking(cancel, names),
-            name=f"cancel_{who}_{self.of}",
-            description=self.when_cancelled,
-            response_model=self.model,
-        )
-
-
-FOUND: Final = "Get a {}, at once or when it is over; `current` is the one under way, or the last."
 NO_MORE: Final = "Read no more."
-BACKUPS: Final = Records("backup", Backup, backups.get_backup, backups.cancel_backup, Right.VIEW, NO_MORE)
-COMPARISONS: Final = Records(
-    "comparison", BackupComparison, backups.get_comparison, backups.cancel_comparison, Right.SETUP, NO_MORE
-)
-RESTORES: Final = Records(
-    "restore",
+BACKUPS: Final = RecordRoutes("a backup", Backup, backups.BACKUPS, NO_MORE)
+COMPARISONS: Final = RecordRoutes("a comparison", BackupComparison, backups.COMPARISONS, NO_MORE)
+RESTORES: Final = RecordRoutes(
+    "a restore",
     Restore,
-    backups.get,
-    backups.cancel,
-    Right.SETUP,
+    backups.RESTORES,
     "Write no more; what differs is still read and told, unless it is cancelled once more.",
 )
 
@@ -204,7 +149,9 @@ async def start_body_backup(request: Request, body_id: BodyId, wait: Wait = None
     return await _reading(request, backups.of_body(plant_of(request), body_id), wait)
 
 
-BACKUPS.add_routes("body", "/bodies/{body_id}", body_id=BodyId)
+BACKUPS.add_to(
+    router, "/bodies/{body_id}/backups", "get_body_backup_record", "cancel_body_backup", body_id=BodyId
+)
 
 
 @router.post(
@@ -221,7 +168,9 @@ async def restore_body(
     return await _begun(request, target, wanted, wait)
 
 
-RESTORES.add_routes("body", "/bodies/{body_id}", body_id=BodyId)
+RESTORES.add_to(
+    router, "/bodies/{body_id}/restores", "get_body_restore", "cancel_body_restore", body_id=BodyId
+)
 
 
 @router.post(
@@ -242,7 +191,9 @@ async def compare_body(
     return await _comparing(request, await _for_body(request, body_id, wanted), wait)
 
 
-COMPARISONS.add_routes("body", "/bodies/{body_id}", body_id=BodyId)
+COMPARISONS.add_to(
+    router, "/bodies/{body_id}/comparisons", "get_body_comparison", "cancel_body_comparison", body_id=BodyId
+)
 
 
 # lines
@@ -268,7 +219,9 @@ async def start_line_backup(
     return await _reading(request, backups.of_line(plant_of(request), line_id, _chosen(bodies)), wait)
 
 
-BACKUPS.add_routes("line", "/lines/{line_id}", line_id=LineId)
+BACKUPS.add_to(
+    router, "/lines/{line_id}/backups", "get_line_backup_record", "cancel_line_backup", line_id=LineId
+)
 
 
 @router.post(
@@ -282,7 +235,9 @@ async def restore_line(
     return await _begun(request, target, wanted, wait)
 
 
-RESTORES.add_routes("line", "/lines/{line_id}", line_id=LineId)
+RESTORES.add_to(
+    router, "/lines/{line_id}/restores", "get_line_restore", "cancel_line_restore", line_id=LineId
+)
 
 
 @router.post(
@@ -299,7 +254,9 @@ async def compare_line(
     return await _comparing(request, await _for_line(request, line_id, wanted), wait)
 
 
-COMPARISONS.add_routes("line", "/lines/{line_id}", line_id=LineId)
+COMPARISONS.add_to(
+    router, "/lines/{line_id}/comparisons", "get_line_comparison", "cancel_line_comparison", line_id=LineId
+)
 
 
 # robots
@@ -317,7 +274,9 @@ async def start_robot_backup(request: Request, robot_id: RobotId, wait: Wait = N
     return await _reading(request, backups.of_robot(plant_of(request), robot_id), wait)
 
 
-BACKUPS.add_routes("robot", "/robots/{robot_id}", robot_id=RobotId)
+BACKUPS.add_to(
+    router, "/robots/{robot_id}/backups", "get_robot_backup_record", "cancel_robot_backup", robot_id=RobotId
+)
 
 
 @router.post(
@@ -334,7 +293,9 @@ async def restore_robot(
     return await _begun(request, target, wanted, wait)
 
 
-RESTORES.add_routes("robot", "/robots/{robot_id}", robot_id=RobotId)
+RESTORES.add_to(
+    router, "/robots/{robot_id}/restores", "get_robot_restore", "cancel_robot_restore", robot_id=RobotId
+)
 
 
 @router.post(
@@ -351,7 +312,13 @@ async def compare_robot(
     return await _comparing(request, await _for_robot(request, robot_id, wanted), wait)
 
 
-COMPARISONS.add_routes("robot", "/robots/{robot_id}", robot_id=RobotId)
+COMPARISONS.add_to(
+    router,
+    "/robots/{robot_id}/comparisons",
+    "get_robot_comparison",
+    "cancel_robot_comparison",
+    robot_id=RobotId,
+)
 
 
 async def _for_body(request: Request, body_id: str, wanted: BodyComparisonRequest) -> Wanted:
@@ -367,7 +334,7 @@ async def _for_line(request: Request, line_id: str, wanted: LineComparisonReques
 async def _for_robot(request: Request, robot_id: str, wanted: RobotComparisonRequest) -> Wanted:
     plant = plant_of(request)
     found = await asyncio.to_thread(backups.check_robot, plant, robot_id, wanted.backup)
-    return await backups.for_robot(plant, origin_of(request), robot_id, found)
+    return await backups.for_robot(plant, origin(), robot_id, found)
 
 
 def _chosen(bodies: str | None) -> list[str] | None:
@@ -375,24 +342,24 @@ def _chosen(bodies: str | None) -> list[str] | None:
 
 
 async def _text(request: Request, reading: Reading) -> Response:
-    return Response(await backups.text(plant_of(request), origin_of(request), reading), media_type=TEXT)
+    return Response(await backups.text(plant_of(request), origin(), reading), media_type=TEXT)
 
 
 async def _reading(request: Request, reading: Reading, wait: float | None) -> Response:
     waited_s = wait_s(request, wait)
-    begun = await backups.read(plant_of(request), origin_of(request), reading, waited_s)
+    begun = await backups.read(plant_of(request), origin(), reading, waited_s)
     return begun_response(begun, f"{begun.target}/backups", waited_s)
 
 
 async def _comparing(request: Request, target: Wanted, wait: float | None) -> Response:
     waited_s = wait_s(request, wait)
-    begun = await backups.compare(plant_of(request), origin_of(request), target, waited_s)
+    begun = await backups.compare(plant_of(request), origin(), target, waited_s)
     return begun_response(begun, f"{begun.target}/comparisons", waited_s)
 
 
 async def _begun(request: Request, target: Wanted, wanted: RestoreRequest, wait: float | None) -> Response:
-    plant, origin, waited_s = plant_of(request), origin_of(request), wait_s(request, wait)
+    plant, waited_s = plant_of(request), wait_s(request, wait)
     if wanted.dry_run:
-        return json_response(await backups.plan(plant, origin, target))
-    begun = await backups.start(plant, origin, target, wanted.flash, wanted.power_cycle, waited_s)
+        return json_response(await backups.plan(plant, origin(), target))
+    begun = await backups.start(plant, origin(), target, wanted.flash, wanted.power_cycle, waited_s)
     return begun_response(begun, f"{begun.target}/restores", waited_s)

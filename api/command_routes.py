@@ -10,7 +10,7 @@ from fastapi import Body, Request, Response
 from api.common.documentation import WORDS, Responses, ends_declared, words_of
 from api.common.parameters import Endpoint, names_in, taking
 from api.common.problems import DECLARED
-from api.common.requests import BodyId, GroupId, LineId, Wait, new_router, origin_of, plant_of, wait_s
+from api.common.requests import BodyId, GroupId, LineId, Wait, new_router, origin, plant_of, wait_s
 from api.common.results import AGE_HEADER, GroupMove, GroupReply, StopResult, render
 from api.common.routes import Router
 from api.resources import resource_router
@@ -106,7 +106,7 @@ def _endpoint(family: type[Family], place: Place, row: Row) -> Endpoint:
     async def send(request: Request, command: Any, wait: float | None = None, **names: object) -> Response:
         waited_s = wait_s(request, wait) if waits else 0.0
         target = place.path.format(**names)
-        result = await do(plant_of(request), origin_of(request), target, command, waited_s)
+        result = await do(plant_of(request), origin(), target, command, waited_s)
         return render(request, result, waited_s)
 
     waits = row.starts_motion() and row not in family.sessions

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 from fastapi import Body, Request, Response
 from pydantic import Field, JsonValue
 
-from api.common.requests import LineId, json_response, new_router, origin_of, plant_of
+from api.common.requests import LineId, json_response, new_router, origin, plant_of
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import configuration
@@ -26,7 +26,7 @@ class NewTable(ReloadRequest):
     comment: str = Field(
         default="",
         max_length=1000,
-        description="Stands above it in the file, after when it was added and by whom.",
+        description="Stands above it in the file, after when it was added and who asked for it.",
     )
 
 
@@ -61,9 +61,7 @@ async def reload_configuration(request: Request, how: HowToReload) -> Response:
     Lines that did not change go on undisturbed, and so do moves and events. One that did is closed and opened
     anew, which is refused while something moves on it. `needs_restart` names what a restart alone changes.
     """
-    return json_response(
-        await configuration.reload(plant_of(request), origin_of(request), dry_run=how.dry_run)
-    )
+    return json_response(await configuration.reload(plant_of(request), origin(), dry_run=how.dry_run))
 
 
 @router.post("/lines", Right.ADMIN, response_model=Reloaded)
@@ -72,7 +70,7 @@ async def add_line(request: Request, new: NewLine) -> Response:
 
     A scan of ports gives the line of who is found there. The file keeps its comments.
     """
-    plant, caller = plant_of(request), origin_of(request)
+    plant, caller = plant_of(request), origin()
     return json_response(
         await configuration.add_line(plant, caller, new.line, comment=new.comment, dry_run=new.dry_run)
     )
@@ -84,7 +82,7 @@ async def add_bodies(request: Request, line_id: LineId, new: NewBodies) -> Respo
 
     Their line is opened anew, which is refused while something moves on it.
     """
-    plant, caller = plant_of(request), origin_of(request)
+    plant, caller = plant_of(request), origin()
     tables: list[dict[str, Any]] = list(new.bodies)
     return json_response(
         await configuration.add_bodies(

@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import Path, Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.requests import json_response, new_router, origin_of, plant_of
+from api.common.requests import json_response, new_router, origin, plant_of
 from gateway.core.leases import LONGEST_S, Lease, Taken
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
@@ -52,7 +52,7 @@ async def take_lease(request: Request, lease: LeaseRequest) -> Response:
     JOG, a move without an end) is stopped.
     """
     taken = await leases.take(
-        plant_of(request), origin_of(request), lease.scope, lease.ttl_s, take_over=lease.take_over
+        plant_of(request), origin(), lease.scope, lease.ttl_s, take_over=lease.take_over
     )
     return json_response(taken, 201, {"Location": f"/leases/{taken.lease}"})
 
@@ -66,10 +66,10 @@ async def get_lease(request: Request, lease_id: LeaseId) -> Response:
 @router.post("/leases/{lease_id}/renew", Right.OPERATE, any_scope=True, response_model=Taken)
 async def renew_lease(request: Request, lease_id: LeaseId) -> Response:
     """Let a lease last for its whole time from now on; its token stands in the header Lease-Token."""
-    return json_response(await leases.renew(plant_of(request), origin_of(request), lease_id))
+    return json_response(await leases.renew(plant_of(request), origin(), lease_id))
 
 
 @router.delete("/leases/{lease_id}", Right.OPERATE, any_scope=True, response_model=Lease)
 async def end_lease(request: Request, lease_id: LeaseId) -> Response:
     """Give a lease back; an admin ends that of anybody."""
-    return json_response(await leases.end(plant_of(request), origin_of(request), lease_id))
+    return json_response(await leases.end(plant_of(request), origin(), lease_id))

@@ -21,7 +21,7 @@ from api.common.requests import (
     is_seen,
     json_response,
     new_router,
-    origin_of,
+    origin,
     plant_of,
     wait_headers,
     wait_s,
@@ -109,7 +109,7 @@ async def start_scan(request: Request, line_id: LineId, wait: Wait = None) -> Re
     A line with a robot has none.
     """
     plant, waited_s = plant_of(request), wait_s(request, wait)
-    scan = await body_operations.start_scan(plant, origin_of(request), line_id)
+    scan = await body_operations.start_scan(plant, origin(), line_id)
     await body_operations.get_scan(plant, line_id, scan.id, waited_s)
     return begun_response(scan, f"/lines/{line_id}/scans", waited_s)
 

@@ -11,7 +11,7 @@ from api.common.requests import (
     begun_response,
     json_response,
     new_router,
-    origin_of,
+    origin,
     plant_of,
     wait_headers,
     wait_s,
@@ -46,7 +46,7 @@ class PortScanRequest(RequestModel, json_schema_extra=example(ports=["/dev/ttyUS
 @router.get("/system/ports", Right.ADMIN, response_model=PortList)
 async def list_ports(request: Request) -> Response:
     """List the serial ports of the gateway's machine, and which line has each; nothing is sent."""
-    ports = await port_scans.list_ports(plant_of(request), origin_of(request))
+    ports = await port_scans.list_ports(plant_of(request), origin())
     return json_response(PortList(ports=ports))
 
 
@@ -64,7 +64,7 @@ async def start_port_scan(request: Request, wanted: PortScanRequest, wait: Wait 
     the `line` of what is found, with its `comment`.
     """
     plant, waited_s = plant_of(request), wait_s(request, wait)
-    scan = await port_scans.start(plant, origin_of(request), wanted.ports, waited_s)
+    scan = await port_scans.start(plant, origin(), wanted.ports, waited_s)
     return begun_response(scan, "/system/scans", waited_s)
 
 
@@ -72,11 +72,11 @@ async def start_port_scan(request: Request, wanted: PortScanRequest, wait: Wait 
 async def get_port_scan(request: Request, scan_id: str, wait: Wait = None) -> Response:
     """Get a scan of ports, at once or when it is over; `current` is the one under way, or the last."""
     waited_s = wait_s(request, wait)
-    scan = await port_scans.get(plant_of(request), origin_of(request), scan_id, waited_s)
+    scan = await port_scans.get(plant_of(request), origin(), scan_id, waited_s)
     return json_response(scan, headers=wait_headers(waited_s))
 
 
 @router.delete("/system/scans/current", Right.ADMIN, response_model=PortScan)
 async def break_off_port_scan(request: Request) -> Response:
     """Ask nobody more; what was found until then is in the record."""
-    return json_response(await port_scans.break_off(plant_of(request), origin_of(request)))
+    return json_response(await port_scans.break_off(plant_of(request), origin()))

@@ -6,7 +6,7 @@ from fastapi import Request, Response
 
 from api.common.csv_tables import ANSWER, csv_response
 from api.common.problems import DECLARED
-from api.common.requests import BodyId, json_response, new_router, origin_of, plant_of
+from api.common.requests import BodyId, json_response, new_router, origin, plant_of
 from api.robots.paths import RobotId, UnitNumber
 from gateway.core.rights import Right
 from gateway.fics.samples import RobotSamples
@@ -72,4 +72,4 @@ async def download_robot_samples(
 
 
 async def _samples(request: Request, target: str, move_id: str) -> Any:
-    return await moves.samples(plant_of(request), origin_of(request), target, move_id)
+    return await moves.samples(plant_of(request), origin(), target, move_id)

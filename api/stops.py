@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import Body, Request, Response
 from pydantic import Field
 
-from api.common.requests import BodyId, GroupId, new_router, origin_of, plant_of
+from api.common.requests import BodyId, GroupId, new_router, origin, plant_of
 from api.common.results import StopResult, render
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
@@ -31,7 +31,7 @@ StopBody = Annotated[StopRequest, Body(default_factory=StopRequest)]
 @router.post("/stop", Right.STOP, response_model=StopResult)
 async def stop_all(request: Request, stop: StopBody) -> Response:
     """Stop all bodies and robots of all lines by software. It does not replace a hardware stop."""
-    return render(request, await stops.stop_all(plant_of(request), origin_of(request), stop.mode))
+    return render(request, await stops.stop_all(plant_of(request), origin(), stop.mode))
 
 
 @router.post("/bodies/{body_id}/stop", Right.STOP, response_model=StopResult)
@@ -48,4 +48,4 @@ async def stop_group(request: Request, group_id: GroupId, stop: StopBody) -> Res
 
 async def perform_stop(request: Request, target: str, stop: StopRequest) -> Response:
     """Stop what stands at a path."""
-    return render(request, await stops.stop(plant_of(request), origin_of(request), target, stop.mode))
+    return render(request, await stops.stop(plant_of(request), origin(), target, stop.mode))

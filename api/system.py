@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field
 from api.common.access import Access
 from api.common.requests import json_response, new_router, plant_of
 from gateway.access.grants import TICKET_S, Grant
-from gateway.access.posture import Weakened, weakened
+from gateway.access.posture import weakened
 from gateway.access.principal import EVERYBODY, current
 from gateway.access.roles import RIGHTS_OF, Role
 from gateway.core.rights import Right
@@ -23,6 +23,14 @@ class Ticket(BaseModel):
         description="To be sent as the query parameter `ticket` of /events or /events/stream."
     )
     expires_in_s: float = Field(description="It is valid for this time, and once.")
+
+
+class Weakened(BaseModel):
+    """A setting that protects less than its default."""
+
+    setting: str = Field(description="As the configuration writes it.")
+    value: str | None = Field(description="What it is set to; null to those who are no admins.")
+    meaning: str = Field(description="What that allows.")
 
 
 class Posture(BaseModel):
@@ -73,13 +81,14 @@ async def get_posture(request: Request) -> Response:
     """Tell how the gateway is protected, and name each default that was weakened; values to admins only."""
     config = plant_of(request).config
     server = config.server
-    found = weakened(config)
-    if current().role is not Role.ADMIN:
-        found = [it.model_copy(update={"value": None}) for it in found]
+    told = current().role is Role.ADMIN
     posture = Posture(
         access=config.access.mode,
         tls=server.tls_certificate is not None,
         network=not server.is_local or bool(server.trusted_proxies),
-        weakened=found,
+        weakened=[
+            Weakened(setting=it.setting, value=str(it.value) if told else None, meaning=it.meaning)
+            for it in weakened(config)
+        ],
     )
     return json_response(posture)

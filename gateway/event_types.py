@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from gateway import snapshot
 from gateway.access.keys import KeyInfo
 from gateway.config_file import Changes
-from gateway.core.event_types import CORE, GATEWAY, EventData, EventType, table_of
+from gateway.core.event_types import CORE, GATEWAY, EventData, EventType, news_types, table_of
 from gateway.families import FAMILIES
 from gateway.port_scans import PortScan
 
@@ -21,12 +21,12 @@ OF_THE_CONFIGURATION = (
     EventType("gateway.reload_failed", GATEWAY, ReloadFailed, "the file was not taken; nothing has changed"),
 )
 
-OF_PORTS = tuple(
-    EventType(f"gateway.scan.{status}", GATEWAY, PortScan, when)
-    for status, when in {
-        "finished": "a scan of ports has asked at all of them",
-        "failed": "a scan of ports was broken off",
-    }.items()
+OF_PORTS = news_types(
+    "gateway.scan",
+    GATEWAY,
+    PortScan,
+    finished="a scan of ports has asked at all of them",
+    failed="a scan of ports was broken off",
 )
 
 OF_ACCESS = (

@@ -10,7 +10,7 @@ from api.common.requests import (
     Wait,
     json_response,
     new_router,
-    origin_of,
+    origin,
     plant_of,
     wait_headers,
     wait_s,
@@ -69,7 +69,7 @@ class CaptureList(BaseModel):
 @router.get("/bodies/{body_id}/captures", Right.VIEW, response_model=CaptureList)
 async def list_captures(request: Request, body_id: BodyId) -> Response:
     """Ask the controller how both inputs capture, and what they have captured (CPD, CFD, CSD, 3ND)."""
-    found = await body_captures.read_all(plant_of(request), origin_of(request), body_id)
+    found = await body_captures.read_all(plant_of(request), origin(), body_id)
     states = [_state(request, body_id, it) for it in found]
     return json_response(CaptureList(body_id=states[0].body_id, captures=states))
 
@@ -78,21 +78,21 @@ async def list_captures(request: Request, body_id: BodyId) -> Response:
 async def get_capture(request: Request, body_id: BodyId, port: Port, wait: Wait = None) -> Response:
     """Ask for a capture, at once or when an edge has come; a move that ends without one disarms it too."""
     waited_s = wait_s(request, wait)
-    found = await body_captures.wait(plant_of(request), origin_of(request), body_id, port, waited_s)
+    found = await body_captures.wait(plant_of(request), origin(), body_id, port, waited_s)
     return json_response(_state(request, body_id, found), headers=wait_headers(waited_s))
 
 
 @router.put("/bodies/{body_id}/captures/{port}", Right.OPERATE, response_model=CaptureState)
 async def arm_capture(request: Request, body_id: BodyId, port: Port, capture: CaptureRequest) -> Response:
     """Let an input capture in the next move (CSS, CFS, CPS), once; refused while the motor moves."""
-    armed = await body_captures.arm(plant_of(request), origin_of(request), body_id, port, capture)
+    armed = await body_captures.arm(plant_of(request), origin(), body_id, port, capture)
     return json_response(_state(request, body_id, armed))
 
 
 @router.delete("/bodies/{body_id}/captures/{port}", Right.OPERATE, response_model=CaptureState)
 async def disarm_capture(request: Request, body_id: BodyId, port: Port) -> Response:
     """Let an input capture nothing (CPS), which sets its entries to 0; refused while the motor moves."""
-    found = await body_captures.disarm(plant_of(request), origin_of(request), body_id, port)
+    found = await body_captures.disarm(plant_of(request), origin(), body_id, port)
     return json_response(_state(request, body_id, found))
 
 

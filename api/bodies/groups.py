@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.requests import GroupId, is_seen, json_response, new_router, origin_of, plant_of
+from api.common.requests import GroupId, is_seen, json_response, new_router, origin, plant_of
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import bodies
@@ -61,7 +61,7 @@ async def define_group(request: Request, group_id: GroupId, definition: GroupDef
     It lasts until the gateway ends; groups of the configuration are defined at every start.
     """
     group = await bodies.define_group(
-        plant_of(request), origin_of(request), group_id, definition.members, definition.name
+        plant_of(request), origin(), group_id, definition.members, definition.name
     )
     return json_response(_info(group))
 

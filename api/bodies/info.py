@@ -17,7 +17,7 @@ from api.common.requests import (
     is_seen,
     json_response,
     new_router,
-    origin_of,
+    origin,
     plant_of,
     utc_of,
 )
@@ -253,7 +253,7 @@ class SpeedAccepted(BaseModel):
 async def get_position(request: Request, body_id: BodyId) -> Response:
     """Ask the controller where the motor stands (6PD), and for its mode where that is not known (EAD)."""
     if _body(request, body_id).mode is None:
-        await bodies.know_mode(plant_of(request), origin_of(request), body_id)
+        await bodies.know_mode(plant_of(request), origin(), body_id)
     reply, at = await _ask(request, body_id, WHERE)
     return json_response(_position(_body(request, body_id), reply.pulses, at))
 
@@ -261,7 +261,7 @@ async def get_position(request: Request, body_id: BodyId) -> Response:
 @router.put("/bodies/{body_id}/position", Right.SETUP, response_model=Position)
 async def set_position(request: Request, body_id: BodyId, position: Length) -> Response:
     """Call the present position by another number (6PS). Nothing moves; refused while the motor moves."""
-    pulses, at = await bodies.set_position(plant_of(request), origin_of(request), body_id, position)
+    pulses, at = await bodies.set_position(plant_of(request), origin(), body_id, position)
     return json_response(_position(_body(request, body_id), pulses, at))
 
 
@@ -326,7 +326,7 @@ async def get_statuses(request: Request, line_id: LineId) -> Response:
 async def list_bodies(request: Request, *, fresh: Fresh = False) -> Response:
     """List all bodies as they were last seen; with `fresh`, they are asked for status and position first."""
     if fresh:
-        await bodies.look_at_all(plant_of(request), origin_of(request))
+        await bodies.look_at_all(plant_of(request), origin())
     rorze = plant_of(request).family(Rorze)
     seen = [_info(rorze, body) for body in rorze.bodies() if is_seen(request, body.address)]
     return content_response({"bodies": seen})
@@ -345,7 +345,7 @@ async def acknowledge_body_power_cycle(request: Request, body_id: BodyId) -> Res
     The controller is asked whether it has kept its power since. Its settings and its position table are those
     of its flash memory. Homing does the same as this, and so does setting its position.
     """
-    await bodies.acknowledge_power_cycle(plant_of(request), origin_of(request), body_id)
+    await bodies.acknowledge_power_cycle(plant_of(request), origin(), body_id)
     return content_response(_info(plant_of(request).family(Rorze), _body(request, body_id)))
 
 
@@ -355,7 +355,7 @@ def _body(request: Request, body_id: str) -> Body:
 
 async def _ask(request: Request, body_id: str, command: RorzeCommand[Any]) -> tuple[Any, float]:
     """Ask a body, and give its reply with the time when it came."""
-    answer = await ask(plant_of(request), origin_of(request), f"/bodies/{body_id}", command)
+    answer = await ask(plant_of(request), origin(), f"/bodies/{body_id}", command)
     return answer.replies[0], answer.at or 0.0
 
 
@@ -376,7 +376,7 @@ async def _sweep(
     request: Request, line_id: str, command: RorzeCommand[Any]
 ) -> tuple[Mapping[Body, tuple[Any, float]], list[Unanswered]]:
     """Ask all bodies of a line, and part those who told from those who did not."""
-    results = await bodies.sweep(plant_of(request), origin_of(request), line_id, command)
+    results = await bodies.sweep(plant_of(request), origin(), line_id, command)
     told = {body: it for body, it in results.items() if not isinstance(it, GatewayError)}
     unanswered = [
         Unanswered(body_id=body.address, detail=it.detail)

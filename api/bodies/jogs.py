@@ -3,7 +3,7 @@
 from fastapi import Request, Response
 
 from api.common.problems import DECLARED
-from api.common.requests import BodyId, json_response, new_router, origin_of, plant_of
+from api.common.requests import BodyId, json_response, new_router, origin, plant_of
 from api.common.results import render
 from gateway.core.rights import Right
 from gateway.operations import body_jogs
@@ -18,13 +18,13 @@ async def start_body_jog(request: Request, body_id: BodyId, jog: BodyJogRequest)
 
     It is a move of the same id, no further than `at_most`, 10 s at its top speed, or a soft limit.
     """
-    return render(request, await body_jogs.start(plant_of(request), origin_of(request), body_id, jog))
+    return render(request, await body_jogs.start(plant_of(request), origin(), body_id, jog))
 
 
 @router.post("/bodies/{body_id}/jogs/{jog_id}/heartbeat", Right.OPERATE, response_model=BodyJog)
 async def keep_jogging_body(request: Request, body_id: BodyId, jog_id: str) -> Response:
     """Let the motor move for another half second; 409 when it is being stopped, or nobody can reach it."""
-    return json_response(await body_jogs.heartbeat(plant_of(request), origin_of(request), body_id, jog_id))
+    return json_response(await body_jogs.heartbeat(plant_of(request), origin(), body_id, jog_id))
 
 
 @router.post(
@@ -42,5 +42,5 @@ async def end_body_jog(request: Request, body_id: BodyId, jog_id: str) -> Respon
 
     Where that was not seen in time, the state is `stopping`; ask again until the state is another.
     """
-    jog = await body_jogs.end(plant_of(request), origin_of(request), body_id, jog_id)
+    jog = await body_jogs.end(plant_of(request), origin(), body_id, jog_id)
     return json_response(jog, 202 if jog.state == "stopping" else 200)

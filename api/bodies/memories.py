@@ -6,7 +6,7 @@ from typing import Annotated
 from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.requests import BodyId, json_response, new_router, origin_of, plant_of
+from api.common.requests import BodyId, json_response, new_router, origin, plant_of
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import programs
@@ -63,7 +63,7 @@ class MemoryChanges(RequestModel, json_schema_extra=example(memories=[{"name": "
 @router.get("/bodies/{body_id}/memories", Right.VIEW, response_model=MemoryList)
 async def get_memories(request: Request, body_id: BodyId, first: First = "D0", count: Count = 1) -> Response:
     """Read memories of the user program, one by one (UDD)."""
-    found = await programs.read_memories(plant_of(request), origin_of(request), body_id, first, count)
+    found = await programs.read_memories(plant_of(request), origin(), body_id, first, count)
     return _told(request, body_id, found)
 
 
@@ -74,7 +74,7 @@ async def set_memories(request: Request, body_id: BodyId, change: MemoryChanges)
     return _told(
         request,
         body_id,
-        await programs.write_memories(plant_of(request), origin_of(request), body_id, wanted),
+        await programs.write_memories(plant_of(request), origin(), body_id, wanted),
     )
 
 
@@ -82,7 +82,7 @@ async def set_memories(request: Request, body_id: BodyId, change: MemoryChanges)
 async def set_memory(request: Request, body_id: BodyId, name: MemoryName, change: MemoryChange) -> Response:
     """Set a memory (UDS), and tell what it holds then: a program that runs may change it at once."""
     wanted = [(name, change.value)]
-    [held] = await programs.write_memories(plant_of(request), origin_of(request), body_id, wanted)
+    [held] = await programs.write_memories(plant_of(request), origin(), body_id, wanted)
     return json_response(Memory(name=held.name, value=held.value))
 
 

@@ -13,7 +13,7 @@ from api.common.requests import (
     Wait,
     json_response,
     new_router,
-    origin_of,
+    origin,
     plant_of,
     wait_headers,
     wait_s,
@@ -72,9 +72,7 @@ async def change_speed_of_one_move(
 ) -> Response:
     """Change the speed of this move on its way (5AS, 5CS, 5DS); 409 when it is over, or homes."""
     plant, target = plant_of(request), f"/bodies/{body_id}"
-    return json_response(
-        await moves.change_speed(plant, origin_of(request), target, move_id, speed.command())
-    )
+    return json_response(await moves.change_speed(plant, origin(), target, move_id, speed.command()))
 
 
 @router.post(
@@ -94,5 +92,5 @@ async def start_group_move(
 async def perform(request: Request, target: str, move: Any, wait: float | None) -> Response:
     """Start a move of what stands at a path, or say what it would be."""
     waited_s = wait_s(request, wait)
-    begun = await moves.start(plant_of(request), origin_of(request), target, move, waited_s)
+    begun = await moves.start(plant_of(request), origin(), target, move, waited_s)
     return render(request, begun, waited_s)

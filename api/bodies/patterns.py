@@ -7,7 +7,7 @@ from pydantic import BaseModel, Field
 
 from api.bodies.speed_sets import First, Flash, Last
 from api.common.etags import DECLARED_HEADER, expected_by, tagged
-from api.common.requests import BodyId, json_response, new_router, origin_of, plant_of
+from api.common.requests import BodyId, json_response, new_router, origin, plant_of
 from gateway.core.rights import Right
 from gateway.operations import body_settings
 from gateway.rorze.curves import CurveDraft, SpeedCurve
@@ -42,14 +42,14 @@ async def list_patterns(
 ) -> Response:
     """Ask a body for its acceleration patterns: one frame for each, and sixteen more for one that is set."""
     plant = plant_of(request)
-    found = await body_settings.read_patterns(plant, origin_of(request), body_id, first, last)
+    found = await body_settings.read_patterns(plant, origin(), body_id, first, last)
     return json_response(PatternList(body_id=found[0].body_id, patterns=found))
 
 
 @router.get("/bodies/{body_id}/patterns/{n}", Right.VIEW, response_model=Pattern)
 async def get_pattern(request: Request, body_id: BodyId, n: PatternNumber) -> Response:
     """Ask a body for an acceleration pattern (SPD) with its speed changes (SED)."""
-    return tagged(await body_settings.read_pattern(plant_of(request), origin_of(request), body_id, n))
+    return tagged(await body_settings.read_pattern(plant_of(request), origin(), body_id, n))
 
 
 @router.put(
@@ -92,14 +92,14 @@ async def get_curve(
     points: Points = 200,
 ) -> Response:
     """Work out how a move with this pattern would go, with the settings of now; nothing moves."""
-    plant, caller = plant_of(request), origin_of(request)
+    plant, caller = plant_of(request), origin()
     return json_response(await body_settings.curve(plant, caller, body_id, n, distance, unit, speed, points))
 
 
 @router.post("/bodies/{body_id}/patterns/{n}/curve", Right.VIEW, response_model=SpeedCurve)
 async def draft_curve(request: Request, body_id: BodyId, n: PatternNumber, draft: CurveDraft) -> Response:
     """Work out how a move would go if the pattern were this one; nothing is set, and nothing moves."""
-    plant, caller = plant_of(request), origin_of(request)
+    plant, caller = plant_of(request), origin()
     return json_response(await body_settings.draft_curve(plant, caller, body_id, n, draft))
 
 
@@ -107,5 +107,5 @@ async def _change(
     request: Request, body_id: str, n: int, wanted: PatternValues | PatternChange, *, flash: bool
 ) -> Response:
     plant, expects = plant_of(request), expected_by(request)
-    caller = origin_of(request)
+    caller = origin()
     return tagged(await body_settings.change_pattern(plant, caller, body_id, n, wanted, expects, flash=flash))

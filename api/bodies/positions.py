@@ -9,15 +9,15 @@ from pydantic import BaseModel, Field
 from api.common.csv_tables import ANSWER, csv_response, read_table
 from api.common.etags import DECLARED_HEADER, etag_of, expected_by, tagged
 from api.common.problems import DECLARED
+from api.common.records import RecordRoutes
 from api.common.requests import (
     BodyId,
     Wait,
     begun_response,
     json_response,
     new_router,
-    origin_of,
+    origin,
     plant_of,
-    wait_headers,
     wait_s,
 )
 from gateway.core.errors import InvalidRequest
@@ -112,25 +112,17 @@ async def read_body_positions(
 ) -> Response:
     """Begin to read stored positions; the record at `Location` has them in the end."""
     plant, waited_s = plant_of(request), wait_s(request, wait)
-    begun = await body_positions.begin_to_read(plant, origin_of(request), body_id, first, last, waited_s)
+    begun = await body_positions.begin_to_read(plant, origin(), body_id, first, last, waited_s)
     return begun_response(begun, f"{begun.target}/positions/readings", waited_s)
 
 
-@router.get("/bodies/{body_id}/positions/readings/{reading_id}", Right.VIEW, response_model=PositionReading)
-async def get_body_position_reading(
-    request: Request, body_id: BodyId, reading_id: str, wait: Wait = None
-) -> Response:
-    """Get a reading of positions, at once or when it is over; `current` is the one under way, or the last."""
-    plant, waited_s = plant_of(request), wait_s(request, wait)
-    found = await body_positions.get_reading(plant, origin_of(request), body_id, reading_id, waited_s)
-    return json_response(found, headers=wait_headers(waited_s))
-
-
-@router.delete("/bodies/{body_id}/positions/readings/current", Right.VIEW, response_model=PositionReading)
-async def cancel_body_position_reading(request: Request, body_id: BodyId) -> Response:
-    """Read no more."""
-    plant = plant_of(request)
-    return json_response(await body_positions.cancel_reading(plant, origin_of(request), body_id))
+RecordRoutes("a reading of positions", PositionReading, body_positions.READINGS, "Read no more.").add_to(
+    router,
+    "/bodies/{body_id}/positions/readings",
+    "get_body_position_reading",
+    "cancel_body_position_reading",
+    body_id=BodyId,
+)
 
 
 @router.put(
@@ -170,21 +162,18 @@ async def upload_body_position_table(
     return await _begin(request, body_id, wanted, names, upload.flash, wait)
 
 
-@router.get("/bodies/{body_id}/positions/uploads/{upload_id}", Right.VIEW, response_model=TableUpload)
-async def get_body_position_upload(
-    request: Request, body_id: BodyId, upload_id: str, wait: Wait = None
-) -> Response:
-    """Get an upload of positions, at once or when it is over; `current` is the one under way, or the last."""
-    plant, waited_s = plant_of(request), wait_s(request, wait)
-    found = await body_positions.get_upload(plant, origin_of(request), body_id, upload_id, waited_s)
-    return json_response(found, headers=wait_headers(waited_s))
-
-
-@router.delete("/bodies/{body_id}/positions/uploads/current", Right.SETUP, response_model=TableUpload)
-async def cancel_body_position_upload(request: Request, body_id: BodyId) -> Response:
-    """Store no more; what was sent stays in RAM, and `error` says how much that is."""
-    plant = plant_of(request)
-    return json_response(await body_positions.cancel_upload(plant, origin_of(request), body_id))
+RecordRoutes(
+    "an upload of positions",
+    TableUpload,
+    body_positions.UPLOADS,
+    "Store no more; what was sent stays in RAM, and `error` says how much that is.",
+).add_to(
+    router,
+    "/bodies/{body_id}/positions/uploads",
+    "get_body_position_upload",
+    "cancel_body_position_upload",
+    body_id=BodyId,
+)
 
 
 @router.put("/bodies/{body_id}/positions/{number}/name", Right.SETUP, response_model=PositionLabel)
@@ -193,7 +182,7 @@ async def name_body_position(
 ) -> Response:
     """Name a position. The gateway keeps the name; nothing is sent."""
     plant = plant_of(request)
-    await body_positions.name(plant, origin_of(request), body_id, number, named.name or "")
+    await body_positions.name(plant, origin(), body_id, number, named.name or "")
     address = plant.family(Rorze).body(body_id).address
     return json_response(PositionLabel(body_id=address, number=number, name=named.name))
 
@@ -239,9 +228,7 @@ async def _begin(
     wait: float | None,
 ) -> Response:
     plant, waited_s = plant_of(request), wait_s(request, wait)
-    begun = await body_positions.begin_to_store(
-        plant, origin_of(request), body_id, wanted, names, flash, waited_s
-    )
+    begun = await body_positions.begin_to_store(plant, origin(), body_id, wanted, names, flash, waited_s)
     return begun_response(begun, f"{begun.target}/positions/uploads", waited_s)
 
 
@@ -276,7 +263,7 @@ async def _read(request: Request, body_id: str, first: int, last: int) -> BodyPo
     return _table(
         request,
         body_id,
-        await body_positions.read(plant_of(request), origin_of(request), body_id, first, last),
+        await body_positions.read(plant_of(request), origin(), body_id, first, last),
     )
 
 
@@ -289,7 +276,7 @@ async def _require_match(request: Request, body_id: str, first: int, last: int) 
 async def _store(
     request: Request, body_id: str, wanted: list[Wanted], names: dict[int, str], *, flash: bool = False
 ) -> BodyPositions:
-    held = await body_positions.store(plant_of(request), origin_of(request), body_id, wanted, names, flash)
+    held = await body_positions.store(plant_of(request), origin(), body_id, wanted, names, flash)
     return _table(request, body_id, held)
 
 

@@ -9,13 +9,14 @@ from pydantic import BaseModel, Field, ValidationError, model_validator
 from api.common import strict_json
 from api.common.faults import InvalidBody
 from api.common.problems import DECLARED
+from api.common.records import RecordRoutes
 from api.common.requests import (
     BodyId,
     Wait,
     begun_response,
     json_response,
     new_router,
-    origin_of,
+    origin,
     plant_of,
     wait_headers,
     wait_s,
@@ -92,7 +93,7 @@ Flash = Annotated[bool, Query(description="For a source in plain text: write it 
 )
 async def get_program(request: Request, body_id: BodyId) -> Response:
     """Read the user program from the controller (UED, UPD); with `Accept: text/plain` its text alone."""
-    stored = await programs.read(plant_of(request), origin_of(request), body_id)
+    stored = await programs.read(plant_of(request), origin(), body_id)
     accepted = request.headers.get("accept", "").lower()
     if TEXT in accepted and JSON not in accepted:
         return Response(stored.source, media_type=TEXT, headers={"Vary": "Accept"})
@@ -128,24 +129,18 @@ async def upload_program(
     # Thousands of lines take a second to assemble, in which no stop may wait.
     program = await asyncio.to_thread(programs.check, wanted.source)
     saved = flash or wanted.flash
-    upload = await programs.upload(plant, origin_of(request), body_id, program, saved, waited_s)
-    return _upload(upload, waited_s)
+    upload = await programs.upload(plant, origin(), body_id, program, saved, waited_s)
+    return begun_response(upload, f"/bodies/{upload.body_id}/program/uploads", waited_s)
 
 
-@router.get("/bodies/{body_id}/program/uploads/{upload_id}", Right.VIEW, response_model=ProgramUpload)
-async def get_program_upload(
-    request: Request, body_id: BodyId, upload_id: str, wait: Wait = None
-) -> Response:
-    """Get an upload, at once or when it is over; `current` is the one under way, or the last."""
-    waited_s = wait_s(request, wait)
-    upload = await programs.get_upload(plant_of(request), body_id, upload_id, waited_s)
-    return json_response(upload, headers=wait_headers(waited_s))
-
-
-@router.delete("/bodies/{body_id}/program/uploads/current", Right.SETUP, response_model=ProgramUpload)
-async def cancel_program_upload(request: Request, body_id: BodyId) -> Response:
-    """Cancel the upload under way before its next instruction; what is stored then stays in RAM."""
-    return json_response(await programs.cancel_upload(plant_of(request), origin_of(request), body_id))
+RecordRoutes(
+    "an upload",
+    ProgramUpload,
+    programs.UPLOADS,
+    "Cancel the upload under way before its next instruction; what is stored then stays in RAM.",
+).add_to(
+    router, "/bodies/{body_id}/program/uploads", "get_program_upload", "cancel_program_upload", body_id=BodyId
+)
 
 
 @router.post(
@@ -158,14 +153,14 @@ async def cancel_program_upload(request: Request, body_id: BodyId) -> Response:
 async def run_program(request: Request, body_id: BodyId, run: RunRequest, wait: Wait = None) -> Response:
     """Run the user program (URG), or one instruction of it (USG); it may move the motor. A stop ends it."""
     waited_s = wait_s(request, wait)
-    begun = await programs.run(plant_of(request), origin_of(request), body_id, run.command(), waited_s)
+    begun = await programs.run(plant_of(request), origin(), body_id, run.command(), waited_s)
     return begun_response(begun, f"/bodies/{begun.body_id}/program/runs", waited_s)
 
 
 @router.get("/bodies/{body_id}/program/runs/current", Right.VIEW, response_model=ProgramState)
 async def get_program_state(request: Request, body_id: BodyId) -> Response:
     """Ask the controller whether its program runs, how it ended and where it is (URD, UND, UPD)."""
-    return json_response(await programs.state(plant_of(request), origin_of(request), body_id))
+    return json_response(await programs.state(plant_of(request), origin(), body_id))
 
 
 @router.get("/bodies/{body_id}/program/runs/{run_id}", Right.VIEW, response_model=ProgramRun)
@@ -174,10 +169,6 @@ async def get_program_run(request: Request, body_id: BodyId, run_id: str, wait: 
     waited_s = wait_s(request, wait)
     run = await programs.get_run(plant_of(request), body_id, run_id, waited_s)
     return json_response(run, headers=wait_headers(waited_s))
-
-
-def _upload(upload: ProgramUpload, waited_s: float) -> Response:
-    return begun_response(upload, f"/bodies/{upload.body_id}/program/uploads", waited_s)
 
 
 async def _source_of(request: Request) -> ProgramSource:

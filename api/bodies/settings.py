@@ -4,7 +4,7 @@ from fastapi import Request, Response
 
 from api.bodies.speed_sets import Flash
 from api.common.etags import DECLARED_HEADER, expected_by, tagged
-from api.common.requests import BodyId, new_router, origin_of, plant_of
+from api.common.requests import BodyId, new_router, origin, plant_of
 from gateway.core.rights import Right
 from gateway.operations import body_settings
 from gateway.rorze.encoders import Encoder, Resolution, ResolutionRequest
@@ -21,7 +21,7 @@ async def get_body_settings(request: Request, body_id: BodyId) -> Response:
 
     Speed sets 0-29 and patterns stand at `/speed-sets` and `/patterns`; the standard set is here.
     """
-    return tagged(await body_settings.read_settings(plant_of(request), origin_of(request), body_id))
+    return tagged(await body_settings.read_settings(plant_of(request), origin(), body_id))
 
 
 @router.patch(
@@ -44,7 +44,7 @@ async def change_body_settings(
 @router.get("/bodies/{body_id}/homing", Right.VIEW, response_model=Homing)
 async def get_homing(request: Request, body_id: BodyId) -> Response:
     """Ask a body how it searches its origin, and how far its last search went (0PD)."""
-    return tagged(await body_settings.read_homing(plant_of(request), origin_of(request), body_id))
+    return tagged(await body_settings.read_homing(plant_of(request), origin(), body_id))
 
 
 @router.patch(
@@ -60,7 +60,7 @@ async def change_homing(
 @router.get("/bodies/{body_id}/encoder", Right.VIEW, response_model=Encoder)
 async def get_encoder(request: Request, body_id: BodyId) -> Response:
     """Ask a body what its encoder counts (6ED, 6MD), and how it is set up (RC-420 manual 13.7)."""
-    return tagged(await body_settings.read_encoder(plant_of(request), origin_of(request), body_id))
+    return tagged(await body_settings.read_encoder(plant_of(request), origin(), body_id))
 
 
 @router.patch(
@@ -84,7 +84,7 @@ async def set_encoder_resolution(
 ) -> Response:
     """Set multiplier and ratio (PAS, PBS) by what a turn is to motor and encoder (RC-420 manual 13.7.2)."""
     plant, expects = plant_of(request), expected_by(request)
-    caller = origin_of(request)
+    caller = origin()
     return _told(await body_settings.set_resolution(plant, caller, body_id, resolution, expects, flash=flash))
 
 
@@ -92,7 +92,7 @@ async def _change(
     request: Request, body_id: str, change: BodySettingsChange | HomingChange | EncoderChange, *, flash: bool
 ) -> Response:
     plant, expects = plant_of(request), expected_by(request)
-    caller = origin_of(request)
+    caller = origin()
     return _told(await body_settings.change_settings(plant, caller, body_id, change, expects, flash=flash))
 
 

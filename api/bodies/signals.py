@@ -8,7 +8,7 @@ from fastapi import Path, Request, Response
 from pydantic import BaseModel, Field, model_validator
 
 from api.bodies.info import SensorBits
-from api.common.requests import BodyId, age_ms_of, json_response, new_router, origin_of, plant_of, utc_of
+from api.common.requests import BodyId, age_ms_of, json_response, new_router, origin, plant_of, utc_of
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import body_signals
@@ -104,14 +104,14 @@ class ErrorOutputChoice(RequestModel, json_schema_extra=example(output=7, on=Tru
 @router.get("/bodies/{body_id}/inputs", Right.VIEW, response_model=BodyInputs)
 async def get_body_inputs(request: Request, body_id: BodyId) -> Response:
     """Ask the controller for all ten inputs (CID)."""
-    found, at = await body_signals.inputs(plant_of(request), origin_of(request), body_id)
+    found, at = await body_signals.inputs(plant_of(request), origin(), body_id)
     return json_response(BodyInputs(**_reading(request, body_id, at), inputs=_states(found)))
 
 
 @router.get("/bodies/{body_id}/outputs", Right.VIEW, response_model=BodyOutputs)
 async def get_body_outputs(request: Request, body_id: BodyId) -> Response:
     """Ask the controller for all sixteen outputs (COD)."""
-    found, at = await body_signals.outputs(plant_of(request), origin_of(request), body_id)
+    found, at = await body_signals.outputs(plant_of(request), origin(), body_id)
     return json_response(BodyOutputs(**_reading(request, body_id, at), outputs=_states(found)))
 
 
@@ -120,8 +120,8 @@ async def switch_body_output(
     request: Request, body_id: BodyId, output: Output, wanted: OutputSwitch
 ) -> Response:
     """Switch an output (COS), which ends its pulse, and read it back; `not-done` where it is not as asked."""
-    plant, caller = plant_of(request), origin_of(request)
-    return json_response(_state(await body_signals.switch(plant, caller, body_id, output, wanted.on)))
+    plant, caller = plant_of(request), origin()
+    return json_response(_state(await body_signals.switch(plant, caller, body_id, output, on=wanted.on)))
 
 
 @router.post("/bodies/{body_id}/outputs/{output}/pulses", Right.OPERATE, response_model=SignalState)
@@ -129,21 +129,21 @@ async def pulse_body_output(
     request: Request, body_id: BodyId, output: Output, wanted: OutputPulse
 ) -> Response:
     """Invert an output for a time (CBS); refused while it is inverted, and where it reports an error."""
-    plant, caller = plant_of(request), origin_of(request)
+    plant, caller = plant_of(request), origin()
     return json_response(_state(await body_signals.pulse(plant, caller, body_id, output, wanted.duration_ms)))
 
 
 @router.get("/bodies/{body_id}/sensors", Right.VIEW, response_model=BodySensors)
 async def get_body_sensors(request: Request, body_id: BodyId) -> Response:
     """Ask the controller for all six sensors (CLD)."""
-    found, at = await body_signals.sensors(plant_of(request), origin_of(request), body_id)
+    found, at = await body_signals.sensors(plant_of(request), origin(), body_id)
     return json_response(BodySensors(**_reading(request, body_id, at), sensors=SensorBits(**found)))
 
 
 @router.get("/bodies/{body_id}/error-outputs", Right.VIEW, response_model=BodyErrorOutputs)
 async def get_error_outputs(request: Request, body_id: BodyId) -> Response:
     """Ask the controller which outputs report errors (CED), and which errors stand (CRD)."""
-    found = await body_signals.error_outputs(plant_of(request), origin_of(request), body_id)
+    found = await body_signals.error_outputs(plant_of(request), origin(), body_id)
     return _error_outputs(request, body_id, found)
 
 
@@ -152,15 +152,15 @@ async def set_error_output(
     request: Request, body_id: BodyId, cause: CausePath, wanted: ErrorOutputChoice
 ) -> Response:
     """Set the output that reports a cause (CES), and read it back. Each cause takes one of its own."""
-    plant, caller = plant_of(request), origin_of(request)
-    held = await body_signals.set_error_output(plant, caller, body_id, cause, wanted.output, wanted.on)
+    plant, caller = plant_of(request), origin()
+    held = await body_signals.set_error_output(plant, caller, body_id, cause, wanted.output, on=wanted.on)
     return _error_outputs(request, body_id, [held])
 
 
 @router.post("/bodies/{body_id}/error-outputs/reset", Right.OPERATE, response_model=BodyErrorOutputs)
 async def reset_error_outputs(request: Request, body_id: BodyId) -> Response:
     """Take back all error outputs (CRS), which refuse moves while they stand."""
-    found = await body_signals.take_back_errors(plant_of(request), origin_of(request), body_id)
+    found = await body_signals.take_back_errors(plant_of(request), origin(), body_id)
     return _error_outputs(request, body_id, found)
 
 

@@ -6,7 +6,7 @@ from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from api.common.etags import DECLARED_HEADER, expected_by, tagged
-from api.common.requests import BodyId, json_response, new_router, origin_of, plant_of
+from api.common.requests import BodyId, json_response, new_router, origin, plant_of
 from gateway.core.rights import Right
 from gateway.operations import body_settings
 from gateway.rorze.speed_sets import STANDARD, ChangedSpeedSet, SpeedSet, SpeedSetChange, SpeedSetValues
@@ -34,14 +34,14 @@ async def list_speed_sets(
 ) -> Response:
     """Ask a body for its speed parameter sets, five frames for each."""
     plant = plant_of(request)
-    found = await body_settings.read_speed_sets(plant, origin_of(request), body_id, first, last)
+    found = await body_settings.read_speed_sets(plant, origin(), body_id, first, last)
     return json_response(SpeedSetList(body_id=found[0].body_id, speed_sets=found))
 
 
 @router.get("/bodies/{body_id}/speed-sets/{n}", Right.VIEW, response_model=SpeedSet)
 async def get_speed_set(request: Request, body_id: BodyId, n: SetNumber) -> Response:
     """Ask a body for a speed parameter set (OLD, OHD, OSD, OAD, OBD)."""
-    return tagged(await body_settings.read_speed_set(plant_of(request), origin_of(request), body_id, n))
+    return tagged(await body_settings.read_speed_set(plant_of(request), origin(), body_id, n))
 
 
 @router.put(
@@ -74,7 +74,7 @@ async def _change(
     request: Request, body_id: str, n: int, wanted: SpeedSetValues | SpeedSetChange, *, flash: bool
 ) -> Response:
     plant, expects = plant_of(request), expected_by(request)
-    caller = origin_of(request)
+    caller = origin()
     return tagged(
         await body_settings.change_speed_set(plant, caller, body_id, n, wanted, expects, flash=flash)
     )

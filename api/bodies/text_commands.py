@@ -1,39 +1,20 @@
-"""Commands as plain text, where the configuration allows it: the same scheduler, the same rules."""
+"""Commands to bodies as plain text, where the configuration allows it."""
 
-from typing import Annotated, Any, cast
+from typing import Annotated, Any
 
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.idempotency import require_no_key
 from api.common.problems import DECLARED
-from api.common.requests import (
-    BodyId,
-    Wait,
-    age_ms_of,
-    json_response,
-    new_router,
-    origin_of,
-    plant_of,
-    wait_s,
-)
-from api.common.results import StopResult, render
-from api.common.strict_json import StrictRoute
+from api.common.requests import BodyId, Wait, age_ms_of, new_router, plant_of
+from api.common.results import StopResult
+from api.common.text_commands import TextRoute, send_text
 from gateway.core.move_record import Move
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Answer
-from gateway.operations.commands import do, read_text
 from gateway.rorze.family import Rorze
 from protocols.rorze.row import RorzeCommand
-from protocols.table import Effect
-
-
-class TextRoute(StrictRoute):
-    """A route that knows only when it has read its body whether that is a stop."""
-
-    refuses_keys = False
-
 
 router = new_router("commands", TextRoute)
 
@@ -64,20 +45,14 @@ class RawReply(BaseModel):
 )
 async def send_raw(request: Request, body_id: BodyId, raw: RawRequest, wait: Wait = None) -> Response:
     """Send a command as text. A command that moves makes a move, and one that stops makes a stop."""
-    plant, target = plant_of(request), f"/bodies/{body_id}"
-    command = read_text(plant, target, raw.text)
-    if command.effect is not Effect.STOP:
-        require_no_key(request)
-    waited_s = wait_s(request, wait)
-    result = await do(plant, origin_of(request), target, command, waited_s)
-    if not isinstance(result, Answer):
-        return render(request, result, waited_s)
-    body = plant.family(Rorze).body(body_id)
-    return json_response(
-        RawReply(
+
+    def told(command: RorzeCommand[Any], answer: Answer) -> RawReply:
+        body = plant_of(request).family(Rorze).body(body_id)
+        return RawReply(
             body_id=body.address,
-            sent=body.line.frame_of(body.number, cast("RorzeCommand[Any]", command)),
-            reply=result.replies[0].written(),
-            age_ms=age_ms_of(result.at or 0.0),
+            sent=body.line.frame_of(body.number, command),
+            reply=answer.replies[0].written(),
+            age_ms=age_ms_of(answer.at or 0.0),
         )
-    )
+
+    return await send_text(request, f"/bodies/{body_id}", raw.text, wait, told)

@@ -15,7 +15,7 @@ from starlette.requests import HTTPConnection
 from api.common.access import Access
 from api.common.routes import HttpRoute, Router
 from api.common.strict_json import StrictRoute
-from gateway.core.origin import Origin, current
+from gateway.core.origin import current
 from gateway.plant import Plant
 
 MAX_WAIT_S = 60
@@ -54,15 +54,14 @@ def new_router(tag: str, route_class: type[HttpRoute] = StrictRoute) -> Router:
     return Router(tag, route_class)
 
 
+origin = current
+"""Who has sent the request that is served: all of it is done in that name."""
+
+
 def plant_of(request: HTTPConnection) -> Plant:
     """The plant that the app serves."""
     plant: Plant = request.app.state.plant
     return plant
-
-
-def origin_of(_: Request) -> Origin:
-    """Who has sent the request: all of it is served in that name."""
-    return current()
 
 
 def is_seen(request: Request, address: str) -> bool:

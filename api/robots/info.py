@@ -11,7 +11,7 @@ from api.common.requests import (
     is_seen,
     json_response,
     new_router,
-    origin_of,
+    origin,
     plant_of,
     utc_of,
 )
@@ -183,9 +183,7 @@ async def get_unit_position(
 ) -> Response:
     """Ask the robot where the unit stands, in user (APS) or motor coordinates (MPS)."""
     axes = unit_of(request, robot_id, unit)
-    places, reasons, at = await robots.position(
-        plant_of(request), origin_of(request), robot_id, unit, coordinates
-    )
+    places, reasons, at = await robots.position(plant_of(request), origin(), robot_id, unit, coordinates)
     return json_response(
         UnitPosition(
             robot_id=robot_id,
@@ -208,7 +206,7 @@ async def get_unit_position(
 @router.get("/robots/{robot_id}/units/{unit}/status", Right.VIEW, response_model=UnitStatus)
 async def get_unit_status(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
     """Ask the robot how the unit's motor axes are (ACD) and for their sensors (ASD)."""
-    found = await robots.status(plant_of(request), origin_of(request), robot_id, unit)
+    found = await robots.status(plant_of(request), origin(), robot_id, unit)
     return json_response(
         UnitStatus(
             robot_id=robot_id,
@@ -228,28 +226,28 @@ async def list_robot_errors(request: Request, robot_id: RobotId, fresh: Fresh = 
     An error of the system is not cleared by that.
     """
     if fresh:
-        await do(plant_of(request), origin_of(request), f"/robots/{robot_id}", TakeCurrentError())
+        await do(plant_of(request), origin(), f"/robots/{robot_id}", TakeCurrentError())
     return json_response(_errors(robot_of(request, robot_id)))
 
 
 @router.post("/robots/{robot_id}/errors/reset", Right.OPERATE, response_model=RobotErrors)
 async def reset_robot_errors(request: Request, robot_id: RobotId) -> Response:
     """Reset the errors and the state EMERGENCY (DRT), and tell what still stands. Nothing moves."""
-    await robots.reset_errors(plant_of(request), origin_of(request), robot_id)
+    await robots.reset_errors(plant_of(request), origin(), robot_id)
     return json_response(_errors(robot_of(request, robot_id)))
 
 
 @router.put("/robots/{robot_id}/mode", Right.SETUP, response_model=RobotInfo)
 async def change_robot_mode(request: Request, robot_id: RobotId, wanted: ModeChange) -> Response:
     """Bring the robot into another mode (MOD) until the gateway ends; refused while it moves."""
-    await robots.change_mode(plant_of(request), origin_of(request), robot_id, wanted.mode)
+    await robots.change_mode(plant_of(request), origin(), robot_id, wanted.mode)
     return json_response(_info(robot_of(request, robot_id)))
 
 
 @router.post("/robots/{robot_id}/power-cycle/acknowledge", Right.OPERATE, response_model=RobotInfo)
 async def acknowledge_power_cycle(request: Request, robot_id: RobotId) -> Response:
     """Allow motion again after a loss of power, once the speeds are set: they are at 100 % since then."""
-    await robots.acknowledge_power_cycle(plant_of(request), origin_of(request), robot_id)
+    await robots.acknowledge_power_cycle(plant_of(request), origin(), robot_id)
     return json_response(_info(robot_of(request, robot_id)))
 
 

@@ -4,7 +4,7 @@ from fastapi import Request, Response
 from pydantic import Field
 
 from api.common.problems import DECLARED
-from api.common.requests import json_response, new_router, origin_of, plant_of
+from api.common.requests import json_response, new_router, origin, plant_of
 from api.common.results import render
 from api.robots.paths import RobotId
 from gateway.core.records import RequestModel, example
@@ -31,13 +31,13 @@ async def start_jog(request: Request, robot_id: RobotId, jog: JogRequest) -> Res
     """Start to jog an axis. It stops when no heartbeat has come for half a second."""
     command = StartJog(axis=jog.axis, direction=jog.direction)
     target = f"/robots/{robot_id}/units/{jog.unit}"
-    return render(request, await do(plant_of(request), origin_of(request), target, command))
+    return render(request, await do(plant_of(request), origin(), target, command))
 
 
 @router.post("/robots/{robot_id}/jogs/{jog_id}/heartbeat", Right.OPERATE, response_model=JogSession)
 async def keep_jogging(request: Request, robot_id: RobotId, jog_id: str) -> Response:
     """Let the axis move for another half second; 409 when it is being stopped, or nobody can reach it."""
-    return json_response(await jogs.heartbeat(plant_of(request), origin_of(request), robot_id, jog_id))
+    return json_response(await jogs.heartbeat(plant_of(request), origin(), robot_id, jog_id))
 
 
 @router.post(
@@ -56,5 +56,5 @@ async def end_jog(request: Request, robot_id: RobotId, jog_id: str) -> Response:
     Where that was not seen in time, the state is `stopping` and the whole robot is being stopped; ask again
     until the state is another.
     """
-    session = await jogs.end(plant_of(request), origin_of(request), robot_id, jog_id)
+    session = await jogs.end(plant_of(request), origin(), robot_id, jog_id)
     return json_response(session, 202 if session.state == "stopping" else 200)

@@ -10,7 +10,7 @@ from api.common.requests import (
     Wait,
     json_response,
     new_router,
-    origin_of,
+    origin,
     plant_of,
     wait_headers,
     wait_s,
@@ -63,7 +63,7 @@ async def start_robot_move(
     move that has started and failed is no HTTP error: see its `status`, `end_cause` and `error`.
     """
     waited_s, target = wait_s(request, wait), f"/robots/{robot_id}/units/{unit}"
-    begun = await moves.start(plant_of(request), origin_of(request), target, move, waited_s)
+    begun = await moves.start(plant_of(request), origin(), target, move, waited_s)
     return render(request, begun, waited_s)
 
 
@@ -107,6 +107,4 @@ async def run_macro(
     waited_s = wait_s(request, wait)
     target = f"/robots/{robot_id}" + ("" if run.unit is None else f"/units/{run.unit}")
     command = RunMacro(macro=name, arguments=run.arguments)
-    return render(
-        request, await do(plant_of(request), origin_of(request), target, command, waited_s), waited_s
-    )
+    return render(request, await do(plant_of(request), origin(), target, command, waited_s), waited_s)

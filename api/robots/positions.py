@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field
 from api.common.csv_tables import ANSWER, Row, csv_response, read_table
 from api.common.etags import DECLARED_HEADER, etag_of, expected_by, tagged
 from api.common.problems import DECLARED
-from api.common.requests import json_response, new_router, origin_of, plant_of
+from api.common.requests import json_response, new_router, origin, plant_of
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from gateway.core.errors import InvalidRequest
 from gateway.core.records import RequestModel, example
@@ -94,7 +94,7 @@ async def list_positions(
 ) -> Response:
     """Read stored positions (POR); the robot ends at the first number that is not set."""
     axes = unit_of(request, robot_id, unit)
-    stored = await positions.read(plant_of(request), origin_of(request), robot_id, unit, first, last)
+    stored = await positions.read(plant_of(request), origin(), robot_id, unit, first, last)
     return tagged(_table(axes, stored))
 
 
@@ -144,7 +144,7 @@ async def download_positions(
     The robot ends at the first number that is not set; the header `Ended-At` names it.
     """
     axes = unit_of(request, robot_id, unit)
-    stored = await positions.read(plant_of(request), origin_of(request), robot_id, unit, first, last)
+    stored = await positions.read(plant_of(request), origin(), robot_id, unit, first, last)
     rows = [[number, *map(_cell, values)] for number, values in stored.positions]
     headers = {} if stored.ended_at is None else {"Ended-At": str(stored.ended_at)}
     headers["ETag"] = etag_of(_table(axes, stored))
@@ -167,7 +167,7 @@ async def _store(
     request: Request, unit: RobotUnit, stored: Sequence[Wanted], known: Sequence[int]
 ) -> Response:
     plant, expects = plant_of(request), expected_by(request, lambda held: _table(unit, held))
-    await positions.store(plant, origin_of(request), unit.robot_id, unit.number, stored, known, expects)
+    await positions.store(plant, origin(), unit.robot_id, unit.number, stored, known, expects)
     return json_response(Uploaded(robot_id=unit.robot_id, unit=unit.number, count=len(stored)))
 
 

@@ -3,7 +3,7 @@
 from fastapi import Request, Response
 
 from api.common.etags import DECLARED_HEADER, expected_by, tagged
-from api.common.requests import json_response, new_router, origin_of, plant_of
+from api.common.requests import json_response, new_router, origin, plant_of
 from api.robots.paths import RobotId, UnitNumber
 from gateway.core.rights import Right
 from gateway.fics.settings import SettingsChange, UnitSettings
@@ -15,7 +15,7 @@ router = new_router("robot settings")
 @router.get("/robots/{robot_id}/units/{unit}/settings", Right.VIEW, response_model=UnitSettings)
 async def get_settings(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
     """Ask the robot for all settings of a unit, one by one; refused while it moves."""
-    return tagged(await settings.read(plant_of(request), origin_of(request), robot_id, unit))
+    return tagged(await settings.read(plant_of(request), origin(), robot_id, unit))
 
 
 @router.patch(
@@ -34,4 +34,4 @@ async def change_settings(
     With `If-Match` all settings are read before, and nothing is sent where they are otherwise than they were.
     """
     plant, expects = plant_of(request), expected_by(request)
-    return json_response(await settings.change(plant, origin_of(request), robot_id, unit, change, expects))
+    return json_response(await settings.change(plant, origin(), robot_id, unit, change, expects))

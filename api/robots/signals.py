@@ -6,7 +6,7 @@ from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from api.common.etags import DECLARED_HEADER, expected_by, tagged
-from api.common.requests import json_response, new_router, origin_of, plant_of
+from api.common.requests import json_response, new_router, origin, plant_of
 from api.robots.paths import RobotId
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
@@ -90,7 +90,7 @@ async def switch_output(
 ) -> Response:
     """Switch an output on or off (IOT), and read its channel back; `not-done` where it is not as asked."""
     command = SwitchOutput(channel=channel, bit=bit, on=output.on)
-    told = await robots.switch_output(plant_of(request), origin_of(request), robot_id, command)
+    told = await robots.switch_output(plant_of(request), origin(), robot_id, command)
     return json_response(ChannelList(robot_id=robot_id, channels=[_channel(channel, told)]))
 
 
@@ -102,7 +102,7 @@ async def get_variables(
     count: Annotated[int, Within(1, LAST_VARIABLE + 1), Query(description="How many.")] = 1,
 ) -> Response:
     """Ask the robot for variables, one by one (VAR)."""
-    values = await robots.variables(plant_of(request), origin_of(request), robot_id, first, count)
+    values = await robots.variables(plant_of(request), origin(), robot_id, first, count)
     return tagged(VariableList(robot_id=robot_id, variables=list(values.values())))
 
 
@@ -125,13 +125,13 @@ async def set_variable(
     command = SetVariable(number=number, value=variable.value)
     expects = expected_by(request, lambda value: VariableList(robot_id=robot_id, variables=[value]))
     plant = plant_of(request)
-    return json_response(await robots.set_variable(plant, origin_of(request), robot_id, command, expects))
+    return json_response(await robots.set_variable(plant, origin(), robot_id, command, expects))
 
 
 async def _read(
     request: Request, robot_id: str, row: type[GetInputChannel | GetOutputChannel], first: int, count: int
 ) -> Response:
-    found = await robots.channels(plant_of(request), origin_of(request), robot_id, row, first, count)
+    found = await robots.channels(plant_of(request), origin(), robot_id, row, first, count)
     channels = [_channel(number, told) for number, told in found.items()]
     return json_response(ChannelList(robot_id=robot_id, channels=channels))
 

@@ -1,23 +1,20 @@
-"""Commands to robots as plain text, where the configuration allows it: the same scheduler, the same rules."""
+"""Commands to robots as plain text, where the configuration allows it."""
 
-from typing import Annotated, Any, cast
+from typing import Annotated, Any
 
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.bodies.text_commands import TextRoute
-from api.common.idempotency import require_no_key
 from api.common.problems import DECLARED
-from api.common.requests import Wait, json_response, new_router, origin_of, plant_of, wait_s
-from api.common.results import StopResult, render
+from api.common.requests import Wait, new_router
+from api.common.results import StopResult
+from api.common.text_commands import TextRoute, send_text
 from api.robots.paths import RobotId, UnitNumber, robot_of
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Answer
 from gateway.fics.move_record import RobotMove
-from gateway.operations.commands import do, read_text
 from protocols.fics.row import FicsCommand
-from protocols.table import Effect
 
 router = new_router("commands", TextRoute)
 
@@ -71,18 +68,11 @@ async def send_unit_raw(
 async def _send(
     request: Request, robot_id: str, target: str, raw: RobotRawRequest, wait: float | None
 ) -> Response:
-    plant = plant_of(request)
-    command = read_text(plant, target, raw.text)
-    if command.effect is not Effect.STOP:
-        require_no_key(request)
-    waited_s = wait_s(request, wait)
-    result = await do(plant, origin_of(request), target, command, waited_s)
-    if not isinstance(result, Answer):
-        return render(request, result, waited_s)
-    return json_response(
-        RobotRawReply(
+    def told(command: FicsCommand[Any], answer: Answer) -> RobotRawReply:
+        return RobotRawReply(
             robot_id=robot_id,
-            sent=robot_of(request, robot_id).line.frame_of(cast("FicsCommand[Any]", command)),
-            replies=[reply.written() for reply in result.replies],
+            sent=robot_of(request, robot_id).line.frame_of(command),
+            replies=[reply.written() for reply in answer.replies],
         )
-    )
+
+    return await send_text(request, target, raw.text, wait, told)

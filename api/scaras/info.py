@@ -6,7 +6,7 @@ from typing import Annotated
 from fastapi import Body, Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.requests import age_ms_of, is_seen, json_response, new_router, origin_of, plant_of, utc_of
+from api.common.requests import age_ms_of, is_seen, json_response, new_router, origin, plant_of, utc_of
 from api.common.results import StopResult
 from api.scaras.names import ScaraId
 from api.stops import StopBody, perform_stop
@@ -15,7 +15,7 @@ from gateway.core.rights import Right
 from gateway.operations import scaras
 from gateway.rorze.family import Rorze
 from gateway.rorze.power import Homed
-from gateway.rorze.scaras.geometry import Geometry, Held, wanted
+from gateway.rorze.scaras.geometry import Geometry, HeldGeometry, wanted
 from gateway.rorze.scaras.record import ScaraPlace
 from gateway.rorze.scaras.requests import Angle, Distance
 from gateway.rorze.scaras.scara import Scara
@@ -143,7 +143,7 @@ async def get_scara(request: Request, scara_id: ScaraId) -> Response:
 async def get_scara_coordinates(request: Request, scara_id: ScaraId) -> Response:
     """Ask all axes in one frame where they stand (6PD), and calculate where the finger ends."""
     scara = _scara(request, scara_id)
-    pulses, at = await scaras.stand(plant_of(request), origin_of(request), scara_id)
+    pulses, at = await scaras.stand(plant_of(request), origin(), scara_id)
     place = ScaraPlace.of(scaras.forward(plant_of(request), scara_id, pulses))
     return json_response(
         ScaraCoordinates(
@@ -178,7 +178,7 @@ async def calculate_positions(request: Request, scara_id: ScaraId, wanted: Wante
 @router.get("/scaras/{scara_id}/geometry", Right.VIEW, response_model=ScaraGeometry)
 async def get_scara_geometry(request: Request, scara_id: ScaraId) -> Response:
     """Ask the controllers for the geometry they calculate with (HTD, HCD, HAD, HFD, HZD), and compare."""
-    found = await scaras.read_geometry(plant_of(request), origin_of(request), scara_id)
+    found = await scaras.read_geometry(plant_of(request), origin(), scara_id)
     return json_response(_geometry(_scara(request, scara_id), found))
 
 
@@ -189,7 +189,7 @@ async def apply_scara_geometry(
     application: Annotated[GeometryApplication, Body(default_factory=GeometryApplication)],
 ) -> Response:
     """Give the controllers the configured geometry (HTS, HCS, HAS, HFS, HZS), and read it back."""
-    found = await scaras.apply_geometry(plant_of(request), origin_of(request), scara_id, application.flash)
+    found = await scaras.apply_geometry(plant_of(request), origin(), scara_id, application.flash)
     return json_response(_geometry(_scara(request, scara_id), found))
 
 
@@ -250,7 +250,7 @@ def _kinematics(request: Request, scara_id: str, pulses: list[int] | tuple[int, 
     )
 
 
-def _geometry(scara: Scara, found: list[Held]) -> ScaraGeometry:
+def _geometry(scara: Scara, found: list[HeldGeometry]) -> ScaraGeometry:
     controllers = [
         ControllerGeometry(**dict(held.geometry), axis=held.axis, body_id=body.address, agrees=held == it)
         for body, held, it in zip(scara.members, found, wanted(scara), strict=True)

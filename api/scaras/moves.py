@@ -6,7 +6,7 @@ from fastapi import Query, Request, Response
 from pydantic import BaseModel
 
 from api.common.documentation import ends_declared
-from api.common.requests import Wait, json_response, new_router, origin_of, plant_of, wait_headers, wait_s
+from api.common.requests import Wait, json_response, new_router, origin, plant_of, wait_headers, wait_s
 from api.scaras.names import ScaraId
 from gateway.core.rights import Right
 from gateway.operations import moves, scaras
@@ -40,7 +40,7 @@ async def start_scara_move(
     the request waited. When one axis fails all are stopped: see `status`, `failed_axes` and `error`.
     """
     waited_s = wait_s(request, wait)
-    begun = await scaras.start_move(plant_of(request), origin_of(request), scara_id, move, waited_s)
+    begun = await scaras.start_move(plant_of(request), origin(), scara_id, move, waited_s)
     if isinstance(begun, PlannedScaraMove):
         return json_response(begun)
     headers = {"Location": f"/scaras/{begun.scara_id}/moves/{begun.id}", **wait_headers(waited_s)}

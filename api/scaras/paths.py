@@ -6,7 +6,7 @@ from typing import Literal
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.requests import json_response, new_router, origin_of, plant_of
+from api.common.requests import json_response, new_router, origin, plant_of
 from api.scaras.names import PathNumber, ScaraId
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
@@ -56,7 +56,7 @@ class StoredPath(BaseModel):
 @router.get("/scaras/{scara_id}/paths/{path}", Right.VIEW, response_model=StoredPath)
 async def get_scara_path(request: Request, scara_id: ScaraId, path: PathNumber) -> Response:
     """Read a path from all controllers (HDD); 409 where they hold different ones."""
-    points = await scaras.read_path(plant_of(request), origin_of(request), scara_id, path)
+    points = await scaras.read_path(plant_of(request), origin(), scara_id, path)
     return json_response(_stored(scara_id, path, points))
 
 
@@ -66,7 +66,7 @@ async def write_scara_path(
 ) -> Response:
     """Store a path in all controllers, undivided (HDS), in RAM; read it back."""
     points = [point.point() for point in wanted.points]
-    stored = await scaras.write_path(plant_of(request), origin_of(request), scara_id, path, points)
+    stored = await scaras.write_path(plant_of(request), origin(), scara_id, path, points)
     return json_response(_stored(scara_id, path, stored))
 
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOML).")]) -> None:
     """Read a configuration, say what it would serve, and every fault with its line. No port is opened."""
+    from gateway.access.posture import weakened
     from gateway.config import ConfigError, load
 
     try:
@@ -29,26 +30,13 @@ def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOM
     typer.echo(f"{file} is in order. It serves on {config.server.host}, port {config.server.port}:")
     for line in config.lines:
         typer.echo(f"  {_served(line)}")
-    for warning in (*_weak_settings(config), *_missing_devices(config)):
+    weak = (f"{it.setting} = {it.value}: {it.meaning}" for it in weakened(config))
+    for warning in (*weak, *_missing_devices(config)):
         typer.echo(f"warning: {warning}", err=True)
 
 
 def _served(line: "Line") -> str:
     return f"line {line.id} at {line.address}, {line.served()}"
-
-
-def _weak_settings(config: "Config") -> Iterator[str]:
-    """What the configuration allows that is not allowed by default."""
-    server = config.server
-    if server.raw_commands:
-        yield "server.raw_commands: commands can be sent as text, whatever their parameters"
-    if server.allow_endless_moves:
-        yield "server.allow_endless_moves: a move can go on until somebody stops it"
-    for origin in server.allowed_origins:
-        if origin.startswith("http://"):
-            yield f"server.allowed_origins: {origin} is not encrypted: its pages can be changed on their way"
-    for line in config.lines:
-        yield from line.weak_settings()
 
 
 def _missing_devices(config: "Config") -> Iterator[str]:

@@ -1,7 +1,6 @@
 """How much one key may take up, so that no client crowds out the others. Stops are never counted."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, auto
 from time import monotonic
@@ -70,15 +69,6 @@ class Usages:
         """A request that was begun is over."""
         if use is not Use.STOP:
             self._of[key].add(use, -1)
-
-    @contextmanager
-    def using(self, key: str, use: Use) -> Iterator[None]:
-        """Count a request as long as it lasts; errors as of `begin`."""
-        self.begin(key, use)
-        try:
-            yield
-        finally:
-            self.end(key, use)
 
     def _require_room(self, usage: _Usage, use: Use) -> None:
         limits = self._limits

@@ -254,6 +254,23 @@ class MoveFailed(GatewayError):
     moved: Moved = "yes"
 
 
+def refused_in_motion(address: str, command_code: str) -> NoReply:
+    """The error where a motion is refused as in motion that was sent at standstill."""
+    return NoReply(
+        f"{address} refused {command_code} as in motion, although it had stood still just before: a first "
+        "copy of the command may have set it going, or something else has; nothing was sent again.",
+        "See what else can move it, and read its status and position before anything else.",
+    )
+
+
+def silent_in_motion(address: str) -> MoveFailed:
+    """The error where who moves answers no more."""
+    return MoveFailed(
+        f"{address} stopped answering in the middle of the move; it may still be moving.",
+        "Check its power and cable, stop it, and home it again.",
+    )
+
+
 class MoveOver(GatewayError):
     """A move was to be changed on its way, and has ended."""
 

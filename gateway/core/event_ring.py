@@ -12,7 +12,7 @@ UNPACKED = 8
 """Blocks that are kept as they were read."""
 
 
-class Kept(NamedTuple):
+class KeptEvent(NamedTuple):
     """An event as it is kept."""
 
     type: str
@@ -35,10 +35,10 @@ class EventRing:
         through so many objects (decision 9)."""
         self._dropped = 0
         """Blocks that are no longer kept."""
-        self._newest: list[Kept] = []
+        self._newest: list[KeptEvent] = []
         self._block = lru_cache(UNPACKED)(self._unpack)
 
-    def append(self, event: Kept) -> None:
+    def append(self, event: KeptEvent) -> None:
         """Keep one more event, for which the oldest may go."""
         self.last += 1
         self.first = max(self.first, self.last - self._capacity + 1)
@@ -50,13 +50,13 @@ class EventRing:
             self._packed.popleft()
             self._dropped += 1
 
-    def __getitem__(self, number: int) -> Kept:
+    def __getitem__(self, number: int) -> KeptEvent:
         """Give an event, from `first` to `last`."""
         block, place = divmod(number - 1 - self._begun, BLOCK)
         if block == self._dropped + len(self._packed):
             return self._newest[place]
         return self._block(block)[place]
 
-    def _unpack(self, block: int) -> list[Kept]:
+    def _unpack(self, block: int) -> list[KeptEvent]:
         texts = iter(zlib.decompress(self._packed[block - self._dropped]).decode().split("\n"))
-        return list(map(Kept, texts, texts, texts))
+        return list(map(KeptEvent, texts, texts, texts))

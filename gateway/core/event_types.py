@@ -47,6 +47,11 @@ class EventType:
     """Whether it is a value that is told while somebody watches it, and is not kept."""
 
 
+def news_types(topic: str, subject: str, data: type[BaseModel], **news: str) -> list[EventType]:
+    """The types of all news of one thing, in the order of its life; the data is its record as it is then."""
+    return [EventType(f"{topic}.{what}", subject, data, when) for what, when in news.items()]
+
+
 def table_of(*types: Iterable[EventType]) -> Mapping[str, EventType]:
     """Join tables, by the names of the types.
 
@@ -76,7 +81,7 @@ MOVE_NEWS: Mapping[str, str] = {
 
 def move_types(what: str, subject: str, data: type[BaseModel]) -> list[EventType]:
     """The types of the moves of `what`; the data is the move's record as it is then."""
-    return [EventType(f"{what}.move.{news}", subject, data, when) for news, when in MOVE_NEWS.items()]
+    return news_types(f"{what}.move", subject, data, **MOVE_NEWS)
 
 
 RESTORE_NEWS: Mapping[str, str] = {
@@ -92,7 +97,7 @@ RESTORE_NEWS: Mapping[str, str] = {
 
 def restore_types(what: str, subject: str, data: type[BaseModel]) -> list[EventType]:
     """The types of the restores of `what`; the data is the restore's record as it is then."""
-    return [EventType(f"{what}.restore.{news}", subject, data, when) for news, when in RESTORE_NEWS.items()]
+    return news_types(f"{what}.restore", subject, data, **RESTORE_NEWS)
 
 
 BACKUP_NEWS: Mapping[str, str] = {
@@ -114,11 +119,8 @@ COMPARISON_NEWS: Mapping[str, str] = {
 def backup_types(what: str, subject: str) -> list[EventType]:
     """The types of the backups of `what`, and of comparisons with them; the data is the record then."""
     return [
-        *(EventType(f"{what}.backup.{news}", subject, Backup, when) for news, when in BACKUP_NEWS.items()),
-        *(
-            EventType(f"{what}.comparison.{news}", subject, BackupComparison, when)
-            for news, when in COMPARISON_NEWS.items()
-        ),
+        *news_types(f"{what}.backup", subject, Backup, **BACKUP_NEWS),
+        *news_types(f"{what}.comparison", subject, BackupComparison, **COMPARISON_NEWS),
     ]
 
 
@@ -133,7 +135,7 @@ LEASE_NEWS: Mapping[str, str] = {
 
 def lease_types(what: str, subject: str) -> list[EventType]:
     """The types of the leases of `what`."""
-    return [EventType(f"{what}.lease.{news}", subject, Lease, when) for news, when in LEASE_NEWS.items()]
+    return news_types(f"{what}.lease", subject, Lease, **LEASE_NEWS)
 
 
 # lines

@@ -15,7 +15,7 @@ from pydantic_core import from_json, to_json
 
 from gateway.core.addresses import canonical_address
 from gateway.core.errors import InvalidRequest
-from gateway.core.event_ring import EventRing, Kept
+from gateway.core.event_ring import EventRing, KeptEvent
 from gateway.core.live import Live, Watch
 from gateway.core.turns import Turn, Turns
 from gateway.core.waiting import happens
@@ -196,7 +196,7 @@ class Batch:
 Writer = Callable[[Sequence[Event]], bytes]
 
 
-class Outlet(Protocol):
+class EventSink(Protocol):
     """Where the events of one client go."""
 
     takes: bool
@@ -285,7 +285,7 @@ class Subscription(AsyncIterator[Event]):
             if self._hub.closed and self._has_read_all:
                 return None
 
-    async def deliver(self, outlet: Outlet) -> None:
+    async def deliver(self, outlet: EventSink) -> None:
         """Write events to an outlet until the hub is closed.
 
         :raises SlowConsumer: it has taken nothing while more than `MAX_BACKLOG` events have come.
@@ -303,7 +303,7 @@ class Subscription(AsyncIterator[Event]):
         if slow is not None:
             raise slow
 
-    def _deliver(self, outlet: Outlet, end: "asyncio.Future[SlowConsumer | None]") -> None:
+    def _deliver(self, outlet: EventSink, end: "asyncio.Future[SlowConsumer | None]") -> None:
         """Have a turn of a delivery: no task is woken for each event of each client."""
         if not outlet.takes or end.done():
             return
@@ -427,7 +427,7 @@ class EventHub:
         self.epoch, self._earlier, self.last = epoch, earlier, last
         self._ring = EventRing(self._capacity, last - len(events))
         for event in events:
-            self._ring.append(Kept(*event))
+            self._ring.append(KeptEvent(*event))
 
     @property
     def first(self) -> int:
@@ -442,7 +442,7 @@ class EventHub:
     def publish(self, type_: str, subject: str, data: Data, correlation: str | None = None) -> Event:
         """Number an event and keep it; it can be read as soon as this returns."""
         event = self._event(self.last + 1, type_, subject, data, correlation)
-        self._ring.append(Kept(type_, subject, event.json))
+        self._ring.append(KeptEvent(type_, subject, event.json))
         self.last = event.number
         for hear in self.listeners:
             hear(event)

@@ -143,10 +143,6 @@ class Exchange(ABC, Generic[C, F, O]):
             return False
         return self.lane is Lane.STOP or (self.lane in QUESTIONS and self.command.may_repeat())
 
-    def wait_for(self, waiter: "asyncio.Future[O | GatewayError]") -> None:
-        """Add a waiter, for which it has to be written before it expires."""
-        self.waiters[waiter] = self.expires_at
-
     def take_over(self, other: "Exchange[C, F, O]") -> None:
         """Serve those who wait for an equal one, each with a deadline of its own."""
         self.waiters |= other.waiters

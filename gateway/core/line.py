@@ -20,7 +20,7 @@ from gateway.core.line_state import LineState
 from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
 from gateway.core.sequence_lock import SequenceLock, Series, all_held
 from gateway.core.session import Session
-from gateway.core.trace_filter import Talk
+from gateway.core.trace_filter import FrameSubject
 from protocols.lines import Garbage
 from transports.base import Transport, TransportError, TransportLost, TransportRefused
 from transports.recorder import Recorder
@@ -369,9 +369,9 @@ class LineDriver(PortLoop, Generic[X, W, F]):
             series.epochs = {number: self.gate.epoch(number) for number in numbers}
             yield series
 
-    def talk_of(self, _: bytes) -> Talk:
+    def talk_of(self, _: bytes) -> FrameSubject:
         """What a frame on it is about; where no address stands in frames, all are about the same."""
-        return Talk(b"")
+        return FrameSubject(b"")
 
     @abstractmethod
     def _take(self, frame: W) -> None:

@@ -10,7 +10,7 @@ from pydantic import Field
 from gateway.core.errors import ControllerError, GatewayError, Moved
 from gateway.core.next_calls import NextCall
 from gateway.core.origin import current
-from gateway.core.records import Record
+from gateway.core.records import Record, RequestModel
 from protocols.members import at_hand
 
 LOST_AFTER_S = 30.0
@@ -69,6 +69,20 @@ class MoveError(Record):
             controller_error=error.error_code if isinstance(error, ControllerError) else None,
             next=list(calls),
         )
+
+
+class StartRequest(RequestModel):
+    """A move to be started, of a body, a group or a unit."""
+
+    validate_only: bool = Field(
+        default=False, description="Only say what would be sent and how long it would take; nothing moves."
+    )
+    start_within_s: float = Field(
+        default=START_WITHIN_S,
+        gt=0,
+        le=60,
+        description="Seconds the move may wait for its turn; if it is not sent by then, it never is.",
+    )
 
 
 class MoveRecord(Record):

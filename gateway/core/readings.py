@@ -5,11 +5,10 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
-from math import inf
-from typing import ClassVar, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 from gateway.core.backup_record import BackupError, Reading, Status
-from gateway.core.errors import BodyBusy, Cancelled, GatewayError, NotFound, ShuttingDown
+from gateway.core.errors import BodyBusy, Cancelled, GatewayError, ShuttingDown
 from gateway.core.works import Works
 
 HISTORY = 10
@@ -53,7 +52,7 @@ class Readings(Works[R]):
     """The readings of one kind, one at a time of each target."""
 
     noun: str
-    doing: ClassVar = "being read"
+    doing = "being read"
 
     def __init__(self, publish: Callable[[str, R], None]) -> None:
         super().__init__(HISTORY, self.noun, lambda it: it.target)
@@ -73,30 +72,15 @@ class Readings(Works[R]):
 
         :raises BodyBusy: it is.
         """
-        if self._current(target) is not None:
+        if self.current(target) is not None:
             raise BodyBusy(
                 f"A {self.noun} of {target} is {self.doing}; nothing was sent.",
                 "Wait for its end or cancel it.",
             )
 
-    async def cancel(self, target: str) -> R:
-        """Ask no more, and give the record.
-
-        :raises NotFound: none is under way.
-        """
-        record = self._current(target)
-        if record is None:
-            raise NotFound(f"No {self.noun} of {target} is {self.doing}.")
-        self.break_off(record)
-        await self.wait(record, inf)
-        return record
-
     def left_by(self, _: R, /) -> str:
         """What one that was broken off has changed."""
         return "nothing was changed"
-
-    def _current(self, target: str) -> R | None:
-        return next((it for it in self.under_way() if it.target == target), None)
 
     async def close(self) -> None:
         """Break off those that are being read."""

@@ -3,7 +3,7 @@
 import asyncio
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Literal, Protocol
+from typing import Generic, Literal, Protocol, TypeVar
 
 from gateway.core.errors import GatewayError
 from gateway.core.waiting import happens
@@ -153,3 +153,25 @@ class Stopping(ABC):
         if self.calls_for_hardware():
             reasons.append(UNCONFIRMED)
         self._report.detail = " ".join(reasons) or None
+
+
+S = TypeVar("S", bound=Stopping)
+
+
+class StopsUnderWay(Generic[S]):
+    """Stops of one kind of controllers, until each is confirmed and the moves it has ended are recorded."""
+
+    def __init__(self) -> None:
+        self._tasks: dict[S, asyncio.Task[None]] = {}
+
+    async def confirmed(self) -> None:
+        """Wait until every stop is confirmed, and its move recorded."""
+        if self._tasks:
+            await asyncio.wait(self._tasks.values())
+
+    async def close(self) -> None:
+        """Give up repeating: nobody is there any more who could."""
+        tasks = list(self._tasks.values())
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)

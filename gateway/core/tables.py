@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, NamedTuple, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
@@ -18,6 +18,16 @@ class Fault(ValueError):
     def __init__(self, message: str, *path: str | int) -> None:
         super().__init__(message)
         self.path = path
+
+
+class Weakness(NamedTuple):
+    """A setting that protects less than its default."""
+
+    setting: str
+    """Where it stands in the configuration."""
+    value: object
+    meaning: str
+    """What that allows: one sentence."""
 
 
 class Table(BaseModel):
@@ -104,8 +114,8 @@ class Line(Table):
         """What stands on it, in words."""
         return self.protocol
 
-    def weak_settings(self) -> Iterable[str]:
-        """What it allows that is not allowed by default, in words."""
+    def weakened(self) -> Iterable[Weakness]:
+        """Which of its defaults were weakened."""
         return ()
 
     def unique_ids(self) -> Mapping[KeyPath, str]:

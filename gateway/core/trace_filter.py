@@ -10,7 +10,7 @@ _LONGEST = 4096
 """What comes without an end is no frame."""
 
 
-class Talk(NamedTuple):
+class FrameSubject(NamedTuple):
     """What a frame is about."""
 
     address: bytes
@@ -26,7 +26,7 @@ class TraceFilter:
 
     def __init__(
         self,
-        talk_of: Callable[[bytes], Talk],
+        talk_of: Callable[[bytes], FrameSubject],
         *,
         bodies: Collection[int] | None = None,
         request_id: str | None = None,
@@ -76,5 +76,5 @@ class TraceFilter:
         talk = self._talk_of(frame)
         return self._is_about(talk) and (self._request_id is None or talk.address in self._asked)
 
-    def _is_about(self, talk: Talk) -> bool:
+    def _is_about(self, talk: FrameSubject) -> bool:
         return self._bodies is None or not talk.bodies.isdisjoint(self._bodies)

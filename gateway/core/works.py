@@ -3,7 +3,8 @@
 import asyncio
 from collections import OrderedDict
 from collections.abc import Callable, Coroutine, Iterator
-from typing import Any, Generic, Protocol, TypeVar
+from math import inf
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 from gateway.core.errors import NotFound
 
@@ -21,6 +22,8 @@ W = TypeVar("W", bound=Recorded)
 
 class Works(Generic[W]):
     """The work of one kind: all that is under way, and the newest of what is over."""
+
+    doing: ClassVar = "running"
 
     def __init__(self, history: int, what: str, subject_of: Callable[[W], str]) -> None:
         self._history = history
@@ -43,6 +46,10 @@ class Works(Generic[W]):
     def under_way(self) -> Iterator[W]:
         """The records of what is not over, oldest first."""
         return (self._records[record_id] for record_id in self._tasks)
+
+    def current(self, subject: str) -> W | None:
+        """The record of what is done to something now."""
+        return next((it for it in self.under_way() if self._subject_of(it) == subject), None)
 
     def goes_on(self, record: W) -> bool:
         """Whether the work of a record is not over."""
@@ -73,6 +80,18 @@ class Works(Generic[W]):
         """Cancel work, if it is under way."""
         if (task := self._tasks.get(record.id)) is not None:
             task.cancel()
+
+    async def cancel(self, subject: str) -> W:
+        """Break off what is done to something, and give its record.
+
+        :raises NotFound: nothing is under way.
+        """
+        record = self.current(subject)
+        if record is None:
+            raise NotFound(f"No {self._what} of {subject} is {self.doing}.")
+        self.break_off(record)
+        await self.wait(record, inf)
+        return record
 
     async def close(self) -> None:
         """Break off all work."""

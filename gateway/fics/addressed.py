@@ -120,8 +120,8 @@ class UnitTarget(RobotTarget):
         return Begun(self.path, [move])
 
     async def samples(self, move_id: str) -> RobotSamples:
-        """Give where it was seen during a move; errors as of `Ways.of`."""
-        return await samples_of(self._moves.ways.of(move_id))
+        """Give where it was seen during a move; errors as of `Trajectories.of`."""
+        return await samples_of(self._moves.trajectories.of(move_id))
 
     async def jog(self, command: StartJog) -> Opened:
         """Jog an axis, only as long as heartbeats come; errors as of `Jogs.start`."""

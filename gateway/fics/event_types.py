@@ -13,6 +13,7 @@ from gateway.core.event_types import (
     backup_types,
     lease_types,
     move_types,
+    news_types,
     restore_types,
 )
 from gateway.core.restore_record import Restore
@@ -174,16 +175,16 @@ TYPES = (
     EventType(
         "robot.unit.missing", ROBOT, MissingUnit, "the robot says that it has no such unit as is configured"
     ),
-    *(
-        EventType(f"robot.jog.{news}", ROBOT, JogSession, when)
-        for news, when in {
-            "started": "an axis jogs",
-            "stopping": "the axis is told to stop, and may still move",
-            "ended": "it was ended by request or at a limit, and the axis stands still",
-            "lost": "its heartbeat stayed away, and the axis stands still",
-            "stopped": "a stop or the end of the gateway has ended it, and the axis stands still",
-            "not_stopped": "the axis did not stand still within a second: the whole robot is being stopped",
-        }.items()
+    *news_types(
+        "robot.jog",
+        ROBOT,
+        JogSession,
+        started="an axis jogs",
+        stopping="the axis is told to stop, and may still move",
+        ended="it was ended by request or at a limit, and the axis stands still",
+        lost="its heartbeat stayed away, and the axis stands still",
+        stopped="a stop or the end of the gateway has ended it, and the axis stands still",
+        not_stopped="the axis did not stand still within a second: the whole robot is being stopped",
     ),
     *backup_types("robot", ROBOT),
     *restore_types("robot", ROBOT, Restore),

@@ -38,7 +38,7 @@ class UnitSource(Source):
     @property
     def own_hz(self) -> float:
         """While it moves, that of the samples which are kept with the move."""
-        return 0.0 if self.unit.way is None else self.samples_hz
+        return 0.0 if self.unit.trajectory is None else self.samples_hz
 
     async def read(self, _: Sequence[Source]) -> list[Source]:
         """Ask, and put what was told."""

@@ -4,8 +4,8 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field
 
-from gateway.core.move_record import START_WITHIN_S
-from gateway.core.records import RequestModel, example
+from gateway.core.move_record import StartRequest
+from gateway.core.records import example
 from gateway.fics.amounts import Amounts, build, numbers
 from gateway.fics.axes import Coordinates, UnitAxes
 from protocols.fics import motor_axes, moves
@@ -25,19 +25,7 @@ _RELATIVE: Final[dict[Coordinates, MotionRow]] = {
 }
 
 
-class _RobotMoveRequest(RequestModel):
-    validate_only: bool = Field(
-        default=False, description="Only say what would be sent and how long it would take; nothing moves."
-    )
-    start_within_s: float = Field(
-        default=START_WITHIN_S,
-        gt=0,
-        le=60,
-        description="Seconds the move may wait for its turn; if it is not sent by then, it never is.",
-    )
-
-
-class _AxesMoveRequest(_RobotMoveRequest):
+class _AxesMoveRequest(StartRequest):
     coordinates: Coordinates = Field(
         default="user", description="Whether axes are those of the user or the motors (C-HOST manual 1-6)."
     )
@@ -72,7 +60,7 @@ class RobotRelativeMoveRequest(
         return self._built(_RELATIVE[self.coordinates], unit)
 
 
-class RobotPositionMoveRequest(_RobotMoveRequest, json_schema_extra=example(kind="position", position=1)):
+class RobotPositionMoveRequest(StartRequest, json_schema_extra=example(kind="position", position=1)):
     """Move to a stored position (C-HOST manual 2-16)."""
 
     kind: Literal["position"]
@@ -83,7 +71,7 @@ class RobotPositionMoveRequest(_RobotMoveRequest, json_schema_extra=example(kind
         return moves.MoveToPosition(position=self.position)
 
 
-class RobotHomeRequest(_RobotMoveRequest, json_schema_extra=example(kind="home")):
+class RobotHomeRequest(StartRequest, json_schema_extra=example(kind="home")):
     """Home all axes, or the mechanism as its program does it (C-HOST manual 2-4)."""
 
     kind: Literal["home"]
@@ -93,7 +81,7 @@ class RobotHomeRequest(_RobotMoveRequest, json_schema_extra=example(kind="home")
         return HomeRobot()
 
 
-class RobotStepRequest(_RobotMoveRequest, json_schema_extra=example(kind="step", axis="X", steps=10)):
+class RobotStepRequest(StartRequest, json_schema_extra=example(kind="step", axis="X", steps=10)):
     """Move one axis by a few of the smallest amounts it displays (C-HOST manual 2-3)."""
 
     kind: Literal["step"]

@@ -15,6 +15,8 @@ from gateway.core.errors import (
     NotExecuted,
     NotSent,
     PowerCycled,
+    refused_in_motion,
+    silent_in_motion,
 )
 from gateway.core.journal.intents import OF_MOVES
 from gateway.core.lanes import Lane
@@ -246,7 +248,7 @@ class MoveRun:
             self._tell(None)  # its client need not wait longer
             await asyncio.sleep(self._motions.poll_interval_s)
         if silence.of_body:
-            self._lost(None, _gone(self._move.robot_id))
+            self._lost(None, silent_in_motion(self._move.robot_id))
         elif not self._move.status.final:
             self._move.position = None
             self._advance(MoveStatus.UNKNOWN, _out_of_reach(self._move.robot_id, silence))
@@ -299,7 +301,7 @@ class MoveRun:
             f"It refused {self._move.command} as in motion ({error}), and had stood still: the line has "
             "doubled the command, or something else moves the axes."
         )
-        await self._resolve(_refused_in_motion(self._unit, self._move))
+        await self._resolve(refused_in_motion(self._unit.address, self._move.command))
 
     async def _refusal(self, error: str) -> ControllerRefused:
         """As the robot tells it; that an axis is not homed it does not tell."""
@@ -451,21 +453,6 @@ def _ended_with(robot_id: str) -> NoReply:
         f"The gateway has ended while a command to {robot_id} was under way, and nothing proves what has "
         "become of it; nothing was sent again.",
         "Read status and position before anything else.",
-    )
-
-
-def _refused_in_motion(unit: RobotUnit, move: RobotMove) -> NoReply:
-    return NoReply(
-        f"{unit.address} refused {move.command} as in motion, although it had stood still just before: a "
-        "first copy of the command may have set it going, or something else has; nothing was sent again.",
-        "See what else can move it, and read its status and position before anything else.",
-    )
-
-
-def _gone(robot_id: str) -> MoveFailed:
-    return MoveFailed(
-        f"{robot_id} stopped answering in the middle of the move; it may still be moving.",
-        "Check its power and cable, stop it, and home it again.",
     )
 
 

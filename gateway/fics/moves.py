@@ -9,13 +9,13 @@ from typing import Any
 from gateway.core.errors import GatewayError, RestartedFirst
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import START_WITHIN_S, MoveError, MoveStatus
-from gateway.core.ways import Ways
+from gateway.core.trajectories import Trajectories
 from gateway.fics.calls import calls_for_robot
 from gateway.fics.errors import RobotBusy
 from gateway.fics.move_record import KINDS, RobotMove, check
 from gateway.fics.move_runs import MoveRun
 from gateway.fics.robot import Robot
-from gateway.fics.samples import RobotWay
+from gateway.fics.samples import RobotTrajectory
 from gateway.fics.soft_limits import name_limits
 from gateway.fics.units import RobotUnit
 from protocols.fics.commands import read
@@ -25,11 +25,11 @@ from protocols.fics.row import FicsCommand
 class RobotMoves:
     """All moves of all robots: starts them, follows them, remembers them."""
 
-    def __init__(self, on_way: Callable[[], None] = lambda: None) -> None:
-        self._on_way = on_way
-        """Called when the way of a move begins, or has ended."""
+    def __init__(self, on_trajectory: Callable[[], None] = lambda: None) -> None:
+        self._on_trajectory = on_trajectory
+        """Called when the trajectory of a move begins, or has ended."""
         self.log = MoveLog[RobotMove]()
-        self.ways = Ways[RobotWay]()
+        self.trajectories = Trajectories[RobotTrajectory]()
         self._tasks: dict[asyncio.Task[None], asyncio.Future[GatewayError | None]] = {}
         """With what is known when the robot has taken the command, or why it has not."""
 
@@ -156,17 +156,17 @@ class RobotMoves:
             self._begin_way(unit, move, move.sent_at)
         if status.final:
             move.ended_at = datetime.now(UTC)
-            unit.way = None
-            self._on_way()
+            unit.trajectory = None
+            self._on_trajectory()
             robot.motion.end_move(move.unit)
             self.log.end(move)
         _publish("started" if status is MoveStatus.MOVING else status, robot, unit, move)
         self.log.on_change(move)
 
     def _begin_way(self, unit: RobotUnit, move: RobotMove, sent_at: datetime) -> None:
-        unit.way = way = RobotWay(unit, move, sent_at, asyncio.get_running_loop().time())
-        self.ways.begin(move.id, way)
-        self._on_way()
+        unit.trajectory = trajectory = RobotTrajectory(unit, move, sent_at, asyncio.get_running_loop().time())
+        self.trajectories.begin(move.id, trajectory)
+        self._on_trajectory()
 
 
 def _command_of(move: RobotMove) -> FicsCommand[Any]:

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from gateway.core.errors import GatewayError
 from gateway.core.records import Record
-from gateway.core.ways import Way
+from gateway.core.trajectories import Trajectory
 from gateway.fics.axes import Coordinates, Places
 from gateway.fics.move_record import RobotMove
 from gateway.fics.plans import NotCalculable, Ride, rides_of
@@ -40,8 +40,8 @@ class RobotSamples(Record):
     samples: list[RobotSample]
 
 
-class RobotWay(Way[Places]):
-    """The way of a unit's move, and what its plan is made of."""
+class RobotTrajectory(Trajectory[Places]):
+    """The trajectory of a unit's move, and what its plan is made of."""
 
     def __init__(self, unit: RobotUnit, move: RobotMove, sent_at: datetime, at: float) -> None:
         super().__init__(sent_at, at, move.start_position or dict.fromkeys(move.units))
@@ -99,9 +99,9 @@ class RobotWay(Way[Places]):
         return places
 
 
-async def samples_of(way: RobotWay) -> RobotSamples:
+async def samples_of(trajectory: RobotTrajectory) -> RobotSamples:
     """Give the samples of a move, with the plan beside them where there is one."""
-    move, plan = way.move, await way.rides()
+    move, plan = trajectory.move, await trajectory.rides()
     rides = None if isinstance(plan, str) else plan
     return RobotSamples(
         move_id=move.id,
@@ -115,11 +115,11 @@ async def samples_of(way: RobotWay) -> RobotSamples:
         note=plan if isinstance(plan, str) else None,
         samples=[
             RobotSample(
-                time=way.time_of(seconds),
+                time=trajectory.time_of(seconds),
                 time_s=round(seconds, 6),
                 axes=dict(places),
-                planned=None if rides is None else way.planned(rides, seconds),
+                planned=None if rides is None else trajectory.planned(rides, seconds),
             )
-            for seconds, places in way.places
+            for seconds, places in trajectory.places
         ],
     )

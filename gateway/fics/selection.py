@@ -159,7 +159,7 @@ class Selection:
             outcome = await self._commander.say(command)
             if _is_out_of_range(outcome):
                 self.unit = before
-                self._miss(number)
+                raise self._missed(number)
         if isinstance(outcome, Refusal):
             self.unit = before
         if isinstance(outcome, NoReply):
@@ -167,16 +167,13 @@ class Selection:
         else:
             self._commander.answered(command, outcome)
 
-    def _miss(self, number: int) -> None:
-        """The robot has no such unit.
-
-        :raises UnitMissing: always.
-        """
+    def _missed(self, number: int) -> UnitMissing:
+        """Note that the robot has no such unit, and give the error that says so."""
         self._seen.add(number)
         if number not in self.missing:
             self.missing.add(number)
             self._tell("robot.unit.missing", {"unit": number})
-        raise UnitMissing(self._robot_id, number)
+        return UnitMissing(self._robot_id, number)
 
     async def _blame_power(self) -> None:
         """Silence may be that of Ver.2, the mode of power-on.

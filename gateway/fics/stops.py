@@ -11,7 +11,7 @@ from gateway.core.errors import GatewayError, NotSent
 from gateway.core.lanes import Lane
 from gateway.core.origin import current
 from gateway.core.records import Record
-from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState
+from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState, StopsUnderWay
 from gateway.core.waiting import happens
 from gateway.fics.axes import Places, at_rest
 from gateway.fics.bits import Bits
@@ -55,16 +55,15 @@ class RobotStopReport(Record):
     )
 
 
-class RobotStops:
+class RobotStops(StopsUnderWay["_RobotStop"]):
     """The stops of a robot that are under way. A second one of the same kind joins the first."""
 
     def __init__(self, units: Sequence[RobotUnit], motions: Motions, jogs: Jogs, tell: Tell) -> None:
+        super().__init__()
         self._motion, self._errors, self._line = motions.state, motions.errors, motions.line
         self._jogs = jogs
         self._new = partial(_RobotStop, units, motions.line, motions.errors, motions.commander.bits, tell)
         self._running: dict[StopMode, _RobotStop] = {}
-        self._tasks: dict[_RobotStop, asyncio.Task[None]] = {}
-        """Of these, and of those that are confirmed and whose moves have not all been recorded yet."""
 
     def stop(self, mode: StopMode) -> "asyncio.Task[RobotStopReport]":
         """Stop all axes; a stop is queued before this returns, and nothing older is sent after it.
@@ -85,18 +84,6 @@ class RobotStops:
         """How far a stop has come that is not confirmed yet."""
         reports = [stop.report for stop in self._tasks]
         return next((report for report in reports if report.state != "confirmed"), None)
-
-    async def confirmed(self) -> None:
-        """Wait until every stop is confirmed, and its move recorded."""
-        if self._tasks:
-            await asyncio.wait(self._tasks.values())
-
-    async def close(self) -> None:
-        """Give up repeating: nobody is there any more who could."""
-        tasks = list(self._tasks.values())
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
 
     def _begin(self, mode: StopMode) -> None:
         self._motion.begin_stop()

@@ -5,7 +5,7 @@ from typing import Any, Literal, TypeVar
 
 from gateway.core.errors import GatewayError
 from gateway.core.lanes import Lane
-from gateway.core.ways import Way
+from gateway.core.trajectories import Trajectory
 from gateway.fics.asking import Asking
 from gateway.fics.axes import Coordinates, Places, UnitAxes, at_rest
 from gateway.fics.downloads import download
@@ -29,7 +29,7 @@ class RobotUnit(UnitAxes):
         super().__init__(axes.robot_id, axes.number, axes.axes, axes.motor_axes, axes.systems)
         self._asking = asking
         self._motion = motion
-        self.way: Way[Places] | None = None
+        self.trajectory: Trajectory[Places] | None = None
         """Where it is seen during the move that is not over yet."""
 
     @property
@@ -84,8 +84,8 @@ class RobotUnit(UnitAxes):
         if len(values) == 1 and values[0] is None:
             values = [None] * len(names)
         places = self.by_axis(names, values)
-        if self.way is not None and self.move is not None and self.move.coordinates == coordinates:
-            self.way.add(at, places)
+        if self.trajectory is not None and self.move is not None and self.move.coordinates == coordinates:
+            self.trajectory.add(at, places)
         return places, at
 
     async def status(self, lane: Lane = Lane.READ) -> dict[str, AxisStatus]:

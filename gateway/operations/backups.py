@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from gateway.core.addresses import there_are
 from gateway.core.backup_record import Backup, BackupComparison
@@ -16,6 +16,7 @@ from gateway.fics.backup import RobotContents, RobotSource
 from gateway.fics.backup_restore import NO_FLASH, RobotRestore
 from gateway.fics.family import Fics
 from gateway.operations.caller import for_caller, needs, require
+from gateway.operations.records import Records
 from gateway.plant import Plant
 from gateway.rorze import backup
 from gateway.rorze.backup import BodySource, Contents
@@ -127,20 +128,6 @@ class _Nobody:
 
     def has_read(self) -> None:
         """Say nothing."""
-
-
-async def get_backup(plant: Plant, target: str, backup_id: str, wait_s: float) -> Backup:
-    """Give a backup of a target's path, or the `current` one; errors as of `Works.get`."""
-    require(plant, Right.VIEW, target)
-    _, target = _restores(plant, target)
-    return await plant.backups.get(target, backup_id, wait_s)
-
-
-@needs(Right.VIEW)
-async def cancel_backup(plant: Plant, target: str) -> Backup:
-    """End the reading under way; errors as of `Readings.cancel`."""
-    _, target = _restores(plant, target)
-    return await plant.backups.cancel(target)
 
 
 def for_body(plant: Plant, body_id: str, found: OfBodies, from_body: str | None) -> Wanted:
@@ -255,44 +242,23 @@ async def compare(plant: Plant, wanted: Wanted, wait_s: float) -> BackupComparis
     return begun
 
 
-async def get_comparison(plant: Plant, target: str, comparison_id: str, wait_s: float) -> BackupComparison:
-    """Give a comparison of a target's path, or the `current` one; errors as of `Works.get`."""
-    require(plant, Right.VIEW, target)
-    _, target = _restores(plant, target)
-    return await plant.comparisons.get(target, comparison_id, wait_s)
-
-
-@needs(Right.SETUP, leased=False)
-async def cancel_comparison(plant: Plant, target: str) -> BackupComparison:
-    """End the comparison under way; errors as of `Readings.cancel`."""
-    _, target = _restores(plant, target)
-    return await plant.comparisons.cancel(target)
-
-
-async def get(plant: Plant, target: str, restore_id: str, wait_s: float) -> Restore:
-    """Give a restore of a target's path, or the `current` one; errors as of `Works.get`."""
-    require(plant, Right.VIEW, target)
-    restores, target = _restores(plant, target)
-    return await restores.get(target, restore_id, wait_s)
-
-
-@needs(Right.SETUP, leased=False)
-async def cancel(plant: Plant, target: str) -> Restore:
-    """End the restore under way; errors as of `Restores.cancel`."""
-    restores, target = _restores(plant, target)
-    return await restores.cancel(target)
-
-
-def _restores(plant: Plant, target: str) -> tuple[Restores[Any], str]:
+def _restores(plant: Plant, path: str) -> tuple[Restores[Any], str]:
     """Who knows the restores of a path, and the path in full."""
     rorze, fics = plant.family(Rorze), plant.family(Fics)
-    _, collection, name = target.split("/")
+    _, collection, name = path.split("/")
     if collection == "robots":
         return fics.restores, f"/robots/{fics.robot(name).id}"
     if collection == "bodies":
         return rorze.restores, f"/bodies/{rorze.body(name).address}"
     _bodies_of(plant, name)
-    return rorze.restores, target
+    return rorze.restores, path
+
+
+BACKUPS: Final = Records(lambda plant, path: (plant.backups, _restores(plant, path)[1]), Right.VIEW)
+COMPARISONS: Final = Records(
+    lambda plant, path: (plant.comparisons, _restores(plant, path)[1]), Right.SETUP, leased=False
+)
+RESTORES: Final = Records(_restores, Right.SETUP, leased=False)
 
 
 def _number(body: str) -> int:

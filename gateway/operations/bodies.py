@@ -2,22 +2,27 @@
 
 import asyncio
 from collections.abc import Mapping
+from typing import Final
 
 from gateway.access import principal
 from gateway.core.addresses import numbered_address
 from gateway.core.errors import GatewayError
 from gateway.core.rights import Right
 from gateway.operations.caller import for_caller, needs, require
+from gateway.operations.of_bodies import of_body
 from gateway.plant import Plant
 from gateway.rorze.bodies import Body, Group, R
 from gateway.rorze.family import Rorze
 from gateway.rorze.line import Line
 from gateway.rorze.move_requests import Length
 from gateway.rorze.scans import Scan
-from gateway.rorze.sweep import Told
+from gateway.rorze.sweep import SweepAnswer
 from protocols.rorze.position import GetPosition, SetPosition
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import GetControllerStatus
+
+know_mode: Final = of_body(Right.VIEW, Body.know_mode)
+acknowledge_power_cycle: Final = of_body(Right.OPERATE, Body.acknowledge_power_cycle)
 
 
 @needs(Right.SETUP)
@@ -30,18 +35,6 @@ async def set_position(plant: Plant, body_id: str, position: Length) -> tuple[in
     pulses = position.pulses(body.scale)
     _, answered = await body.ask(SetPosition(position=pulses))
     return pulses, answered.at
-
-
-@needs(Right.VIEW)
-async def know_mode(plant: Plant, body_id: str) -> None:
-    """Ask a body for its operating mode where that is not known; errors as of `Body.ask`."""
-    await plant.family(Rorze).body(body_id).know_mode()
-
-
-@needs(Right.OPERATE)
-async def acknowledge_power_cycle(plant: Plant, body_id: str) -> None:
-    """Allow motions to places again; errors as of `Body.acknowledge_power_cycle`."""
-    await plant.family(Rorze).body(body_id).acknowledge_power_cycle()
 
 
 @for_caller
@@ -58,7 +51,9 @@ async def define_group(plant: Plant, group_id: str, members: list[str], name: st
 
 
 @needs(Right.VIEW)
-async def sweep(plant: Plant, line_id: str, command: RorzeCommand[R]) -> Mapping[Body, Told | GatewayError]:
+async def sweep(
+    plant: Plant, line_id: str, command: RorzeCommand[R]
+) -> Mapping[Body, SweepAnswer | GatewayError]:
     """Ask all bodies of a line the same, in the fewest frames: what each told, or why it did not."""
     rorze = plant.family(Rorze)
     line = _line(plant, line_id)

@@ -1,10 +1,13 @@
 """Captures of bodies: armed, waited for, read."""
 
+from typing import Final
+
 from gateway.core.rights import Right
 from gateway.operations.caller import needs
+from gateway.operations.of_bodies import of_body
 from gateway.plant import Plant
 from gateway.rorze import captures
-from gateway.rorze.captures import INPUTS, Capture, CaptureRequest
+from gateway.rorze.captures import INPUTS, Capture
 from gateway.rorze.family import Rorze
 
 
@@ -15,19 +18,6 @@ async def read_all(plant: Plant, body_id: str) -> list[Capture]:
     return [await captures.read(body, port) for port in INPUTS]
 
 
-@needs(Right.OPERATE)
-async def arm(plant: Plant, body_id: str, port: int, wanted: CaptureRequest) -> Capture:
-    """Let an input capture in the next move; errors as of `captures.arm`."""
-    return await captures.arm(plant.family(Rorze).body(body_id), port, wanted)
-
-
-@needs(Right.OPERATE)
-async def disarm(plant: Plant, body_id: str, port: int) -> Capture:
-    """Let an input capture nothing; errors as of `captures.disarm`."""
-    return await captures.disarm(plant.family(Rorze).body(body_id), port)
-
-
-@needs(Right.VIEW)
-async def wait(plant: Plant, body_id: str, port: int, within_s: float) -> Capture:
-    """Give a capture when it is over, or the time is up; errors as of `captures.wait`."""
-    return await captures.wait(plant.family(Rorze).body(body_id), port, within_s)
+arm: Final = of_body(Right.OPERATE, captures.arm)
+disarm: Final = of_body(Right.OPERATE, captures.disarm)
+wait: Final = of_body(Right.VIEW, captures.wait)

@@ -2,9 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from functools import partial
+from typing import Final
 
 from gateway.core.rights import Right
-from gateway.operations.caller import needs
+from gateway.operations.caller import address_of, needs
+from gateway.operations.of_bodies import of_body
+from gateway.operations.records import Records
 from gateway.plant import Plant
 from gateway.rorze import positions
 from gateway.rorze.bodies import Body
@@ -12,11 +15,7 @@ from gateway.rorze.family import Rorze
 from gateway.rorze.position_uploads import TableUpload
 from gateway.rorze.positions import NamedPosition, Position, PositionReading, Wanted
 
-
-@needs(Right.VIEW)
-async def read(plant: Plant, body_id: str, first: int, last: int) -> list[Position]:
-    """Read positions; errors as of `positions.read`."""
-    return await positions.read(plant.family(Rorze).body(body_id), first, last)
+read: Final = of_body(Right.VIEW, positions.read)
 
 
 @needs(Right.VIEW)
@@ -26,22 +25,6 @@ async def begin_to_read(plant: Plant, body_id: str, first: int, last: int, wait_
     begun = plant.position_readings.start(body, first, last, partial(named, plant, body))
     await plant.position_readings.wait(begun, wait_s)
     return begun
-
-
-@needs(Right.VIEW)
-async def get_reading(plant: Plant, body_id: str, reading_id: str, wait_s: float) -> PositionReading:
-    """Give a reading of positions, or the `current` one; errors as of `Works.get`."""
-    return await plant.position_readings.get(_target(plant, body_id), reading_id, wait_s)
-
-
-@needs(Right.VIEW)
-async def cancel_reading(plant: Plant, body_id: str) -> PositionReading:
-    """End the reading under way; errors as of `Readings.cancel`."""
-    return await plant.position_readings.cancel(_target(plant, body_id))
-
-
-def _target(plant: Plant, body_id: str) -> str:
-    return f"/bodies/{plant.family(Rorze).body(body_id).address}"
 
 
 @needs(Right.SETUP)
@@ -54,7 +37,7 @@ async def store(
     :raises GatewayError: as of `positions.store`.
     """
     body = plant.family(Rorze).body(body_id)
-    plant.position_uploads.require_none(_target(plant, body_id))
+    plant.position_uploads.require_none(f"/bodies/{body.address}")
     held = await positions.store(body, wanted, flash=flash)
     await plant.names.name(body.address, names)
     return held
@@ -76,18 +59,6 @@ async def begin_to_store(
     return begun
 
 
-@needs(Right.VIEW)
-async def get_upload(plant: Plant, body_id: str, upload_id: str, wait_s: float) -> TableUpload:
-    """Give an upload of positions, or the `current` one; errors as of `Works.get`."""
-    return await plant.position_uploads.get(_target(plant, body_id), upload_id, wait_s)
-
-
-@needs(Right.SETUP)
-async def cancel_upload(plant: Plant, body_id: str) -> TableUpload:
-    """End the upload under way; errors as of `Readings.cancel`."""
-    return await plant.position_uploads.cancel(_target(plant, body_id))
-
-
 @needs(Right.SETUP)
 async def name(plant: Plant, body_id: str, number: int, name: str) -> None:
     """Name a position, or with an empty name take its name away."""
@@ -104,3 +75,11 @@ def named(plant: Plant, body: Body, position: Position) -> NamedPosition:
         value=None if scale is None else scale.value(position.pulses),
         unit=None if scale is None else scale.unit,
     )
+
+
+def _path(plant: Plant, path: str) -> str:
+    return f"/bodies/{plant.family(Rorze).body(address_of(path)).address}"
+
+
+READINGS: Final = Records(lambda plant, path: (plant.position_readings, _path(plant, path)), Right.VIEW)
+UPLOADS: Final = Records(lambda plant, path: (plant.position_uploads, _path(plant, path)), Right.SETUP)

@@ -7,18 +7,17 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.records import RequestModel
 from gateway.core.rights import Right
 from gateway.operations.caller import needs
+from gateway.operations.of_bodies import of_body
 from gateway.plant import Plant
 from gateway.rorze import curves, encoders, homing, patterns, settings, speed_sets
 from gateway.rorze.bodies import Body
 from gateway.rorze.changes import Expectation
 from gateway.rorze.curves import CurveDraft, SpeedCurve
-from gateway.rorze.encoders import Encoder, Resolution, ResolutionRequest
 from gateway.rorze.family import Rorze
-from gateway.rorze.homing import Homing
-from gateway.rorze.patterns import ChangedPattern, Pattern, PatternChange, PatternValues
-from gateway.rorze.settings import BodySettings, ChangedSettings, Document
+from gateway.rorze.patterns import Pattern
+from gateway.rorze.settings import ChangedSettings, Document
 from gateway.rorze.settings_document import BodySettingsChange, EncoderChange, HomingChange
-from gateway.rorze.speed_sets import ChangedSpeedSet, SpeedSet, SpeedSetChange, SpeedSetValues
+from gateway.rorze.speed_sets import SpeedSet
 from gateway.rorze.units import Unit, to_pulses
 
 DOCUMENTS: Final[Mapping[type[RequestModel], Document]] = {
@@ -29,6 +28,16 @@ DOCUMENTS: Final[Mapping[type[RequestModel], Document]] = {
 """What was read before it is changed so."""
 
 
+read_speed_set: Final = of_body(Right.VIEW, speed_sets.read_set)
+change_speed_set: Final = of_body(Right.SETUP, speed_sets.change_set)
+read_pattern: Final = of_body(Right.VIEW, patterns.read_pattern)
+change_pattern: Final = of_body(Right.SETUP, patterns.change_pattern)
+read_settings: Final = of_body(Right.VIEW, settings.read_settings)
+read_encoder: Final = of_body(Right.VIEW, encoders.read_encoder)
+set_resolution: Final = of_body(Right.SETUP, encoders.set_resolution)
+read_homing: Final = of_body(Right.VIEW, homing.read_homing)
+
+
 @needs(Right.VIEW)
 async def read_speed_sets(plant: Plant, body_id: str, first: int, last: int) -> list[SpeedSet]:
     """Read speed parameter sets; errors as of `speed_sets.read_set`."""
@@ -36,49 +45,9 @@ async def read_speed_sets(plant: Plant, body_id: str, first: int, last: int) -> 
 
 
 @needs(Right.VIEW)
-async def read_speed_set(plant: Plant, body_id: str, number: int) -> SpeedSet:
-    """Read a speed parameter set; errors as of `speed_sets.read_set`."""
-    return await speed_sets.read_set(_body(plant, body_id), number)
-
-
-@needs(Right.SETUP)
-async def change_speed_set(
-    plant: Plant,
-    body_id: str,
-    number: int,
-    wanted: SpeedSetValues | SpeedSetChange,
-    expects: Expectation | None,
-    *,
-    flash: bool,
-) -> ChangedSpeedSet:
-    """Change a speed parameter set; errors as of `changes.change`."""
-    return await speed_sets.change_set(_body(plant, body_id), number, wanted, expects, flash=flash)
-
-
-@needs(Right.VIEW)
 async def read_patterns(plant: Plant, body_id: str, first: int, last: int) -> list[Pattern]:
     """Read acceleration patterns; errors as of `patterns.read_pattern`."""
     return await patterns.read_patterns(_body(plant, body_id), _range(first, last))
-
-
-@needs(Right.VIEW)
-async def read_pattern(plant: Plant, body_id: str, number: int) -> Pattern:
-    """Read an acceleration pattern; errors as of `patterns.read_pattern`."""
-    return await patterns.read_pattern(_body(plant, body_id), number)
-
-
-@needs(Right.SETUP)
-async def change_pattern(
-    plant: Plant,
-    body_id: str,
-    number: int,
-    wanted: PatternValues | PatternChange,
-    expects: Expectation | None,
-    *,
-    flash: bool,
-) -> ChangedPattern:
-    """Change an acceleration pattern; errors as of `patterns.change_pattern`."""
-    return await patterns.change_pattern(_body(plant, body_id), number, wanted, expects, flash=flash)
 
 
 @needs(Right.VIEW)
@@ -102,32 +71,6 @@ async def draft_curve(plant: Plant, body_id: str, number: int, draft: CurveDraft
     body = _body(plant, body_id)
     pulses = draft.distance.pulses(body.scale)
     return await curves.curve_of(body, number, pulses, draft.speed, draft.points, draft)
-
-
-@needs(Right.VIEW)
-async def read_settings(plant: Plant, body_id: str) -> BodySettings:
-    """Read all settings; errors as of `settings.read_settings`."""
-    return await settings.read_settings(_body(plant, body_id))
-
-
-@needs(Right.VIEW)
-async def read_encoder(plant: Plant, body_id: str) -> Encoder:
-    """Read the encoder and its set-up; errors as of `encoders.read_encoder`."""
-    return await encoders.read_encoder(_body(plant, body_id))
-
-
-@needs(Right.SETUP)
-async def set_resolution(
-    plant: Plant, body_id: str, wanted: ResolutionRequest, expects: Expectation | None, *, flash: bool
-) -> Resolution:
-    """Set the encoder up by what a turn is; errors as of `encoders.set_resolution`."""
-    return await encoders.set_resolution(_body(plant, body_id), wanted, expects, flash=flash)
-
-
-@needs(Right.VIEW)
-async def read_homing(plant: Plant, body_id: str) -> Homing:
-    """Read the set-up of homing; errors as of `homing.read_homing`."""
-    return await homing.read_homing(_body(plant, body_id))
 
 
 @needs(Right.SETUP)

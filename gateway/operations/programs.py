@@ -1,17 +1,18 @@
 """User programs of bodies: checked, uploaded, read, run; and the memories they share with their hosts."""
 
-from collections.abc import Sequence
+from typing import Final
 
 from gateway.core.errors import InvalidText, Misplaced
 from gateway.core.rights import Right
-from gateway.operations.caller import needs, require
+from gateway.operations.caller import address_of, needs, require
+from gateway.operations.of_bodies import of_body
+from gateway.operations.records import Records
 from gateway.plant import Plant
 from gateway.rorze import memories, stored_program
 from gateway.rorze.bodies import Body
 from gateway.rorze.family import Rorze
-from gateway.rorze.memories import MemoryValue
 from gateway.rorze.program_runs import ProgramRun, ProgramState
-from gateway.rorze.program_uploads import ProgramUpload
+from gateway.rorze.program_uploads import ProgramUpload, ProgramUploads
 from gateway.rorze.stored_program import StoredProgram
 from protocols.rorze.programs import RunProgram, StepProgram
 from protocols.rorze.user_program.assembler import Assembled, assemble
@@ -62,18 +63,6 @@ async def upload(plant: Plant, body_id: str, program: Assembled, flash: bool, wa
     return begun
 
 
-async def get_upload(plant: Plant, body_id: str, upload_id: str, wait_s: float) -> ProgramUpload:
-    """Give an upload, or the `current` one; errors as of `Works.get`."""
-    require(plant, Right.VIEW, body_id)
-    return await plant.family(Rorze).uploads.get(_body(plant, body_id).address, upload_id, wait_s)
-
-
-@needs(Right.SETUP)
-async def cancel_upload(plant: Plant, body_id: str) -> ProgramUpload:
-    """End the upload under way; errors as of `ProgramUploads.cancel`."""
-    return await plant.family(Rorze).uploads.cancel(_body(plant, body_id))
-
-
 @needs(Right.OPERATE)
 async def run(plant: Plant, body_id: str, command: RunProgram | StepProgram, wait_s: float) -> ProgramRun:
     """Run a body's program, or one instruction of it; errors as of `ProgramRuns.start`."""
@@ -96,17 +85,16 @@ async def state(plant: Plant, body_id: str) -> ProgramState:
     return await plant.family(Rorze).runs.state(_body(plant, body_id))
 
 
-@needs(Right.VIEW)
-async def read_memories(plant: Plant, body_id: str, first: str, count: int) -> list[MemoryValue]:
-    """Read memories; errors as of `memories.read`."""
-    return await memories.read(_body(plant, body_id), first, count)
-
-
-@needs(Right.OPERATE)
-async def write_memories(plant: Plant, body_id: str, wanted: Sequence[tuple[str, int]]) -> list[MemoryValue]:
-    """Set memories, and read them back; errors as of `memories.write`."""
-    return await memories.write(_body(plant, body_id), wanted)
+read_memories: Final = of_body(Right.VIEW, memories.read)
+write_memories: Final = of_body(Right.OPERATE, memories.write)
 
 
 def _body(plant: Plant, body_id: str) -> Body:
     return plant.family(Rorze).body(body_id)
+
+
+def _uploads(plant: Plant, path: str) -> tuple[ProgramUploads, str]:
+    return plant.family(Rorze).uploads, _body(plant, address_of(path)).address
+
+
+UPLOADS: Final = Records(_uploads, Right.SETUP)

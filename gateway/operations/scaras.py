@@ -7,16 +7,16 @@ from gateway.operations.caller import needs
 from gateway.plant import Plant
 from gateway.rorze.family import Rorze
 from gateway.rorze.scaras import geometry, paths
-from gateway.rorze.scaras.geometry import Held
+from gateway.rorze.scaras.geometry import HeldGeometry
 from gateway.rorze.scaras.record import PlannedScaraMove, ScaraMove
 from gateway.rorze.scaras.requests import ScaraMoveRequest
-from gateway.rorze.scaras.scara import Scara, Stand
+from gateway.rorze.scaras.scara import AxisPositions, Scara
 from protocols.rorze.interpolation import PathPoint
 from protocols.rorze.scara import Place
 
 
 @needs(Right.VIEW)
-async def stand(plant: Plant, scara_id: str) -> Stand:
+async def stand(plant: Plant, scara_id: str) -> AxisPositions:
     """Ask all axes in one frame where they stand; errors as of `Scara.ask`."""
     return await _scara(plant, scara_id).stand()
 
@@ -32,13 +32,13 @@ def inverse(plant: Plant, scara_id: str, place: Place) -> tuple[int, ...]:
 
 
 @needs(Right.VIEW)
-async def read_geometry(plant: Plant, scara_id: str) -> list[Held]:
+async def read_geometry(plant: Plant, scara_id: str) -> list[HeldGeometry]:
     """Ask the controllers for their geometry; errors as of `Scara.ask`."""
     return await geometry.read(_scara(plant, scara_id))
 
 
 @needs(Right.SETUP)
-async def apply_geometry(plant: Plant, scara_id: str, flash: bool) -> list[Held]:
+async def apply_geometry(plant: Plant, scara_id: str, flash: bool) -> list[HeldGeometry]:
     """Give the controllers the configured geometry; errors as of `geometry.write`."""
     return await geometry.write(_scara(plant, scara_id), flash=flash)
 

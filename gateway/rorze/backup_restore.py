@@ -146,7 +146,7 @@ class BodyRestore:
                 self._require_wanted(watcher)
             except GatewayError:
                 if upload.status == "running":
-                    await self.uploads.cancel(self.body)
+                    await self.uploads.cancel(self.body.address)
                 raise
         for _ in range(1 + upload.written):  # UCS, and each UWS
             watcher.has_written()

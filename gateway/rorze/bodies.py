@@ -9,8 +9,8 @@ from typing import Any, NamedTuple, TypeVar, cast
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NoReply
 from gateway.core.lanes import Lane
 from gateway.core.move_record import CountedIn, Move
+from gateway.core.trajectories import Trajectory
 from gateway.core.waiting import happens
-from gateway.core.ways import Way
 from gateway.rorze.edges import Edges
 from gateway.rorze.errors import refused
 from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
@@ -104,7 +104,7 @@ class Body:
     status_bits: int | None = None
     position: int | None = None
     position_at: float | None = None
-    way: Way[int] | None = None
+    trajectory: Trajectory[int] | None = None
     """Where it is seen during the move that is not over yet."""
     changes: int = 0
     """Counts what may have changed its settings."""
@@ -420,8 +420,8 @@ class Body:
 
     def _saw_position(self, pulses: int, at: float) -> None:
         self.position, self.position_at = pulses, at
-        if self.way is not None:
-            self.way.add(at, pulses)
+        if self.trajectory is not None:
+            self.trajectory.add(at, pulses)
         if self.power.contradicts(pulses, 0xFF, self.position_tolerance):
             self.look_due.set()
 

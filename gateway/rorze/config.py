@@ -1,14 +1,14 @@
 """What the configuration file may say of a line with an RC-400: its bodies and groups."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from math import ceil
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, PlainValidator, model_validator
 
 from gateway.core import tables
-from gateway.core.tables import Array, Fault, Name, Table, refuse_repeats
+from gateway.core.tables import Array, Fault, Name, Table, Weakness, refuse_repeats
 from gateway.rorze.units import Scale
 from protocols.rorze.link import frame
 from protocols.rorze.link_master import MOST_MEMBERS
@@ -222,14 +222,15 @@ class Line(tables.Line):
         groups = "".join(f"; group {group.id} of {', '.join(group.members)}" for group in self.groups)
         return f"RC-400: bodies {bodies}{groups}"
 
-    def weak_settings(self) -> Iterable[str]:
-        """Bodies that go to places after a loss of power."""
-        careless = [body.id for body in self.bodies if not body.needs_origin]
-        if careless:
-            yield (
-                f"line {self.id}: needs_origin is off for {', '.join(careless)}: after a loss of power they "
-                "still go to places, which are somewhere else then"
-            )
+    def weakened(self) -> Iterator[Weakness]:
+        """What would let a body go to places that are elsewhere."""
+        for body in self.bodies:
+            place = f"lines.{self.id}.bodies.{body.id}"
+            if not body.power_comment:
+                yield Weakness(f"{place}.power_comment", 0, "No mark tells of a loss of power.")
+            if not body.needs_origin:
+                meaning = "It moves to places after a loss of power, though they may be elsewhere."
+                yield Weakness(f"{place}.needs_origin", False, meaning)
 
     @property
     def sweep_numbers(self) -> range:

@@ -1,14 +1,14 @@
 """How fast a move with a pattern would be at each moment, with the settings of now (RC-420 manual 13.3)."""
 
-from typing import Literal, NamedTuple, Self
+from typing import Literal, NamedTuple
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.records import Record, RequestModel, example
 from gateway.rorze.bodies import Body
 from gateway.rorze.move_requests import Length
-from gateway.rorze.patterns import Changes, each_once, read_pattern
+from gateway.rorze.patterns import Changes, read_pattern
 from gateway.rorze.plans import pulses_per_count
 from gateway.rorze.speed_sets import SpeedSetValues, parameters_of
 from gateway.rorze.units import Scale, Scaled
@@ -67,11 +67,6 @@ class CurveDraft(
         default="high", description="`low` runs at the start speed, without ramps."
     )
     points: int = Field(default=200, ge=2, le=2_000, description="How many moments, evenly spread.")
-
-    @model_validator(mode="after")
-    def _points_once(self) -> Self:
-        each_once(self.changes)
-        return self
 
     def course(self) -> "_Course":
         """As the speed curve takes it.

@@ -10,6 +10,11 @@ from protocols.rorze.row import RorzeCommand
 LASTING = frozenset({0x23, *range(0x40, 0x48), 0x4A, 0x54, 0x5B, 0x5D, 0x5E, 0x5F, *range(0x61, 0x66)})
 """Errors that the same request meets again until it, or a setting, is changed (RC-420 manual 21)."""
 
+MOVING = "0x50"
+"""How what is allowed at standstill only is refused (RC-420 manual 21)."""
+IN_MOTION = frozenset({MOVING, "0x4C"})
+"""How a motion is refused while the motor moves, or executes another command of the same group."""
+
 
 def refused(address: str, command: RorzeCommand[Any], error: int | None) -> ControllerRefused:
     """The error of a command that a body, or the link master, has refused."""

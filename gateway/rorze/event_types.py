@@ -12,6 +12,7 @@ from gateway.core.event_types import (
     backup_types,
     lease_types,
     move_types,
+    news_types,
     restore_types,
 )
 from gateway.core.move_record import CountedIn, Move
@@ -136,13 +137,13 @@ class LineMessage(EventData):
 BODIES = (
     *move_types("body", BODY, Move),
     *lease_types("body", BODY),
-    *(
-        EventType(f"body.stop.{news}", BODY, StopReport, when)
-        for news, when in {
-            "requested": "a stop is asked for",
-            "confirmed": "the motor stands still, as its controller says",
-            "unconfirmed": "it is not confirmed in time, and is repeated on",
-        }.items()
+    *news_types(
+        "body.stop",
+        BODY,
+        StopReport,
+        requested="a stop is asked for",
+        confirmed="the motor stands still, as its controller says",
+        unconfirmed="it is not confirmed in time, and is repeated on",
     ),
     EventType("body.motion.foreign", BODY, Nothing, "it moves, and the gateway has not started that"),
     EventType("body.online", BODY, Nothing, "it answers again"),
@@ -157,47 +158,47 @@ BODIES = (
     EventType("body.input.changed", BODY, InputChange, "an input is told to be another than before"),
     EventType("body.program.message", BODY, ProgramText, "its user program tells something (SDC, SDD)"),
     EventType("body.end_frame", BODY, EndFrame, "an unknown body has ended a move (frame 7D)"),
-    *(
-        EventType(f"body.program.upload.{news}", BODY, ProgramUpload, when)
-        for news, when in {
-            "started": "a user program is being uploaded",
-            "progress": "an upload has come further; once a second at most",
-            "succeeded": "the program was read back and is the one that was sent",
-            "failed": "an upload was broken off, or the body holds another program: `stored` says what",
-            "cancelled": "a request, a stop or the end of the gateway has broken off an upload",
-        }.items()
+    *news_types(
+        "body.program.upload",
+        BODY,
+        ProgramUpload,
+        started="a user program is being uploaded",
+        progress="an upload has come further; once a second at most",
+        succeeded="the program was read back and is the one that was sent",
+        failed="an upload was broken off, or the body holds another program: `stored` says what",
+        cancelled="a request, a stop or the end of the gateway has broken off an upload",
     ),
     *backup_types("body", BODY),
-    *(
-        EventType(f"body.position_reading.{news}", BODY, PositionReading, when)
-        for news, when in {
-            "started": "its table of positions is being read",
-            "progress": "more of it was read; once a second at most",
-            "succeeded": "all was read: the record has the positions",
-            "failed": "it did not tell all",
-            "cancelled": "a request or the end of the gateway has ended it",
-        }.items()
+    *news_types(
+        "body.position_reading",
+        BODY,
+        PositionReading,
+        started="its table of positions is being read",
+        progress="more of it was read; once a second at most",
+        succeeded="all was read: the record has the positions",
+        failed="it did not tell all",
+        cancelled="a request or the end of the gateway has ended it",
     ),
-    *(
-        EventType(f"body.position_upload.{news}", BODY, TableUpload, when)
-        for news, when in {
-            "started": "positions are being stored in it",
-            "progress": "more were sent, or read back; once a second at most",
-            "succeeded": "all were read back and are those that were sent",
-            "failed": "not all were sent, or it holds others",
-            "cancelled": "a request or the end of the gateway has ended it",
-        }.items()
+    *news_types(
+        "body.position_upload",
+        BODY,
+        TableUpload,
+        started="positions are being stored in it",
+        progress="more were sent, or read back; once a second at most",
+        succeeded="all were read back and are those that were sent",
+        failed="not all were sent, or it holds others",
+        cancelled="a request or the end of the gateway has ended it",
     ),
     *restore_types("body", BODY, Restore),
-    *(
-        EventType(f"body.jog.{news}", BODY, BodyJog, when)
-        for news, when in {
-            "started": "it jogs",
-            "stopping": "it is told to stop, and may still move",
-            "ended": "the jog was ended by request, or by its move's end, and the motor stands still",
-            "lost": "its heartbeat stayed away, and the motor stands still",
-            "stopped": "a stop or the end of the gateway has ended it, and the motor stands still",
-        }.items()
+    *news_types(
+        "body.jog",
+        BODY,
+        BodyJog,
+        started="it jogs",
+        stopping="it is told to stop, and may still move",
+        ended="the jog was ended by request, or by its move's end, and the motor stands still",
+        lost="its heartbeat stayed away, and the motor stands still",
+        stopped="a stop or the end of the gateway has ended it, and the motor stands still",
     ),
     EventType("body.program.started", BODY, ProgramRun, "the gateway has started its user program"),
     EventType("body.program.ended", BODY, ProgramRun, "that program has ended, or nobody knows: `status`"),
@@ -213,13 +214,13 @@ LINES = (
     EventType("group.strangers", GROUP, Strangers, "bodies obey the group that do not count among it"),
     EventType("line.strict", LINE, Strictness, "a reply came twice, or none has for an hour"),
     EventType("line.message", LINE, LineMessage, "a frame came that nobody knows"),
-    *(
-        EventType(f"line.scan.{status}", LINE, Scan, when)
-        for status, when in {
-            "running": "a scan has begun, or has found a body",
-            "finished": "it has asked all 120 body numbers",
-            "failed": "it was broken off",
-        }.items()
+    *news_types(
+        "line.scan",
+        LINE,
+        Scan,
+        running="a scan has begun, or has found a body",
+        finished="it has asked all 120 body numbers",
+        failed="it was broken off",
     ),
 )
 

@@ -120,7 +120,7 @@ class Rorze(Family):
         self.moves = Moves(
             self._publish_move,
             allow_endless_moves=site.allow_endless_moves,
-            on_way=self._way_changes,
+            on_trajectory=self._way_changes,
         )
         self.sweeps: dict[str, Sweep] = {}
         """How many bodies of a line are asked at once, by the line's id."""
@@ -154,23 +154,7 @@ class Rorze(Family):
         line.on_change = partial(self._on_change, line)
         self.lines[line.id] = line
         for it in table.bodies:
-            body = Body(
-                line,
-                it.number,
-                it.name or "",
-                it.units,
-                it.input_names,
-                it.output_names,
-                position_tolerance=it.position_tolerance,
-                in_position=it.in_position,
-                poll_interval_s=table.poll_interval_s,
-                power=Power(it.power_comment, it.needs_origin),
-            )
-            body.on_news = partial(self._on_news, body)
-            self._recall(body)
-            self._bodies[body.address] = body
-            if it.events is not None:
-                self._events[body] = it.events
+            self._add_body(line, table, it)
         Guards(line, self.bodies_of(line), self.stops.under_way, self.uploads.keeps_out, self._amid_a_restore)
         sweep = self.sweeps[line.id] = Sweep(line, self.bodies_of(line), table.sweep_numbers)
         for own in sweep.groups:
@@ -181,6 +165,25 @@ class Rorze(Family):
             members = [self._bodies[f"{line.id}.{member}"] for member in group.members]
             self._add_group(Group(line, group.number, members))
         return line
+
+    def _add_body(self, line: Line, table: config.Line, it: config.Body) -> None:
+        body = Body(
+            line,
+            it.number,
+            it.name or "",
+            it.units,
+            it.input_names,
+            it.output_names,
+            position_tolerance=it.position_tolerance,
+            in_position=it.in_position,
+            poll_interval_s=table.poll_interval_s,
+            power=Power(it.power_comment, it.needs_origin),
+        )
+        body.on_news = partial(self._on_news, body)
+        self._recall(body)
+        self._bodies[body.address] = body
+        if it.events is not None:
+            self._events[body] = it.events
 
     def _recall(self, body: Body) -> None:
         """Go on from what an earlier body of this address knew of its power."""

@@ -13,7 +13,7 @@ from gateway.core.lanes import IMPATIENT, STOPS, Lane
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState as LineState
 from gateway.core.origin import PROBE, SET_UP, acting
-from gateway.core.trace_filter import Talk
+from gateway.core.trace_filter import FrameSubject
 from gateway.core.waiting import happens
 from gateway.rorze.errors import refused
 from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
@@ -157,14 +157,14 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         """Show the exact frame of a command as text, with its CR escaped."""
         return self._session.frame_of(body, command).decode("ascii").replace("\r", "\\r")
 
-    def talk_of(self, frame: bytes) -> Talk:
+    def talk_of(self, frame: bytes) -> FrameSubject:
         """A frame is about its address; a group's about all members, and a reply about those it names."""
         match = _ADDRESS.search(frame)
         if match is None:
-            return Talk(b"")
+            return FrameSubject(b"")
         number = int(match[1] or match[2], 16)
         named = (int(member, 16) for member in _MEMBER.findall(frame))
-        return Talk(b"%X" % number, frozenset((number, *self.groups.get(number, ()), *named)))
+        return FrameSubject(b"%X" % number, frozenset((number, *self.groups.get(number, ()), *named)))
 
     def shows_silence(self, error: GatewayError) -> bool:
         """Whether an error shows that a body does not answer, on a line that works."""

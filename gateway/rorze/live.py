@@ -13,7 +13,7 @@ from gateway.core.live import Live
 from gateway.core.sampler import IO_HZ, Source
 from gateway.rorze.bodies import Body, R
 from gateway.rorze.event_types import BodyPosition
-from gateway.rorze.sweep import Sweep, Told
+from gateway.rorze.sweep import Sweep, SweepAnswer
 from protocols.rorze.inputs_outputs import GetInputs, GetOutputs
 from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.position import GetPosition
@@ -54,7 +54,9 @@ class BodySource(Source):
         told = await self.sweep.ask(bodies, command, Lane.BACKGROUND)
         if isinstance(refusal := told[self.body], GatewayError):
             raise refusal
-        return {body: (cast("R", it.reply), it.at) for body, it in told.items() if isinstance(it, Told)}
+        return {
+            body: (cast("R", it.reply), it.at) for body, it in told.items() if isinstance(it, SweepAnswer)
+        }
 
 
 class PositionSource(BodySource):
@@ -65,7 +67,7 @@ class PositionSource(BodySource):
     @property
     def own_hz(self) -> float:
         """While it moves, that of the samples which are kept with the move."""
-        return 0.0 if self.body.way is None else self.samples_hz
+        return 0.0 if self.body.trajectory is None else self.samples_hz
 
     async def read(self, due: Sequence[Source]) -> list[Source]:
         """Put what somebody else has just been told, or ask."""

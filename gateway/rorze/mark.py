@@ -17,7 +17,7 @@ TRIES = 3
 """So often a mark is written that was not found again as it should be."""
 
 
-class Marked(Protocol):
+class MarkedBody(Protocol):
     """A body, as far as its mark is concerned."""
 
     power: Power
@@ -47,7 +47,7 @@ class _StandsAlready(Cancelled):
 class Mark:
     """Writes the mark of one body, and looks at it."""
 
-    def __init__(self, body: Marked) -> None:
+    def __init__(self, body: MarkedBody) -> None:
         self._body = body
 
     async def stands(self, lane: Lane) -> bool | None:

@@ -15,11 +15,14 @@ from gateway.core.errors import (
     NotExecuted,
     NotSent,
     QueueFull,
+    refused_in_motion,
+    silent_in_motion,
 )
 from gateway.core.lanes import Lane
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.silence import Silence
 from gateway.rorze.bodies import Body, MotorState
+from gateway.rorze.errors import IN_MOTION
 from gateway.rorze.pace import background_of, is_crowded, is_prompt
 from gateway.rorze.plans import target_of
 from gateway.rorze.power import POWER_ON_POSITION, needs_place
@@ -33,8 +36,6 @@ from protocols.table import Reply
 
 STRAIGHT = ("relative", "absolute", "continuous", "jog")
 """Moves that go from where the motor stands, one way."""
-IN_MOTION = frozenset({"0x4C", "0x50"})
-"""How what is told at standstill only is refused (RC-420 manual 21)."""
 MOTION_ERRORS = 0x66
 """Bits of the controller status: a limit, EMS, the movement range or STALL can end a move (9CD)."""
 IN_POSITION_S = 6.0
@@ -303,7 +304,7 @@ class Case:
             f"It refused {self.move.command} as in motion ({refusal.error_code}), and had stood still: the "
             "line has doubled the command, or something else moves the motor."
         )
-        return _refused_in_motion(self.body, self.move)
+        return refused_in_motion(self.body.address, self.move.command)
 
     async def without_reply(self, error: NoReply) -> Verdict | None:
         """Nobody knows whether the command was executed: let the motor tell; None where the move runs on."""
@@ -375,7 +376,7 @@ class Case:
         if kept is False:
             return Verdict(MoveStatus.LOST, error=_without_power(body))
         if self._refusal is not None and not self._is_target(move.position):
-            return Verdict(MoveStatus.UNKNOWN, error=_refused_in_motion(body, move))
+            return Verdict(MoveStatus.UNKNOWN, error=refused_in_motion(body.address, move.command))
         if move.target_position is not None and not self._is_target(move.position):
             return Verdict(MoveStatus.FAILED, "position_mismatch", _missed(body, move))
         if kept is None:
@@ -430,7 +431,7 @@ class Case:
         elif self._half is not None and not self._half.runs:
             self._note(f"The motor was last heard to stand still at {self._half.position}.")
         elif silence.of_body:
-            return Verdict(MoveStatus.LOST, error=error or _gone(body))
+            return Verdict(MoveStatus.LOST, error=error or silent_in_motion(body.address))
         return Verdict(MoveStatus.UNKNOWN, error=error or _out_of_reach(body, silence))
 
     # its power
@@ -525,27 +526,12 @@ class Case:
         self.move.evidence.append(sentence)
 
 
-def _refused_in_motion(body: Body, move: Move) -> NoReply:
-    return NoReply(
-        f"{body.address} refused {move.command} as in motion, although it had stood still just before: a "
-        "first copy of the command may have set it going, or something else has; nothing was sent again.",
-        "See what else can move it, and read its status and position before anything else.",
-    )
-
-
 def _not_in_position(body: Body) -> MoveFailed:
     return MoveFailed(
         f"{body.address} has put out all pulses, and its servo drive was not in position within "
         f"{IN_POSITION_S:g} s: the controller gives CLR then, and the motor may stand elsewhere than it "
         "counts.",
         "See what holds the axis up, and home it before the next move to a place.",
-    )
-
-
-def _gone(body: Body) -> MoveFailed:
-    return MoveFailed(
-        f"{body.address} stopped answering in the middle of the move; it may still be moving.",
-        "Check its power and cable, stop it, and home it again.",
     )
 
 

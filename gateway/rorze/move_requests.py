@@ -5,7 +5,7 @@ from typing import Annotated, Any, Final, Literal, Self, TypeVar
 from pydantic import Field, ValidationError, WithJsonSchema, model_validator
 
 from gateway.core.errors import InvalidRequest
-from gateway.core.move_record import START_WITHIN_S
+from gateway.core.move_record import StartRequest
 from gateway.core.records import RequestModel, example
 from gateway.rorze.bodies import Group
 from gateway.rorze.units import Scale, Unit, to_pulses
@@ -62,20 +62,8 @@ class Length(RequestModel, json_schema_extra=example(value=0, unit="pulse")):
         return self
 
 
-class _MoveRequest(RequestModel):
-    validate_only: bool = Field(
-        default=False, description="Only say what would be sent and how long it would take; nothing moves."
-    )
-    start_within_s: float = Field(
-        default=START_WITHIN_S,
-        gt=0,
-        le=60,
-        description="Seconds the move may wait for its turn; if it is not sent by then, it never is.",
-    )
-
-
 class RelativeMoveRequest(
-    _MoveRequest,
+    StartRequest,
     json_schema_extra=example(kind="relative", direction="cw", distance={"value": 500, "unit": "pulse"}),
 ):
     """Move by a distance (RC-420 manual 13.2)."""
@@ -92,7 +80,7 @@ class RelativeMoveRequest(
 
 
 class AbsoluteMoveRequest(
-    _MoveRequest, json_schema_extra=example(kind="absolute", position={"value": 0, "unit": "pulse"})
+    StartRequest, json_schema_extra=example(kind="absolute", position={"value": 0, "unit": "pulse"})
 ):
     """Move to a position (RC-420 manual 13.2)."""
 
@@ -106,7 +94,7 @@ class AbsoluteMoveRequest(
         return _built(_ABSOLUTE[self.speed], position=self.position.pulses(scale), pattern=self.pattern)
 
 
-class PositionMoveRequest(_MoveRequest, json_schema_extra=example(kind="position", position=5)):
+class PositionMoveRequest(StartRequest, json_schema_extra=example(kind="position", position=5)):
     """Move to a position of the body's table (RC-420 manual 13.4)."""
 
     kind: Literal["position"]
@@ -120,7 +108,7 @@ class PositionMoveRequest(_MoveRequest, json_schema_extra=example(kind="position
         return _built(_ABSOLUTE[self.speed], position=entry, pattern=self.pattern)
 
 
-class HomeRequest(_MoveRequest, json_schema_extra=example(kind="home")):
+class HomeRequest(StartRequest, json_schema_extra=example(kind="home")):
     """Search the origin (RC-420 manual 13.5), or the centre of the stall dog after that (13.6.2)."""
 
     kind: Literal["home"]
@@ -138,7 +126,7 @@ class HomeRequest(_MoveRequest, json_schema_extra=example(kind="home")):
 
 
 class ContinuousMoveRequest(
-    _MoveRequest, json_schema_extra=example(kind="continuous", direction="cw", speed="low")
+    StartRequest, json_schema_extra=example(kind="continuous", direction="cw", speed="low")
 ):
     """Move until stopped; only where the configuration has `allow_endless_moves`."""
 

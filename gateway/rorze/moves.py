@@ -18,15 +18,15 @@ from gateway.core.journal.intents import OF_MOVES
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import START_WITHIN_S, Move, MoveError, MoveKind, MoveStatus
 from gateway.core.origin import working
+from gateway.core.trajectories import Trajectories
 from gateway.core.waiting import together
-from gateway.core.ways import Ways
 from gateway.rorze.bodies import Body, Group, MotorState
 from gateway.rorze.calls import calls_for_body
 from gateway.rorze.line import Line
 from gateway.rorze.move_proof import MISSING_END_FRAME_S, Case, Stretch, Verdict
 from gateway.rorze.pace import follow_s, look_s
 from gateway.rorze.power import ProofTooOld
-from gateway.rorze.samples import BodyWay
+from gateway.rorze.samples import BodyTrajectory
 from gateway.rorze.soft_limits import name_limits
 from gateway.rorze.start_positions import require_told
 from protocols.rorze.link import MoveEnded
@@ -49,14 +49,14 @@ class Moves:
         publish: Callable[[str, Body, Move], str],
         *,
         allow_endless_moves: bool = False,
-        on_way: Callable[[Body], None] = lambda _: None,
+        on_trajectory: Callable[[Body], None] = lambda _: None,
     ) -> None:
-        self._on_way = on_way
-        """Called when the way of a move begins, or has ended."""
+        self._on_trajectory = on_trajectory
+        """Called when the trajectory of a move begins, or has ended."""
         self._publish = publish
         self._allow_endless_moves = allow_endless_moves
         self.log = MoveLog[Move]()
-        self.ways = Ways[BodyWay]()
+        self.trajectories = Trajectories[BodyTrajectory]()
         self._tasks: dict[asyncio.Task[None], asyncio.Future[GatewayError | None]] = {}
         self._no_set_up_before: dict[Line, float] = {}
 
@@ -183,11 +183,11 @@ class Moves:
             move.sent_at = datetime.now(UTC)
         if status.final:
             move.ended_at = datetime.now(UTC)
-            body.move = body.way = None
+            body.move = body.trajectory = None
             body.line.followed -= 1
             body.free.set()
             self.log.end(move)
-            self._on_way(body)
+            self._on_trajectory(body)
         self._publish(
             "body.move.started" if status is MoveStatus.MOVING else f"body.move.{status}", body, move
         )
@@ -236,9 +236,9 @@ class Moves:
                 case.body.was_set_going()
                 self._advance(case.body, case.move, MoveStatus.SENT)
                 flight.on_sent(case.move)
-                case.body.way = BodyWay(case.body, case.move, flight.command, at)
-                self.ways.begin(case.move.id, case.body.way)
-                self._on_way(case.body)
+                case.body.trajectory = BodyTrajectory(case.body, case.move, flight.command, at)
+                self.trajectories.begin(case.move.id, case.body.trajectory)
+                self._on_trajectory(case.body)
 
         target = flight.target
         if target.line.gate.epoch(target.number) != flight.epoch:

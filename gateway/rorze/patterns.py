@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from operator import attrgetter
 from typing import Annotated, Any, Final, Self
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import AfterValidator, BaseModel, Field, model_validator
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.records import RequestModel, example
@@ -57,15 +57,17 @@ class SpeedChangeRequest(RequestModel):
         return SpeedChange("T", self.end or 0, self.speed_pps)
 
 
-def each_once(changes: list[SpeedChangeRequest] | None) -> None:
+def _each_once(changes: list[SpeedChangeRequest]) -> list[SpeedChangeRequest]:
     """Refuse two changes at one point."""
-    points = [it.point for it in changes or ()]
-    if len(set(points)) < len(points):
+    if len({it.point for it in changes}) < len(changes):
         raise ValueError("each point may be given once")
+    return changes
 
 
 Changes = Annotated[
-    list[SpeedChangeRequest], Field(max_length=len(POINTS), description="All that it shall have.")
+    list[SpeedChangeRequest],
+    AfterValidator(_each_once),
+    Field(max_length=len(POINTS), description="All that it shall have."),
 ]
 
 
@@ -78,11 +80,6 @@ class PatternValues(
     deceleration_set: Slot = Field(description="Speed parameter set of the deceleration, 0-29.")
     changes: Changes = Field(default_factory=list)
 
-    @model_validator(mode="after")
-    def _points_once(self) -> Self:
-        each_once(self.changes)
-        return self
-
 
 class PatternChange(RequestModel, json_schema_extra=example(deceleration_set=13)):
     """What of a pattern shall change; the rest stays as it is."""
@@ -90,11 +87,6 @@ class PatternChange(RequestModel, json_schema_extra=example(deceleration_set=13)
     acceleration_set: Slot | None = Field(default=None, description="0-29.")
     deceleration_set: Slot | None = Field(default=None, description="0-29.")
     changes: Changes | None = None
-
-    @model_validator(mode="after")
-    def _points_once(self) -> Self:
-        each_once(self.changes)
-        return self
 
 
 class SpeedChangeInfo(BaseModel):

@@ -55,7 +55,7 @@ class PlannedMove(Record):
     note: str | None = Field(None, description="Why something is not known, or would be refused.")
 
 
-class PlannedWay(NamedTuple):
+class PlannedTrajectory(NamedTuple):
     """Where a move leads, by the time since its beginning."""
 
     profile: Profile
@@ -142,8 +142,10 @@ async def _amount(body: Body, value: int | PositionReference | str, lane: Lane) 
     return None
 
 
-async def way_of(body: Body, command: RorzeCommand[Any], start: int, target: int | None) -> PlannedWay | None:
-    """Work out the way of a move from the controller's present settings; None where only it can tell.
+async def trajectory_of(
+    body: Body, command: RorzeCommand[Any], start: int, target: int | None
+) -> PlannedTrajectory | None:
+    """Work out the trajectory of a move from the controller's present settings; None where only it can tell.
 
     :raises ProfileError: the controller would not make such a move.
     :raises GatewayError: the settings could not be read.
@@ -159,7 +161,7 @@ async def way_of(body: Body, command: RorzeCommand[Any], start: int, target: int
         isinstance(command, MoveClockwise | MoveClockwiseSlowly) if target is None else target >= start
     )
     profile = await _profile(body, command, distance)
-    return PlannedWay(profile, start, ratio if clockwise else -ratio)
+    return PlannedTrajectory(profile, start, ratio if clockwise else -ratio)
 
 
 async def pulses_per_count(body: Body) -> float:

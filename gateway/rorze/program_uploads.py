@@ -185,14 +185,14 @@ class ProgramUploads(Works[ProgramUpload]):
             return False
         return exchange.command.effect is Effect.MOTION or isinstance(exchange.command, KEPT_OUT)
 
-    async def cancel(self, body: Body) -> ProgramUpload:
+    async def cancel(self, address: str) -> ProgramUpload:
         """End the upload under way before its next instruction, and give its record.
 
         :raises NotFound: there is none.
         """
-        work = self._current.get(body)
+        work = next((it for it in self._current.values() if it.body.address == address), None)
         if work is None:
-            raise NotFound(f"No program is being uploaded to {body.address}.")
+            raise NotFound(f"No program is being uploaded to {address}.")
         work.unwanted = True
         await self.wait(work.record, CANCELLED_WITHIN_S)
         return work.record

@@ -8,9 +8,9 @@ from pydantic import Field
 from gateway.core.errors import ControllerRefused, GatewayError
 from gateway.core.move_record import Move
 from gateway.core.records import Record
-from gateway.core.ways import Way
+from gateway.core.trajectories import Trajectory
 from gateway.rorze.bodies import Body
-from gateway.rorze.plans import PlannedWay, way_of
+from gateway.rorze.plans import PlannedTrajectory, trajectory_of
 from protocols.rorze.profile import ProfileError
 from protocols.rorze.row import RorzeCommand
 
@@ -53,16 +53,16 @@ class BodySamples(Record):
     samples: list[BodySample]
 
 
-class BodyWay(Way[int]):
-    """The way of a body's move, and what its plan is made of."""
+class BodyTrajectory(Trajectory[int]):
+    """The trajectory of a body's move, and what its plan is made of."""
 
     def __init__(self, body: Body, move: Move, command: RorzeCommand[Any], at: float) -> None:
         super().__init__(move.sent_at or move.created_at, at, move.start_position or 0)
         self.body, self.move, self.command = body, move, command
         self._settings = body.settings
-        self._plan: PlannedWay | str | None = None
+        self._plan: PlannedTrajectory | str | None = None
 
-    async def plan(self) -> PlannedWay | str:
+    async def plan(self) -> PlannedTrajectory | str:
         """Work out the plan by the settings that the move was made with, or say why there is none.
 
         They are read when somebody first asks: no move waits for its plan.
@@ -74,10 +74,10 @@ class BodyWay(Way[int]):
                 return f"The settings could not be read: {error.detail}"
         return self._plan
 
-    async def _read_plan(self) -> PlannedWay | str:
+    async def _read_plan(self) -> PlannedTrajectory | str:
         body, move = self.body, self.move
         try:
-            plan = await way_of(body, self.command, move.start_position or 0, move.target_position)
+            plan = await trajectory_of(body, self.command, move.start_position or 0, move.target_position)
         except (ProfileError, ControllerRefused) as error:
             return f"The settings make no plan: {error}"
         if body.settings != self._settings:
@@ -85,32 +85,32 @@ class BodyWay(Way[int]):
         return plan or "How far it goes was only known when it was done."
 
 
-async def samples_of(way: BodyWay) -> BodySamples:
+async def samples_of(trajectory: BodyTrajectory) -> BodySamples:
     """Give the samples of a move, with the plan beside them where there is one."""
-    body, plan = way.body, await way.plan()
+    body, plan = trajectory.body, await trajectory.plan()
     scale, known = body.scale, None if isinstance(plan, str) else plan
     return BodySamples(
-        move_id=way.move.id,
+        move_id=trajectory.move.id,
         body_id=body.address,
         unit=scale.unit if scale else None,
         pulses_per_unit=scale.pulses_per_unit if scale else None,
         planned_s=known.profile.duration_s if known else None,
-        plan=_points(known, way.places[-1][0]) if known else None,
+        plan=_points(known, trajectory.places[-1][0]) if known else None,
         note=plan if isinstance(plan, str) else None,
         samples=[
             BodySample(
-                time=way.time_of(seconds),
+                time=trajectory.time_of(seconds),
                 time_s=round(seconds, 6),
                 pulses=pulses,
                 value=scale.value(pulses) if scale else None,
                 planned_pulses=round(known.position(seconds), 3) if known else None,
             )
-            for seconds, pulses in way.places
+            for seconds, pulses in trajectory.places
         ],
     )
 
 
-def _points(plan: PlannedWay, seen_s: float) -> list[PlannedPoint]:
+def _points(plan: PlannedTrajectory, seen_s: float) -> list[PlannedPoint]:
     """The plan to its end, or as far as an endless move was seen."""
     end_s = plan.profile.duration_s
     last_s = seen_s if end_s is None else end_s

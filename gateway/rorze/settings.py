@@ -11,8 +11,10 @@ from gateway.core.errors import BodyBusy, ControllerRefused, InvalidRequest
 from gateway.core.records import RequestModel
 from gateway.rorze.bodies import Body
 from gateway.rorze.changes import ChangeStep, Expectation, Item, Wanted, as_expected, change, read
-from gateway.rorze.settings_document import SPEEDS, Settings
+from gateway.rorze.errors import MOVING
+from gateway.rorze.settings_document import Settings
 from gateway.rorze.settings_table import SETTINGS, Key, Setting
+from gateway.rorze.speed_sets import SPEEDS
 from gateway.rorze.units import Per, Scaled
 from protocols.rorze.row import MODE_NAMES, ModeName
 from protocols.rorze.status import GetInformation
@@ -20,8 +22,6 @@ from protocols.rorze.status import GetInformation
 MODE: Final = "operating_mode"
 SHARES: Final = ("rising_percent", "falling_percent")
 _DIGITS: Final = {name: digit for digit, name in MODE_NAMES.items()}
-MOVING: Final = "0x50"
-"""How what is told at standstill only is refused (RC-420 manual 21)."""
 Document = Callable[[Body], Awaitable[BaseModel]]
 """What reads a document of which settings are a part."""
 _PER: Final[Mapping[str | None, Per]] = {"pulse": "", "pps": "/s", "pps/s": "/s2"}

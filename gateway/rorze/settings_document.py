@@ -1,11 +1,11 @@
 """The settings that FIS writes to flash memory, in the words of clients (RC-420 manual 18)."""
 
-from typing import Annotated, Final, Literal, Self
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from gateway.core.records import RequestModel, example
-from gateway.rorze.speed_sets import Acceleration, Falling, MaximumSpeed, Rising, StartSpeed, require_together
+from gateway.rorze.speed_sets import Acceleration, Falling, MaximumSpeed, Rising, StartSpeed, go_together
 from protocols.rorze.interpolation import PulsesOfTurn, RobotType
 from protocols.rorze.notation import BILLION, Pulses, TwoDecimals
 from protocols.rorze.row import ModeName
@@ -168,23 +168,10 @@ class Settings(EncoderSettings, HomingSettings):
     )
 
 
-SPEEDS: Final = {
-    "start_speed_pps",
-    "maximum_speed_pps",
-    "acceleration_pps_s",
-    "rising_percent",
-    "falling_percent",
-}
-"""Those of the standard set."""
-
-
 class HomingChange(HomingSettings, json_schema_extra=example(origin_offset=20, homing_retries=1)):
     """What of the set-up of homing shall change; the rest stays as it is."""
 
-    @model_validator(mode="after")
-    def _speeds_go_together(self) -> Self:
-        require_together(self.model_dump(include=SPEEDS))
-        return self
+    _go_together = model_validator(mode="after")(go_together)
 
 
 class EncoderChange(EncoderSettings, json_schema_extra=example(encoder_stall_threshold=128)):
@@ -197,7 +184,4 @@ class BodySettingsChange(Settings, json_schema_extra=example(origin_offset=20, h
     Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse.
     """
 
-    @model_validator(mode="after")
-    def _speeds_go_together(self) -> Self:
-        require_together(self.model_dump(include=SPEEDS))
-        return self
+    _go_together = model_validator(mode="after")(go_together)

@@ -1,7 +1,7 @@
 """The speed parameter sets S[0] to S[29] of a body, and the standard one, 30 (RC-420 manual 13.3.1)."""
 
 from collections.abc import Iterable
-from typing import Annotated, Any, Final, Self
+from typing import Annotated, Any, Final, TypeVar
 
 from pydantic import BaseModel, Field, model_validator
 
@@ -41,6 +41,23 @@ _EXAMPLE: Final = example(
 )
 
 
+M = TypeVar("M", bound=BaseModel)
+
+
+def go_together(request: M) -> M:
+    """Refuse what no move could use, as far as it is given (RC-420 manual 21, 45 and 46).
+
+    :raises ValueError: the start speed is above the maximum, or the shares exceed 100 % together.
+    """
+    values = request.model_dump(include=SPEEDS)
+    low, high = values["start_speed_pps"], values["maximum_speed_pps"]
+    if low is not None and high is not None and low > high:
+        raise ValueError("start_speed_pps must not be above maximum_speed_pps")
+    if (values["rising_percent"] or 0) + (values["falling_percent"] or 0) > 100:
+        raise ValueError("rising_percent and falling_percent must not exceed 100 together")
+    return request
+
+
 class SpeedSetValues(RequestModel, json_schema_extra=_EXAMPLE):
     """The five parameters of a set."""
 
@@ -50,10 +67,7 @@ class SpeedSetValues(RequestModel, json_schema_extra=_EXAMPLE):
     rising_percent: Rising
     falling_percent: Falling
 
-    @model_validator(mode="after")
-    def _go_together(self) -> Self:
-        require_together(self.model_dump())
-        return self
+    _go_together = model_validator(mode="after")(go_together)
 
     def parameters(self) -> SpeedParameters:
         """As moves use them.
@@ -72,10 +86,7 @@ class SpeedSetChange(RequestModel, json_schema_extra=example(maximum_speed_pps=2
     rising_percent: Rising | None = None
     falling_percent: Falling | None = None
 
-    @model_validator(mode="after")
-    def _go_together(self) -> Self:
-        require_together(self.model_dump())
-        return self
+    _go_together = model_validator(mode="after")(go_together)
 
 
 class InFlash(BaseModel):
@@ -120,15 +131,8 @@ _ROWS: Final[dict[str, tuple[type[Any], type[Any], str]]] = {
     "rising_percent": (speeds.GetRisingAccelerationShare, speeds.SetRisingAccelerationShare, "percent"),
     "falling_percent": (speeds.GetFallingAccelerationShare, speeds.SetFallingAccelerationShare, "percent"),
 }
-
-
-def require_together(values: dict[str, int | None]) -> None:
-    """Refuse what no move could use, as far as it is given (RC-420 manual 21, 45 and 46)."""
-    low, high = values["start_speed_pps"], values["maximum_speed_pps"]
-    if low is not None and high is not None and low > high:
-        raise ValueError("start_speed_pps must not be above maximum_speed_pps")
-    if (values["rising_percent"] or 0) + (values["falling_percent"] or 0) > 100:
-        raise ValueError("rising_percent and falling_percent must not exceed 100 together")
+SPEEDS: Final = set(_ROWS)
+"""The parameters of a set."""
 
 
 def items_of(number: int) -> dict[str, Item]:

@@ -12,7 +12,7 @@ from gateway.core.events import EventHub
 from gateway.core.lanes import Lane
 from gateway.core.origin import current, working
 from gateway.core.records import Record
-from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, REPEAT_S, Stopping, StopState
+from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, REPEAT_S, Stopping, StopState, StopsUnderWay
 from gateway.core.stops import StopMode as StopMode
 from gateway.core.waiting import happens
 from gateway.rorze.bodies import PROGRAM_RUNS, Body, Group, R
@@ -51,7 +51,7 @@ class StopReport(Record):
     )
 
 
-class Stops:
+class Stops(StopsUnderWay["_BodyStop"]):
     """The stops under way. A second stop of the same kind joins the first."""
 
     def __init__(
@@ -60,14 +60,13 @@ class Stops:
         groups_of: Callable[[Body], list[Group]],
         sweeps: Mapping[str, Sweep],
     ) -> None:
+        super().__init__()
         self._events = events
         self._sweeps = sweeps
         self._groups_of = groups_of
         self.on_begin: Callable[[Body], None] = lambda _: None
         """Called with each body whose stop begins."""
         self._running: dict[tuple[Body, StopMode], _BodyStop] = {}
-        self._tasks: dict[_BodyStop, asyncio.Task[None]] = {}
-        """Of these, and of those that are confirmed and whose moves have not been recorded yet."""
 
     def stop(self, bodies: Iterable[Body], mode: StopMode) -> "asyncio.Task[list[StopReport]]":
         """Stop bodies; every stop frame is queued before this returns, first those that reach whole groups.
@@ -105,18 +104,6 @@ class Stops:
         """How far a stop of the body has come that is not confirmed yet."""
         reports = [stop.report for stop in self._tasks if stop.body is body]
         return next((report for report in reports if report.state != "confirmed"), None)
-
-    async def confirmed(self) -> None:
-        """Wait until every stop is confirmed, and its move recorded."""
-        if self._tasks:
-            await asyncio.wait(self._tasks.values())
-
-    async def close(self) -> None:
-        """Give up repeating: nobody is there any more who could."""
-        tasks = list(self._tasks.values())
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
 
     def _with_interpolation_partners(self, bodies: Iterable[Body]) -> list[Body]:
         """An axis of an interpolated move takes the others of its group with it."""

@@ -20,7 +20,7 @@ DISTRUST_S = 60.0
 """A group that did not answer is not asked again for this time: its link master may not define it."""
 
 
-class Told(NamedTuple):
+class SweepAnswer(NamedTuple):
     """What a body said, and when on the event loop's clock."""
 
     reply: Reply
@@ -70,12 +70,12 @@ class Sweep:
 
     async def ask(
         self, bodies: Sequence[Body], command: RorzeCommand[R], lane: Lane = Lane.READ
-    ) -> dict[Body, Told | GatewayError]:
+    ) -> dict[Body, SweepAnswer | GatewayError]:
         """Ask bodies the same, and give what each has told, or why it has not."""
         parts: dict[Group | None, list[Body]] = {}
         for body in bodies:
             parts.setdefault(self.group_for(body, bodies), []).append(body)
-        results: dict[Body, Told | GatewayError] = {}
+        results: dict[Body, SweepAnswer | GatewayError] = {}
         for told in await asyncio.gather(
             *(self._ask_part(group, members, command, lane) for group, members in parts.items())
         ):
@@ -96,12 +96,12 @@ class Sweep:
 
     async def _ask_part(
         self, group: Group | None, members: Sequence[Body], command: RorzeCommand[R], lane: Lane
-    ) -> dict[Body, Told | GatewayError]:
-        results: dict[Body, Told | GatewayError] = {}
+    ) -> dict[Body, SweepAnswer | GatewayError]:
+        results: dict[Body, SweepAnswer | GatewayError] = {}
         if group is not None:
             replies = await self._ask_group(group, command, lane)
             results = {
-                member: Told(reply, member.last_heard_at or 0.0) if isinstance(reply, Reply) else reply
+                member: SweepAnswer(reply, member.last_heard_at or 0.0) if isinstance(reply, Reply) else reply
                 for member, reply in replies.items()
                 if member in members and not isinstance(reply, NoReply)
             }
@@ -133,12 +133,12 @@ def parts_of(bodies: Sequence[Body]) -> list[list[Body]]:
     return [list(bodies[first : first + size]) for first in range(0, len(bodies), size)]
 
 
-async def _ask_alone(body: Body, command: RorzeCommand[R], lane: Lane) -> Told | GatewayError:
+async def _ask_alone(body: Body, command: RorzeCommand[R], lane: Lane) -> SweepAnswer | GatewayError:
     try:
         reply, answered = await body.ask(command, lane=lane)
     except GatewayError as error:
         return error
-    return Told(reply, answered.at)
+    return SweepAnswer(reply, answered.at)
 
 
 def _now() -> float:

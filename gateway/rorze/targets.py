@@ -97,8 +97,8 @@ class BodyTarget(_Motors):
         return await plan_of(self.thing, command)
 
     async def samples(self, move_id: str) -> BodySamples:
-        """Give where it was seen during a move, beside its plan; errors as of `Ways.of`."""
-        return await samples_of(self._moves.ways.of(move_id))
+        """Give where it was seen during a move, beside its plan; errors as of `Trajectories.of`."""
+        return await samples_of(self._moves.trajectories.of(move_id))
 
 
 class GroupTarget(_Motors):

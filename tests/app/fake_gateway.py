@@ -1,5 +1,6 @@
 """A gateway that answers as it is told, and keeps what was asked."""
 
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -55,6 +56,19 @@ class FakeGateway:
     def run(self, monkeypatch: pytest.MonkeyPatch, *words: str, **environment: str) -> Result:
         monkeypatch.setattr(httpx, "request", self.request)
         return CliRunner().invoke(app, words, env=environment)
+
+
+def interrupted_at(monkeypatch: pytest.MonkeyPatch, pauses: int) -> list[float]:
+    """Press Ctrl-C in the last of so many pauses; give their seconds, which come to be there."""
+    slept: list[float] = []
+
+    def sleep(seconds: float) -> None:
+        slept.append(seconds)
+        if len(slept) == pauses:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(time, "sleep", sleep)
+    return slept
 
 
 def always(answer: object, status: int = 200) -> FakeGateway:

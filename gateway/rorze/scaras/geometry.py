@@ -59,7 +59,7 @@ class Geometry(Record):
         )
 
 
-class Held(NamedTuple):
+class HeldGeometry(NamedTuple):
     """What a controller holds: the axis it drives, and the mechanics."""
 
     axis: int
@@ -73,12 +73,12 @@ class GeometryDiffers(GatewayError):
     title = "A controller calculates otherwise than the configuration has it"
 
 
-def wanted(scara: Scara) -> list[Held]:
+def wanted(scara: Scara) -> list[HeldGeometry]:
     """What the configuration has for each controller."""
-    return [Held(axis, Geometry.of(scara.robot)) for axis in range(scara.robot.axes)]
+    return [HeldGeometry(axis, Geometry.of(scara.robot)) for axis in range(scara.robot.axes)]
 
 
-async def read(scara: Scara) -> list[Held]:
+async def read(scara: Scara) -> list[HeldGeometry]:
     """Ask the controllers what they hold, in the order of the axes; errors as of `Scara.ask`."""
     kinds = await scara.ask(GetRobotType())
     axes = await scara.ask(GetDrivenAxis())
@@ -86,7 +86,7 @@ async def read(scara: Scara) -> list[Held]:
     fingers = await scara.ask(GetFingerLength())
     turns = [await scara.ask(GetPulsesPerTurn(axis=axis)) for axis in range(scara.robot.axes)]
     return [
-        Held(
+        HeldGeometry(
             axis.axis,
             Geometry(
                 type=kind.robot,
@@ -99,7 +99,7 @@ async def read(scara: Scara) -> list[Held]:
     ]
 
 
-async def write(scara: Scara, *, flash: bool) -> list[Held]:
+async def write(scara: Scara, *, flash: bool) -> list[HeldGeometry]:
     """Give the controllers what the configuration has where they differ, and read it back.
 
     :raises GatewayError: one has refused it or did not answer; what was set stays set.
@@ -118,7 +118,7 @@ async def write(scara: Scara, *, flash: bool) -> list[Held]:
     return found
 
 
-def _missing(held: Held, it: Held) -> Iterator[RorzeCommand[Any]]:
+def _missing(held: HeldGeometry, it: HeldGeometry) -> Iterator[RorzeCommand[Any]]:
     has, wants = held.geometry, it.geometry
     if has.type != wants.type:
         yield SetRobotType(robot=wants.type)

@@ -11,7 +11,7 @@ from gateway.rorze.bodies import Body, Group
 from gateway.rorze.plans import parameters_of_pattern
 from gateway.rorze.scaras import geometry, paths
 from gateway.rorze.scaras.record import PlannedScaraMove, ScaraPlace
-from gateway.rorze.scaras.requests import Course, Here, Manoeuvre, ScaraMoveRequest
+from gateway.rorze.scaras.requests import Course, Manoeuvre, MoveStart, ScaraMoveRequest
 from gateway.rorze.scaras.scara import Scara
 from protocols.rorze.interpolation import (
     SetPathPoint,
@@ -31,7 +31,7 @@ class Plan:
     """A move that was worked out from where the robot stands."""
 
     scara: Scara
-    here: Here
+    here: MoveStart
     manoeuvre: Manoeuvre
     course: Course
 
@@ -89,7 +89,7 @@ async def work_out(scara: Scara, request: ScaraMoveRequest, lane: Lane | None = 
     robot = scara.robot
     try:
         pose = robot.pose(pulses)
-        here = Here(pulses, pose, robot.place(pulses), points, scara.own_path)
+        here = MoveStart(pulses, pose, robot.place(pulses), points, scara.own_path)
         manoeuvre = request.manoeuvre(here)
         course = manoeuvre.course(robot, pose)
     except (OutOfReach, PathFault) as error:

@@ -94,7 +94,7 @@ class ViaPoint(
         return PathPoint(x=self.x.thousandths, y=self.y.thousandths, radius=radius)
 
 
-class Here(NamedTuple):
+class MoveStart(NamedTuple):
     """What a move begins with."""
 
     pulses: tuple[int, ...]
@@ -137,14 +137,14 @@ class _ScaraMoveRequest(RequestModel):
         return None
 
     @abstractmethod
-    def manoeuvre(self, here: Here) -> Manoeuvre:
+    def manoeuvre(self, here: MoveStart) -> Manoeuvre:
         """What it comes to from here."""
 
-    def _to(self, here: Here, end: Place) -> Manoeuvre:
+    def _to(self, here: MoveStart, end: Place) -> Manoeuvre:
         """A straight line of the finger's end, by the path that the gateway keeps for that."""
         return self._through(here, [PathPoint(x=round(end.x), y=round(end.y), radius=0)])
 
-    def _through(self, here: Here, points: Sequence[PathPoint]) -> Manoeuvre:
+    def _through(self, here: MoveStart, points: Sequence[PathPoint]) -> Manoeuvre:
         prepared = PreparePath(path=here.own_path, pattern=self.pattern)
         return _along(ways.along(dict(enumerate(points))), *commands_for(here.own_path, points), prepared)
 
@@ -159,7 +159,7 @@ class ScaraLineRequest(
     x: Distance
     y: Distance
 
-    def manoeuvre(self, here: Here) -> Manoeuvre:
+    def manoeuvre(self, here: MoveStart) -> Manoeuvre:
         """HDS to the gateway's own path, HMS."""
         return self._to(here, Place(self.x.thousandths, self.y.thousandths, here.place.direction))
 
@@ -188,7 +188,7 @@ class ScaraPathRequest(_ScaraMoveRequest, json_schema_extra=example(kind="path",
         """The path itself, if it is stored."""
         return self.path
 
-    def manoeuvre(self, here: Here) -> Manoeuvre:
+    def manoeuvre(self, here: MoveStart) -> Manoeuvre:
         """HMS; HDS before it for points of its own."""
         if self.path is None:
             return self._through(here, [it.point() for it in self.points or ()])
@@ -210,7 +210,7 @@ class ScaraOffsetRequest(
             raise ValueError("give x, y or both")
         return self
 
-    def manoeuvre(self, here: Here) -> Manoeuvre:
+    def manoeuvre(self, here: MoveStart) -> Manoeuvre:
         """HXS or HYS; a line for both."""
         if self.y is None and self.x is not None:
             row = PrepareMoveAlongX(distance=self.x.thousandths, pattern=self.pattern)
@@ -239,7 +239,7 @@ class ScaraExtendRequest(
 
     kind: Literal["extend"]
 
-    def manoeuvre(self, _: Here) -> Manoeuvre:
+    def manoeuvre(self, _: MoveStart) -> Manoeuvre:
         """H+S."""
         distance = self.distance.thousandths
         return _along(ways.out(distance), PrepareArmExtension(distance=distance, pattern=self.pattern))
@@ -252,7 +252,7 @@ class ScaraRetractRequest(
 
     kind: Literal["retract"]
 
-    def manoeuvre(self, _: Here) -> Manoeuvre:
+    def manoeuvre(self, _: MoveStart) -> Manoeuvre:
         """H-S."""
         distance = self.distance.thousandths
         return _along(ways.out(-distance), PrepareArmRetraction(distance=distance, pattern=self.pattern))
@@ -270,7 +270,7 @@ class ScaraRotateRequest(
     radius: Distance = Field(description="From the third joint to the centre of the turn.")
     angle: Angle = Field(description="Between finger and X axis at the end.")
 
-    def manoeuvre(self, _: Here) -> Manoeuvre:
+    def manoeuvre(self, _: MoveStart) -> Manoeuvre:
         """HRS."""
         radius, angle = self.radius.thousandths, self.angle.thousandths
         row = PrepareFingerRotation(radius=radius, angle=angle, pattern=self.pattern)
@@ -285,7 +285,7 @@ class ScaraFingerRequest(
     kind: Literal["finger"]
     angle: Angle = Field(description="Between finger and X axis at the end.")
 
-    def manoeuvre(self, _: Here) -> Manoeuvre:
+    def manoeuvre(self, _: MoveStart) -> Manoeuvre:
         """HFM."""
         angle = self.angle.thousandths
         motion = TurnFinger(angle=angle, pattern=self.pattern)
@@ -320,7 +320,7 @@ class ScaraAlignRequest(
         """The path, if it is asked for."""
         return self.path
 
-    def manoeuvre(self, here: Here) -> Manoeuvre:
+    def manoeuvre(self, here: MoveStart) -> Manoeuvre:
         """HNM."""
         x, y = (None if it is None else it.thousandths for it in (self.x, self.y))
         motion = MoveToExtensionStart(x=x, y=y, path=self.path, pattern=self.pattern)

@@ -15,7 +15,7 @@ from protocols.rorze.row import RorzeCommand
 from protocols.rorze.scara import OutOfReach, Place, Robot
 
 
-class Stand(NamedTuple):
+class AxisPositions(NamedTuple):
     """Where the axes of a robot stand, and when the answer came on the event loop's clock."""
 
     pulses: tuple[int, ...]
@@ -93,7 +93,7 @@ class Scara:
                 raise result
         return cast("list[R]", list(results.values()))
 
-    async def stand(self, lane: Lane | None = None) -> Stand:
+    async def stand(self, lane: Lane | None = None) -> AxisPositions:
         """Ask all axes at once where they stand (6PD); errors as of `ask`."""
         pulses = tuple(reply.pulses for reply in await self.ask(GetPosition(), lane=lane))
-        return Stand(pulses, self.members[0].position_at or 0.0)
+        return AxisPositions(pulses, self.members[0].position_at or 0.0)

@@ -248,13 +248,18 @@ async def test_over_a_restart_the_answer_is_the_same(world: World) -> None:
     assert len(world.sent("1+M")) == 1
 
 
+async def crash_behind(world: World, table: str, look_s: float = DISK_S / 5) -> None:
+    """Kill the gateway when its journal is seen to have a row of this table."""
+    while not world.rows(table):  # noqa: ASYNC110
+        await asyncio.sleep(look_s)
+    world.crash()
+
+
 @in_virtual_time
 async def test_a_crash_between_the_intent_and_the_answer_makes_no_second_move(world: World) -> None:
     async with world.gateway() as plant, client(plant) as http:
         first = asyncio.create_task(http.post(MOVES, json=relative(), headers=KEY))
-        while not world.rows("intents"):  # noqa: ASYNC110
-            await asyncio.sleep(DISK_S / 5)
-        world.crash()
+        await crash_behind(world, "intents")
         move = (await first).json()
     async with world.gateway() as plant, client(plant) as http:
         answers = await asyncio.gather(*(http.post(MOVES, json=relative(), headers=KEY) for _ in range(100)))
@@ -268,9 +273,7 @@ async def test_a_crash_between_the_intent_and_the_answer_makes_no_second_move(wo
 async def test_a_crash_before_the_intent_leaves_the_key_free(world: World) -> None:
     async with world.gateway() as plant, client(plant) as http:
         first = asyncio.create_task(http.post(MOVES, json=relative(), headers=KEY))
-        while not world.rows("keys"):  # noqa: ASYNC110
-            await asyncio.sleep(0)
-        world.crash()
+        await crash_behind(world, "keys", look_s=0)
         plant.line("line1").gate.stop(0x3F)
         await first
     async with world.gateway() as plant, client(plant) as http:
@@ -283,9 +286,7 @@ async def test_a_setting_under_way_at_a_crash_is_not_sent_again(world: World) ->
     path, content = "/bodies/3F/commands/set-maximum-speed", {"speed": 1000}
     async with world.gateway() as plant, client(plant) as http:
         first = asyncio.create_task(http.post(path, json=content, headers=KEY))
-        while not world.rows("intents"):  # noqa: ASYNC110
-            await asyncio.sleep(DISK_S / 5)
-        world.crash()
+        await crash_behind(world, "intents")
         await first
     async with world.gateway() as plant, client(plant) as http:
         again = await http.post(path, json=content, headers=KEY)

@@ -171,7 +171,7 @@ def test_check_says_what_is_served_and_warns_of_what_is_weak(tmp_path: Path) -> 
     )
     warnings = said.stderr.splitlines()
     assert all(it.startswith("warning: ") for it in warnings)
-    for word in ("raw_commands", "endless", "http://panel.example", "needs_origin is off for 00", "nowhere"):
+    for word in ("raw_commands", "endless", "http://panel.example", "bodies.00.needs_origin", "nowhere"):
         assert sum(word in it for it in warnings) == 1, word
 
 

@@ -8,7 +8,7 @@ import httpx
 import pytest
 from typer.testing import Result
 
-from tests.app.fake_gateway import Answer, FakeGateway, plant
+from tests.app.fake_gateway import Answer, FakeGateway, interrupted_at, plant
 
 GONE = httpx.ConnectError("refused")
 
@@ -29,14 +29,7 @@ def gateway(path: str, *ends: str, beat: Answer = (200, {})) -> FakeGateway:
 
 def held(monkeypatch: pytest.MonkeyPatch, asked: FakeGateway, *words: str) -> Result:
     """Hold it for three heartbeats, and press Ctrl-C."""
-    pauses: list[float] = []
-
-    def pause(seconds: float) -> None:
-        pauses.append(seconds)
-        if len(pauses) == 4:
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(time, "sleep", pause)
+    pauses = interrupted_at(monkeypatch, 4)
     said = asked.run(monkeypatch, "jog", *words)
     assert set(pauses[:4]) <= {0.25}, "three heartbeats in the time in which one has to come"
     return said

@@ -1,10 +1,8 @@
 """Leases from the command line: taken, held, listed, given back."""
 
-import time
-
 import pytest
 
-from tests.app.fake_gateway import Answer, FakeGateway, plant
+from tests.app.fake_gateway import Answer, FakeGateway, interrupted_at, plant
 
 TAKEN = {"lease": "lease-7", "scope": "a.3F", "ttl_s": 30.0, "token": 12}
 LISTED = {"leases": [{**TAKEN, "holder": "ann", "expires_in_s": 9.96}]}
@@ -31,14 +29,7 @@ def test_the_token_of_a_lease_is_printed_alone(
 
 def test_a_lease_is_held_until_ctrl_c_and_given_back(monkeypatch: pytest.MonkeyPatch) -> None:
     plant = gateway(leases=TAKEN, **{"leases/lease-7": TAKEN, "leases/lease-7/renew": TAKEN})
-    slept: list[float] = []
-
-    def sleep(seconds: float) -> None:
-        slept.append(seconds)
-        if len(slept) == 3:
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(time, "sleep", sleep)
+    slept = interrupted_at(monkeypatch, 3)
     said = plant.run(monkeypatch, "lease", "take", "3F", "--hold")
     assert said.exit_code == 0, said.output
     assert slept == [10.0, 10.0, 10.0]

@@ -17,7 +17,8 @@ class Clock:
 
 def begin(stack: ExitStack, usages: Usages, use: Use, times: int, key: str = "a") -> None:
     for _ in range(times):
-        stack.enter_context(usages.using(key, use))
+        usages.begin(key, use)
+        stack.callback(usages.end, key, use)
 
 
 @pytest.mark.parametrize("use", [Use.SUBSCRIBER, Use.REQUEST])
@@ -25,8 +26,8 @@ def test_what_is_over_makes_room(use: Use) -> None:
     usages = Usages(Limits(subscribers=2, requests=2))
     with ExitStack() as stack:
         begin(stack, usages, use, 2)
-        with pytest.raises(LimitReached, match="has 2"), usages.using("a", use):
-            pass
+        with pytest.raises(LimitReached, match="has 2"):
+            usages.begin("a", use)
         begin(stack, usages, use, 2, "b")
         begin(stack, usages, Use.STOP, 100)
     with ExitStack() as stack:
@@ -38,19 +39,19 @@ def test_moves_are_so_many_in_a_second() -> None:
     usages = Usages(Limits(moves_per_s=3), clock)
     with ExitStack() as stack:
         begin(stack, usages, Use.MOVE, 3)
-        with pytest.raises(LimitReached, match="3 moves"), usages.using("a", Use.MOVE):
-            pass
+        with pytest.raises(LimitReached, match="3 moves"):
+            usages.begin("a", Use.MOVE)
         begin(stack, usages, Use.REQUEST, 10)
     clock.now = 0.5
     with ExitStack() as stack:
         begin(stack, usages, Use.MOVE, 1)
-        with pytest.raises(LimitReached), usages.using("a", Use.MOVE):
-            pass
+        with pytest.raises(LimitReached):
+            usages.begin("a", Use.MOVE)
     clock.now = 1000
     with ExitStack() as stack:
         begin(stack, usages, Use.MOVE, 3)
-        with pytest.raises(LimitReached), usages.using("a", Use.MOVE):
-            pass
+        with pytest.raises(LimitReached):
+            usages.begin("a", Use.MOVE)
 
 
 def test_moves_under_way_are_requests_under_way() -> None:
@@ -58,5 +59,5 @@ def test_moves_under_way_are_requests_under_way() -> None:
     with ExitStack() as stack:
         begin(stack, usages, Use.MOVE, 2)
         for use in (Use.MOVE, Use.REQUEST):
-            with pytest.raises(LimitReached), usages.using("a", use):
-                pass
+            with pytest.raises(LimitReached):
+                usages.begin("a", use)

@@ -4,11 +4,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gateway.core.event_ring import BLOCK, EventRing, Kept
+from gateway.core.event_ring import BLOCK, EventRing, KeptEvent
 
 
-def an_event(number: int) -> Kept:
-    return Kept("line.up", f"/lines/ライン{number}", f'{{"n":{number},"text":"a\\nb"}}')
+def an_event(number: int) -> KeptEvent:
+    return KeptEvent("line.up", f"/lines/ライン{number}", f'{{"n":{number},"text":"a\\nb"}}')
 
 
 @given(capacity=st.integers(1, 3 * BLOCK), count=st.integers(0, 6 * BLOCK))
@@ -34,5 +34,5 @@ def test_events_are_read_while_others_go(capacity: int) -> None:
 def test_a_packed_event_takes_a_fraction_of_its_text() -> None:
     ring = EventRing(10 * BLOCK)
     for number in range(10 * BLOCK):
-        ring.append(Kept("body.move.started", "/bodies/line.3F", f'{{"position":{number}}}' * 40))
+        ring.append(KeptEvent("body.move.started", "/bodies/line.3F", f'{{"position":{number}}}' * 40))
     assert sum(map(len, ring._packed)) < sum(len(ring[number].json) for number in range(1, 10 * BLOCK)) / 8

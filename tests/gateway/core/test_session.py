@@ -117,7 +117,7 @@ class Bench:
     ) -> "asyncio.Future[Letter | GatewayError]":
         exchange = self.session.exchange(command, lane)
         future: asyncio.Future[Letter | GatewayError] = self.loop.create_future()
-        exchange.wait_for(future)
+        exchange.waiters[future] = exchange.expires_at
         self.session.submit(exchange)
         return future
 

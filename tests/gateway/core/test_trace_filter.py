@@ -7,19 +7,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gateway.core.trace_filter import Talk, TraceFilter
+from gateway.core.trace_filter import FrameSubject, TraceFilter
 from transports.trace import Kind, Record
 
 GROUP = {0x80: (0x01, 0x3F)}
 
 
-def talk_of(frame: bytes) -> Talk:
+def talk_of(frame: bytes) -> FrameSubject:
     match = re.search(rb"&([0-9A-F]{2})", frame)
     if match is None:
-        return Talk(b"")
+        return FrameSubject(b"")
     number = int(match[1], 16)
     named = (int(it, 16) for it in re.findall(rb"\[([0-7][0-9A-F]):", frame))
-    return Talk(match[1], frozenset((number, *GROUP.get(number, ()), *named)))
+    return FrameSubject(match[1], frozenset((number, *GROUP.get(number, ()), *named)))
 
 
 def record(kind: Kind, data: str = "", request: str | None = None) -> Record:

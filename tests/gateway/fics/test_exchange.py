@@ -64,8 +64,8 @@ async def test_who_waits_is_told_once_and_who_has_gone_is_not() -> None:
     patient, gone, alone = exchange(MOVE), exchange(MOVE), exchange(MOVE)
     loop = asyncio.get_running_loop()
     told, cancelled = (loop.create_future() for _ in range(2))
-    patient.wait_for(told)
-    gone.wait_for(cancelled)
+    patient.waiters[told] = patient.expires_at
+    gone.waiters[cancelled] = gone.expires_at
     cancelled.cancel()
     for one in (patient, gone, alone):
         one.settle(Answered())

@@ -61,7 +61,7 @@ class Bench:
 
     def wait_for(self, exchange: FicsExchange) -> "asyncio.Future[Outcome]":
         future: asyncio.Future[Outcome] = self.loop.create_future()
-        exchange.wait_for(future)
+        exchange.waiters[future] = exchange.expires_at
         return future
 
     def write(self, now: float = 0.0) -> str:

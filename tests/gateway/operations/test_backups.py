@@ -157,7 +157,7 @@ async def test_a_backup_restored_is_verified_once_more_after_a_power_cycle() -> 
         assert (begun.status, begun.phase, begun.saved) == ("running", "awaiting_power_cycle", False)
         it.machine.brown_out(0x3F, 3.0, asyncio.get_running_loop().time())
         it.wire.turn()
-        over = await backups.get(it.plant, "/bodies/3F", "current", 60.0)
+        over = await backups.RESTORES.get(it.plant, "/bodies/3F", "current", 60.0)
         assert (over.status, over.phase, over.saved, over.differences) == ("verified", "done", True, [])
 
 
@@ -223,7 +223,7 @@ async def test_nothing_else_changes_a_body_meanwhile_and_reads_are_served_at_onc
             taken.append(now() - began)
             await asyncio.sleep(0.1)
         assert max(taken) < 0.25
-        over = await backups.get(it.plant, "/bodies/3F", "current", 600.0)
+        over = await backups.RESTORES.get(it.plant, "/bodies/3F", "current", 600.0)
         assert (over.status, over.differences) == ("verified", [])
         assert "body.restore.progress" in it.types("body.restore")
 
@@ -238,7 +238,7 @@ async def test_a_stop_ends_a_restore_which_tells_what_differs() -> None:
         await stops.stop(it.plant, ME, "/bodies/3F", "immediate")
         [stop] = [sent for sent in it.wire.sent if sent.frame == "&3F5IS"]
         assert stop.at - began < 0.03
-        over = await backups.get(it.plant, "/bodies/3F", begun.id, 60.0)
+        over = await backups.RESTORES.get(it.plant, "/bodies/3F", begun.id, 60.0)
         assert over.status == "cancelled"
         assert over.error is not None
         assert "A stop came first" in over.error.detail
@@ -250,11 +250,11 @@ async def test_a_cancelled_restore_tells_what_differs() -> None:
     async with one_body(baud=9600) as it:
         begun = await restored(it, SMALL, wait_s=0.0)
         await it.wire.begun("&3FUWSEND")
-        over = await backups.cancel(it.plant, ME, "/bodies/3F")
+        over = await backups.RESTORES.cancel(it.plant, ME, "/bodies/3F")
         assert (over.id, over.status) == (begun.id, "cancelled")
         assert over.differences == (await planned(it, SMALL)).differences != []
         with pytest.raises(NotFound):
-            await backups.cancel(it.plant, ME, "/bodies/3F")
+            await backups.RESTORES.cancel(it.plant, ME, "/bodies/3F")
 
 
 @in_virtual_time
@@ -294,7 +294,7 @@ async def test_a_body_that_stays_away_leaves_the_restore_failed() -> None:
         await it.wire.begun("&3FUWSEND")
         it.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
         it.wire.turn()
-        over = await backups.get(it.plant, "/bodies/3F", "current", 600.0)
+        over = await backups.RESTORES.get(it.plant, "/bodies/3F", "current", 600.0)
         assert (over.status, over.differences) == ("failed", None)
         assert over.error is not None
 
@@ -351,7 +351,7 @@ async def one_cut(it: Rig, dice: Random, text: str, within: int = 0) -> Restore:
 
     it.wire.write = cut  # type: ignore[method-assign]
     try:
-        return await backups.get(it.plant, "/bodies/3F", begun.id, 600.0)
+        return await backups.RESTORES.get(it.plant, "/bodies/3F", begun.id, 600.0)
     finally:
         it.wire.write = write  # type: ignore[method-assign]
 
@@ -472,7 +472,7 @@ async def test_a_backup_of_a_line_has_all_its_bodies_and_goes_back_to_chosen_one
         over = await backups.start(it.plant, ME, one, False, False, 3000.0)
         assert (over.status, over.target, over.controllers) == ("verified", "/lines/line1", ["line1.01"])
         assert it.types("line.restore") == ["line.restore.started", "line.restore.verified"]
-        assert await backups.get(it.plant, "/lines/line1", over.id, 0.0) is over
+        assert await backups.RESTORES.get(it.plant, "/lines/line1", over.id, 0.0) is over
 
 
 @in_virtual_time

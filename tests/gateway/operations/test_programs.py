@@ -134,7 +134,7 @@ async def test_while_a_program_is_uploaded_nothing_else_changes_it_and_reads_are
             await asyncio.sleep(0.1)
         assert max(taken) < 0.25
         assert upload.status == "running"
-        over = await programs.get_upload(it.plant, "3F", "current", 600.0)
+        over = await programs.UPLOADS.get(it.plant, "/bodies/3F", "current", 600.0)
         assert (over.status, over.verified) == ("succeeded", 300)
         assert "body.program.upload.progress" in it.types("body.program")
 
@@ -160,7 +160,7 @@ async def test_an_upload_keeps_the_wire_busy_though_the_journal_takes_its_time()
 async def test_a_cancelled_upload_says_what_is_stored() -> None:
     async with one_body(baud=9600) as it:
         await uploaded(it, LONG, wait_s=2.0)
-        over = await programs.cancel_upload(it.plant, ME, "3F")
+        over = await programs.UPLOADS.cancel(it.plant, ME, "/bodies/3F")
         assert (over.status, over.phase) == ("cancelled", "writing")
         assert (
             over.stored
@@ -168,7 +168,7 @@ async def test_a_cancelled_upload_says_what_is_stored() -> None:
         )
         assert over.written == len((await programs.read(it.plant, ME, "3F")).instructions) > 0
         with pytest.raises(NotFound):
-            await programs.cancel_upload(it.plant, ME, "3F")
+            await programs.UPLOADS.cancel(it.plant, ME, "/bodies/3F")
 
 
 @in_virtual_time
@@ -180,7 +180,7 @@ async def test_a_stop_goes_first_and_ends_an_upload() -> None:
         assert stopped.confirmed
         [stop] = [sent for sent in it.wire.sent if sent.frame == "&3F5IS"]
         assert stop.at - began < 0.03
-        over = await programs.get_upload(it.plant, "3F", "current", 60.0)
+        over = await programs.UPLOADS.get(it.plant, "/bodies/3F", "current", 60.0)
         assert over.status == "cancelled"
         assert over.error is not None
         assert "A stop came first" in over.error.detail
@@ -218,7 +218,7 @@ async def test_an_upload_over_a_line_that_goes_down_says_what_is_stored() -> Non
     async with one_body(baud=9600) as it:
         await uploaded(it, LONG, wait_s=2.0)
         it.wire.unplug()
-        over = await programs.get_upload(it.plant, "3F", "current", 60.0)
+        over = await programs.UPLOADS.get(it.plant, "/bodies/3F", "current", 60.0)
         assert over.status == "failed"
         assert over.stored.startswith(f"RAM holds the first {over.written} of 300 instructions")
 

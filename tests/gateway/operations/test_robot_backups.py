@@ -109,7 +109,7 @@ async def test_nobody_else_changes_or_moves_the_robot_meanwhile() -> None:
             await backups.text(it.plant, OTHER, backups.of_robot(it.plant, "r1"))
         with pytest.raises(BodyBusy, match="A backup is being restored"):
             await it.move(MoveRelative(coordinates=[1.0]))
-        over = await backups.get(it.plant, "/robots/r1", "current", 600.0)
+        over = await backups.RESTORES.get(it.plant, "/robots/r1", "current", 600.0)
         assert (over.status, over.id) == ("verified", begun.id)
 
 
@@ -118,7 +118,7 @@ async def test_a_stop_ends_a_restore_which_tells_what_differs() -> None:
     async with fics_rig(baud=9600) as it:
         await restored(it, SMALL, wait_s=0.2)
         await it.robot.stop("immediate")
-        over = await backups.get(it.plant, "/robots/r1", "current", 600.0)
+        over = await backups.RESTORES.get(it.plant, "/robots/r1", "current", 600.0)
         assert over.status == "cancelled"
         assert over.differences == (await planned(it, SMALL)).differences != []
 
@@ -147,7 +147,7 @@ def test_whenever_the_power_is_cut_a_restore_is_verified_or_tells_what_differs(s
                 begun = await restored(it, text, wait_s=0.0)
                 for_s = dice.choice((0.05, 0.7, 3.0))
                 it.cable.after(dice.randrange(1, 220), partial(it.brown_out, for_s))
-                over = await backups.get(it.plant, "/robots/r1", begun.id, 600.0)
+                over = await backups.RESTORES.get(it.plant, "/robots/r1", begun.id, 600.0)
                 ends.append(over.status)
                 assert over.differences == (await planned(it, text)).differences
                 assert over.status == ("differs" if over.differences else "verified")

@@ -21,5 +21,5 @@ def exchange(
 def waiting(one: RorzeExchange, loop: asyncio.AbstractEventLoop) -> "asyncio.Future[Outcome]":
     """Somebody who waits for it."""
     future: asyncio.Future[Outcome] = loop.create_future()
-    one.wait_for(future)
+    one.waiters[future] = one.expires_at
     return future

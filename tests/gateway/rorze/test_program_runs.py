@@ -1,18 +1,32 @@
 """Runs of programs: why they ended is told in words, and never guessed."""
 
 import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 
 import pytest
 
 from gateway.core.errors import BodyBusy, Cancelled, NoReply
-from gateway.rorze.program_runs import END_CAUSES, cause_of
+from gateway.rorze.program_runs import END_CAUSES, ProgramRun, cause_of
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.programs import RunProgram
 from protocols.rorze.speeds import SetMaximumAcceleration, SetMaximumSpeed, SetStartSpeed
 from simulator.faults import Direction, Fault, Switch
-from tests.plants import in_virtual_time, lose, rig, start
+from tests.plants import Rig, in_virtual_time, lose, rig, start
 
 WAITING = ("*W", "WAT50", "JMP*W")
+
+
+@asynccontextmanager
+async def waiting_body() -> AsyncIterator[Rig]:
+    """A body with a program that never ends."""
+    async with rig(bodies=(0x3F,), groups={}) as it:
+        it.axis().program = WAITING
+        yield it
+
+
+def starting_on(it: Rig) -> "asyncio.Task[ProgramRun]":
+    return asyncio.create_task(it.plant.rorze.runs.start(it.body(), RunProgram()))
 
 
 @pytest.mark.parametrize(
@@ -37,9 +51,8 @@ def test_the_bits_of_urd_are_told_in_words(status: int, cause: str | None) -> No
 
 @in_virtual_time
 async def test_a_run_whose_acknowledgement_is_lost_is_found_running() -> None:
-    async with rig(bodies=(0x3F,), groups={}) as it:
-        it.axis().program = WAITING
-        starting = asyncio.create_task(it.plant.rorze.runs.start(it.body(), RunProgram()))
+    async with waiting_body() as it:
+        starting = starting_on(it)
         await it.wire.begun("&3FURG")
         lose(it, Direction.REPLIES)
         assert (await starting).status == "running"
@@ -48,9 +61,8 @@ async def test_a_run_whose_acknowledgement_is_lost_is_found_running() -> None:
 
 @in_virtual_time
 async def test_a_run_whose_command_was_doubled_is_found_running() -> None:
-    async with rig(bodies=(0x3F,), groups={}) as it:
-        it.axis().program = WAITING
-        starting = asyncio.create_task(it.plant.rorze.runs.start(it.body(), RunProgram()))
+    async with waiting_body() as it:
+        starting = starting_on(it)
         await it.wire.begun("&3FURG")
         it.machine.faults.set(Switch(Fault.DOUBLED, Direction.REQUESTS, next_frames=1))
         lose(it, Direction.REPLIES)
@@ -63,8 +75,7 @@ async def test_a_run_whose_command_was_doubled_is_found_running() -> None:
 
 @in_virtual_time
 async def test_no_program_is_started_while_one_runs_that_the_gateway_has_not_started() -> None:
-    async with rig(bodies=(0x3F,), groups={}) as it:
-        it.axis().program = WAITING
+    async with waiting_body() as it:
         it.axis().execute("URG", asyncio.get_running_loop().time())
         with pytest.raises(BodyBusy, match="runs a program already; URG was not sent"):
             await it.plant.rorze.runs.start(it.body(), RunProgram())
@@ -90,9 +101,8 @@ async def test_what_a_program_moves_that_the_gateway_has_started_is_no_foreign_m
 
 @in_virtual_time
 async def test_a_run_does_not_begin_after_a_stop_that_came_first() -> None:
-    async with rig(bodies=(0x3F,), groups={}) as it:
-        it.axis().program = WAITING
-        starting = asyncio.create_task(it.plant.rorze.runs.start(it.body(), RunProgram()))
+    async with waiting_body() as it:
+        starting = starting_on(it)
         await it.wire.begun("&3FURD")
         stopping = it.plant.stops.stop([it.body()], "immediate")
         with pytest.raises(Cancelled):
@@ -103,9 +113,8 @@ async def test_a_run_does_not_begin_after_a_stop_that_came_first() -> None:
 
 @in_virtual_time
 async def test_a_run_whose_command_is_lost_is_not_sent_again() -> None:
-    async with rig(bodies=(0x3F,), groups={}) as it:
-        it.axis().program = WAITING
-        starting = asyncio.create_task(it.plant.rorze.runs.start(it.body(), RunProgram()))
+    async with waiting_body() as it:
+        starting = starting_on(it)
         await it.wire.begun("&3FURG")
         lose(it, Direction.REQUESTS)
         with pytest.raises(NoReply):
@@ -116,8 +125,7 @@ async def test_a_run_whose_command_is_lost_is_not_sent_again() -> None:
 
 @in_virtual_time
 async def test_after_a_loss_of_power_nobody_knows_how_a_run_has_ended() -> None:
-    async with rig(bodies=(0x3F,), groups={}) as it:
-        it.axis().program = WAITING
+    async with waiting_body() as it:
         runs = it.plant.rorze.runs
         run = await runs.start(it.body(), RunProgram())
         it.body().power.lost(certain=True)
@@ -143,8 +151,7 @@ async def test_a_run_is_followed_on_when_the_line_comes_back() -> None:
 
 @in_virtual_time
 async def test_no_program_is_started_while_the_gateway_moves_the_motor() -> None:
-    async with rig(bodies=(0x3F,), groups={}) as it:
-        it.axis().program = WAITING
+    async with waiting_body() as it:
         for command in (
             SetStartSpeed(speed=5_000),
             SetMaximumSpeed(speed=50_000),

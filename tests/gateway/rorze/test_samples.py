@@ -24,7 +24,7 @@ async def teach(rig: Rig) -> None:
 
 
 async def samples(rig: Rig, move: Move) -> BodySamples:
-    return await samples_of(rig.plant.moves.ways.of(move.id))
+    return await samples_of(rig.plant.moves.trajectories.of(move.id))
 
 
 @pytest.mark.parametrize(
@@ -92,12 +92,12 @@ async def test_a_move_that_is_under_way_has_its_samples_until_now() -> None:
     async with rig() as it:
         await teach(it)
         move = await start(it, MoveClockwise(distance=40_000))
-        ways = it.plant.moves.ways.of(move.id)
-        assert len(ways.places) < 4
+        trajectories = it.plant.moves.trajectories.of(move.id)
+        assert len(trajectories.places) < 4
         told = await samples(it, move)
         assert told.note is None
         await ended(it, move)
-        assert len(ways.places) > len(told.samples)
+        assert len(trajectories.places) > len(told.samples)
 
 
 @in_virtual_time

@@ -7,7 +7,7 @@ import pytest
 
 from gateway.core.errors import GatewayError
 from gateway.rorze.bodies import Body
-from gateway.rorze.sweep import Sweep, Told, parts_of
+from gateway.rorze.sweep import Sweep, SweepAnswer, parts_of
 from protocols.rorze.link_master import MOST_MEMBERS
 from protocols.rorze.position import GetPosition, SignedPulses
 from protocols.rorze.status import GetControllerStatus
@@ -28,7 +28,9 @@ async def positions(rig: Rig) -> dict[str, int | None]:
     """What each body told, by its digits; None where it told nothing."""
     told = await sweep_of(rig).ask(rig.plant.bodies(), GetPosition())
     return {
-        body.short: it.reply.pulses if isinstance(it, Told) and isinstance(it.reply, SignedPulses) else None
+        body.short: it.reply.pulses
+        if isinstance(it, SweepAnswer) and isinstance(it.reply, SignedPulses)
+        else None
         for body, it in told.items()
     }
 

@@ -3908,7 +3908,7 @@ class NewBodies(TypedDict):
     dry_run: NotRequired[bool]
     """Tell what would change, and change nothing. Left out: false."""
     comment: NotRequired[str]
-    """Stands above it in the file, after when it was added and by whom. Left out: empty."""
+    """Stands above it in the file, after when it was added and who asked for it. Left out: empty."""
     bodies: list[dict[str, JsonValue]]
     """Tables `[[lines.bodies]]` of the configuration."""
 
@@ -3932,7 +3932,7 @@ class NewLine(TypedDict):
     dry_run: NotRequired[bool]
     """Tell what would change, and change nothing. Left out: false."""
     comment: NotRequired[str]
-    """Stands above it in the file, after when it was added and by whom. Left out: empty."""
+    """Stands above it in the file, after when it was added and who asked for it. Left out: empty."""
     line: dict[str, JsonValue]
     """A table `[[lines]]` of the configuration, with its `bodies` or its `robot`."""
 

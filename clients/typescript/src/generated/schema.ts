@@ -12325,7 +12325,7 @@ export interface components {
             dry_run?: boolean;
             /**
              * Comment
-             * @description Stands above it in the file, after when it was added and by whom. Left out: empty.
+             * @description Stands above it in the file, after when it was added and who asked for it. Left out: empty.
              */
             comment?: string;
             /**
@@ -12391,7 +12391,7 @@ export interface components {
             dry_run?: boolean;
             /**
              * Comment
-             * @description Stands above it in the file, after when it was added and by whom. Left out: empty.
+             * @description Stands above it in the file, after when it was added and who asked for it. Left out: empty.
              */
             comment?: string;
             /**

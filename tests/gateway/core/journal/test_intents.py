@@ -1,8 +1,8 @@
 """Intents: nothing with an effect is written before the disk has it, and a stop waits for no disk."""
 
 import asyncio
-from collections.abc import Awaitable, Callable
-from contextlib import AbstractContextManager
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import AbstractContextManager, asynccontextmanager
 from typing import Any
 
 import pytest
@@ -40,16 +40,18 @@ async def after(event: Awaitable[object], deed: Callable[[], Awaitable[object]])
     await deed()
 
 
-def kept(line: Line, book: ModelBook) -> Line:
-    line.intents = Intents(book, line.address_of)
-    return line
+@asynccontextmanager
+async def kept_line(disk_s: float = DISK_S) -> AsyncIterator[tuple[Line, FarEnd, ModelBook]]:
+    """A line that runs, and the book of what it sends, whose disk takes this time."""
+    far, book = FarEnd(), ModelBook(disk_s)
+    async with running_line(far) as line:
+        line.intents = Intents(book, line.address_of)
+        yield line, far, book
 
 
 @virtual
 async def test_the_first_byte_comes_after_the_intent_is_durable() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, far, book):
         with acting(Origin("http 127.0.0.1", "r1")):
             await line.submit(2, MOVE, Lane.COMMAND)
     [(durable_at, intent)] = book.intents()
@@ -63,9 +65,7 @@ async def test_the_first_byte_comes_after_the_intent_is_durable() -> None:
 
 @virtual
 async def test_what_came_first_goes_first_and_shares_a_commit() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, far, book):
         moves = [MoveClockwise(distance=number) for number in range(1, 9)]
         began_at = asyncio.get_running_loop().time()
         await asyncio.gather(*(line.submit(2, move, Lane.COMMAND) for move in moves))
@@ -84,9 +84,7 @@ async def send_ahead(line: Line) -> list["asyncio.Future[Outcome]"]:
 
 @virtual
 async def test_what_has_to_wait_for_its_turn_anyway_shares_a_commit() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, far, book):
         ahead = await send_ahead(line)
         waits = book.waits
         others = [line.submit(2, MoveClockwise(distance=number), Lane.COMMAND) for number in range(3, 9)]
@@ -99,9 +97,7 @@ async def test_what_has_to_wait_for_its_turn_anyway_shares_a_commit() -> None:
 
 @virtual
 async def test_a_slow_body_does_not_keep_the_intents_of_others_from_the_disk() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, far, book):
         far.once("&021+M1", (0.4, ">&021+M"))
         ahead = await send_ahead(line)
         asked_at = asyncio.get_running_loop().time()
@@ -112,9 +108,7 @@ async def test_a_slow_body_does_not_keep_the_intents_of_others_from_the_disk() -
 
 @virtual
 async def test_the_disk_has_what_waits_as_soon_as_nothing_goes_before_it() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, far, book):
         far.once("&021+M5", (GATHERED_WITHIN_S / 2, ">&021+M"))
         ahead = [line.submit(body, MOVE, Lane.COMMAND) for body in (2, 4)]
         await asyncio.sleep(DISK_S + GATHERED_WITHIN_S / 4)
@@ -126,9 +120,7 @@ async def test_the_disk_has_what_waits_as_soon_as_nothing_goes_before_it() -> No
 
 @virtual
 async def test_a_series_waits_for_the_disk_only() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, _, book):
         ahead = await send_ahead(line)
         waits = book.waits
         async with line.undivided([3]):
@@ -139,9 +131,7 @@ async def test_a_series_waits_for_the_disk_only() -> None:
 
 @virtual
 async def test_what_is_withdrawn_before_the_disk_has_it_is_not_sent_and_its_intent_is_over() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, far, book):
         ahead = await send_ahead(line)
         unwanted = line.submit(3, MOVE, Lane.COMMAND)
         line.cancel(lambda it: it.target == 3, Cancelled("not wanted"))
@@ -156,9 +146,7 @@ async def test_what_is_withdrawn_before_the_disk_has_it_is_not_sent_and_its_inte
 
 @virtual
 async def test_a_port_that_is_lost_with_the_first_lets_nothing_be_sent_of_what_was_gathered_with_it() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, far, book):
         ahead = await send_ahead(line)
         gathered = [line.submit(body, MOVE, Lane.COMMAND) for body in (3, 4)]
         await asyncio.gather(*ahead)
@@ -171,9 +159,7 @@ async def test_a_port_that_is_lost_with_the_first_lets_nothing_be_sent_of_what_w
 
 @virtual
 async def test_a_disk_that_fails_meanwhile_lets_nothing_be_sent_of_what_was_gathered() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, far, book):
         ahead = await send_ahead(line)
         gathered = [line.submit(body, MOVE, Lane.COMMAND) for body in (2, 3)]
         book.trouble = "no space left"
@@ -191,9 +177,7 @@ def going_to_send(line: Line, *commands: RorzeCommand[Any]) -> AbstractContextMa
 
 @virtual
 async def test_an_undertaking_waits_for_the_disk_once() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, _, book):
         with going_to_send(line, FASTER, MOVE):
             await line.submit(2, FASTER, Lane.COMMAND)
             await line.submit(2, MOVE, Lane.COMMAND)
@@ -205,9 +189,7 @@ async def test_an_undertaking_waits_for_the_disk_once() -> None:
 
 @virtual
 async def test_what_comes_first_takes_the_rest_along_though_nobody_has_foreseen_it() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, _, book):
         with going_to_send(line, MOVE):
             await line.submit(2, FASTER, Lane.COMMAND)
             await line.submit(2, MOVE, Lane.COMMAND)
@@ -216,9 +198,7 @@ async def test_what_comes_first_takes_the_rest_along_though_nobody_has_foreseen_
 
 @virtual
 async def test_what_an_undertaking_does_without_was_not_sent() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, _, book):
         with going_to_send(line, FASTER, MOVE):
             await line.submit(2, FASTER, Lane.COMMAND)
     [faster, move] = [intent["id"] for _, intent in book.intents()]
@@ -228,9 +208,7 @@ async def test_what_an_undertaking_does_without_was_not_sent() -> None:
 
 @virtual
 async def test_what_was_not_written_is_tried_again_with_the_same_intent() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, far, book):
         line.gate.add(refusal := Refusal())
         with going_to_send(line, MOVE):
             assert isinstance(await line.submit(2, MOVE, Lane.COMMAND), Cancelled)
@@ -242,9 +220,7 @@ async def test_what_was_not_written_is_tried_again_with_the_same_intent() -> Non
 
 @virtual
 async def test_what_has_come_too_late_for_its_undertaking_has_an_intent_of_its_own() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, _, book):
         with going_to_send(line, FASTER, MOVE):
             await line.submit(2, FASTER, Lane.COMMAND)
             late = asyncio.create_task(asyncio.sleep(1.0, None))
@@ -256,9 +232,7 @@ async def test_what_has_come_too_late_for_its_undertaking_has_an_intent_of_its_o
 
 @virtual
 async def test_a_disk_that_fails_in_an_undertaking_lets_nothing_of_it_be_sent() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, far, book):
         with going_to_send(line, FASTER, MOVE):
             faster = line.submit(2, FASTER, Lane.COMMAND)
             book.trouble = "no space left"
@@ -271,9 +245,7 @@ async def test_a_disk_that_fails_in_an_undertaking_lets_nothing_of_it_be_sent() 
 
 @virtual
 async def test_a_stop_while_the_disk_writes_keeps_a_whole_undertaking_from_being_sent() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, far, book):
         with going_to_send(line, FASTER, MOVE):
             faster = line.submit(2, FASTER, Lane.COMMAND)
             line.cancel(lambda it: it.target == 2, Cancelled("stopped"))
@@ -286,9 +258,7 @@ async def test_a_stop_while_the_disk_writes_keeps_a_whole_undertaking_from_being
 
 @virtual
 async def test_reads_and_what_the_gateway_says_of_its_own_accord_wait_for_no_disk() -> None:
-    far, book = FarEnd(), ModelBook()
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line(0.005) as (line, _, book):
         await line.submit(2, GetPosition(), Lane.READ)
         with acting(POLL):
             await line.submit(2, SetMaximumSpeed(speed=1000), Lane.COMMAND)
@@ -297,10 +267,8 @@ async def test_reads_and_what_the_gateway_says_of_its_own_accord_wait_for_no_dis
 
 @virtual
 async def test_a_stop_waits_for_no_disk_and_is_written_down_afterwards() -> None:
-    far, book = FarEnd(), ModelBook()
-    book.trouble = "no space left"
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, _, book):
+        book.trouble = "no space left"
         await line.submit(2, StopImmediately(), Lane.STOP)
     [stop] = book.stops()
     assert stop["frame"] == "&025IS\r"
@@ -309,9 +277,7 @@ async def test_a_stop_waits_for_no_disk_and_is_written_down_afterwards() -> None
 
 @virtual
 async def test_a_stop_while_the_disk_writes_keeps_the_move_from_being_sent() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, far, book):
         move = line.submit(2, MOVE, Lane.COMMAND)
         await asyncio.sleep(DISK_S / 2)
         line.gate.stop(2)
@@ -323,9 +289,7 @@ async def test_a_stop_while_the_disk_writes_keeps_the_move_from_being_sent() -> 
 
 @virtual
 async def test_what_is_withdrawn_while_the_disk_writes_is_not_sent() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, far, _):
         move = line.submit(2, MOVE, Lane.COMMAND)
         line.cancel(lambda it: it.target == 2, Cancelled("not wanted"))
         assert isinstance(await move, Cancelled)
@@ -335,9 +299,7 @@ async def test_what_is_withdrawn_while_the_disk_writes_is_not_sent() -> None:
 
 @virtual
 async def test_a_disk_that_is_slower_than_the_command_may_wait_lets_it_expire() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, far, _):
         expires_at = asyncio.get_running_loop().time() + DISK_S / 2
         outcome = await line.submit(2, MOVE, Lane.COMMAND, expires_at=expires_at)
     assert getattr(outcome, "kind", "") == "expired"
@@ -348,9 +310,7 @@ async def test_a_disk_that_is_slower_than_the_command_may_wait_lets_it_expire() 
 def test_without_a_disk_nothing_with_an_effect_is_sent(*, broken_while_it_writes: bool) -> None:
     @virtual
     async def story() -> None:
-        far, book = FarEnd(), ModelBook(DISK_S)
-        async with running_line(far) as line:
-            kept(line, book)
+        async with kept_line() as (line, far, book):
             if broken_while_it_writes:
                 move = line.submit(2, MOVE, Lane.COMMAND)
                 book.trouble = "no space left"
@@ -366,9 +326,7 @@ def test_without_a_disk_nothing_with_an_effect_is_sent(*, broken_while_it_writes
 
 @virtual
 async def test_a_disk_that_hangs_is_not_waited_for() -> None:
-    far, book = FarEnd(), ModelBook(60.0)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line(60.0) as (line, far, _):
         outcome = await line.submit(2, MOVE, Lane.COMMAND)
         assert isinstance(outcome, JournalUnavailable)
         assert asyncio.get_running_loop().time() < 10
@@ -378,9 +336,7 @@ async def test_a_disk_that_hangs_is_not_waited_for() -> None:
 
 @virtual
 async def test_no_more_wait_for_the_disk_than_may_wait_for_a_body() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, _, _):
         waiting = [line.submit(2, MOVE, Lane.COMMAND) for _ in range(QUEUE_LIMIT)]
         with pytest.raises(QueueFull):
             line.submit(2, MOVE, Lane.COMMAND)
@@ -391,9 +347,7 @@ async def test_no_more_wait_for_the_disk_than_may_wait_for_a_body() -> None:
 
 @virtual
 async def test_what_nobody_knows_the_outcome_of_is_unknown() -> None:
-    far, book = FarEnd(), ModelBook()
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line(0.005) as (line, far, book):
         far.silent.add(2)
         assert isinstance(await line.submit(2, MOVE, Lane.COMMAND), NoReply)
     assert list(book.outcomes().values()) == ["unknown"]
@@ -401,9 +355,7 @@ async def test_what_nobody_knows_the_outcome_of_is_unknown() -> None:
 
 @virtual
 async def test_a_line_that_goes_down_while_the_disk_writes_sends_nothing_when_it_is_back() -> None:
-    far, book = FarEnd(), ModelBook(DISK_S)
-    async with running_line(far) as line:
-        kept(line, book)
+    async with kept_line() as (line, far, _):
         move = line.submit(2, MOVE, Lane.COMMAND)
         far.unplug()
         assert isinstance(await move, Cancelled)

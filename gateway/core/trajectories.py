@@ -9,12 +9,12 @@ from gateway.core.errors import NotFound
 PLACES = 512
 """Places kept of one move; of more every second one is left out, all along the way."""
 WAYS = 200
-"""Moves whose ways are kept, of all bodies or all robots together."""
+"""Moves whose trajectories are kept, of all bodies or all robots together."""
 
 P = TypeVar("P")
 
 
-class Way(Generic[P]):
+class Trajectory(Generic[P]):
     """Where a motor was seen during one move, in the order of time."""
 
     def __init__(self, began_at: datetime, at: float, place: P) -> None:
@@ -53,25 +53,25 @@ class Way(Generic[P]):
         return (self._last or self._kept[-1])[0]
 
 
-W = TypeVar("W", bound=Way[Any])
+W = TypeVar("W", bound=Trajectory[Any])
 
 
-class Ways(Generic[W]):
-    """The ways of the newest moves, by the ids of the moves."""
+class Trajectories(Generic[W]):
+    """The trajectories of the newest moves, by the ids of the moves."""
 
     def __init__(self) -> None:
         self._ways: OrderedDict[str, W] = OrderedDict()
 
-    def begin(self, move_id: str, way: W) -> None:
-        """A move begins; the way of the oldest one may be forgotten for it."""
-        self._ways[move_id] = way
+    def begin(self, move_id: str, trajectory: W) -> None:
+        """A move begins; the trajectory of the oldest one may be forgotten for it."""
+        self._ways[move_id] = trajectory
         if len(self._ways) > WAYS:
             self._ways.popitem(last=False)
 
     def of(self, move_id: str) -> W:
-        """Find the way of a move.
+        """Find the trajectory of a move.
 
-        :raises NotFound: its command was not written, or newer ways have taken its place.
+        :raises NotFound: its command was not written, or newer ones have taken its place.
         """
         if move_id not in self._ways:
             raise NotFound(
