@@ -154,9 +154,22 @@ class LineDown(EventData):
     reason: str
 
 
+class OrderViolated(EventData):
+    """What was answered too late: it was credited to its own command, or to none."""
+
+    late: str = Field(description="The command whose reply came late, such as `1+M of line1.3F`.")
+    before: str = Field(description="The command that was sent after it and answered before it.")
+
+
 LINES = (
     EventType("line.up", LINE, LineUp, "somebody answers on the line, and it is set up"),
     EventType("line.down", LINE, LineDown, "its port has gone, or nobody answers any more; follows each up"),
+    EventType(
+        "line.order.violated",
+        LINE,
+        OrderViolated,
+        "replies come in another order than their commands, for the first time in an hour",
+    ),
 )
 
 # the gateway and its stream

@@ -219,9 +219,14 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         """What was to be answered at once and was not never will be; a decelerating stop is at standstill."""
         self._variables_forbidden = type(fence.command) in NEVER_FORBIDDEN
         for stop in [it for it in self._sent if it.number < fence.number and it.lane is Lane.STOP]:
-            if not isinstance(stop.command, StopAllDecelerating):
+            if self.is_answered_in_order(stop):
                 self._doubt(stop, stop.unusable(NoReply, "no reply came"))
         self._copies.forget(ROBOT)
+
+    def is_answered_in_order(self, exchange: FicsExchange) -> bool:
+        """Motion and a decelerating stop are answered at their end, and others meanwhile."""
+        command = exchange.command
+        return not (isinstance(command, StopAllDecelerating) or _is_answered_at_its_end(command))
 
     def witness_failed(self) -> bool:
         """There is only the robot to ask."""
