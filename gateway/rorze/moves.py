@@ -332,7 +332,7 @@ class Moves:
             await self._expect_end_frame(case)
 
     async def _expect_end_frame(self, case: Case) -> None:
-        """On a line that was heard all the time, an unannounced end is a sign that the link master has restarted."""
+        """An unannounced end is a sign that the link master has restarted, if the line was heard then."""
         body = case.body
         if case.set_ups != body.line.set_ups:
             return
