@@ -137,12 +137,16 @@ GATEWAY: Final[Sequence[Kind[str]]] = (
 
 
 def causes_of(
-    families: Collection[Family], ports: Mapping[str, AnyLine], journal_trouble: Callable[[], str | None]
+    families: Collection[Family],
+    ports: Mapping[str, AnyLine],
+    journal_trouble: Callable[[], str | None],
+    *,
+    latch: bool,
 ) -> Iterator[Cause]:
-    """All causes that a plant knows."""
+    """All causes that a plant knows; with `latch` the stops, too, that somebody has asked for."""
     for kind in LINES:
         yield kind.among(ports.get)
     for trouble in GATEWAY:
         yield trouble.among(lambda _: journal_trouble())
     for family in families:
-        yield from family.causes()
+        yield from (cause for cause in family.causes() if latch or not cause.wanted)

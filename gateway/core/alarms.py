@@ -109,6 +109,8 @@ class Cause:
     """Whether an event of the type means it."""
     facts: Callable[[Facts], Facts] = _as_told
     """What its words need of the event's data."""
+    wanted: bool = False
+    """Somebody has asked for it: it is an alarm only where alarms latch."""
 
 
 def _while_true_of(find: Callable[[str], T | None], holds: Callable[[T], bool]) -> Callable[[str], bool]:
@@ -136,6 +138,7 @@ class Kind(Generic[T]):
     facts: Callable[[Facts], Facts] = _as_told
     event: str = ""
     """The type of the event, where that has another name."""
+    wanted: bool = False
 
     def among(self, find: Callable[[str], T | None]) -> Cause:
         """The cause of those that are found by their address; None is one that is configured no more."""
@@ -149,6 +152,7 @@ class Kind(Generic[T]):
             _over if self.lasts is None else _while_true_of(find, self.lasts),
             self.applies,
             self.facts,
+            self.wanted,
         )
 
 
@@ -353,6 +357,32 @@ def reset_of(alarm: Alarm) -> NextCall:
     """The call that resets an alarm."""
     path = f"/alarms/{alarm.id}/reset"
     return NextCall(method="POST", path=path, en="Reset the alarm.", ja="アラームを解除します。")
+
+
+# stops
+
+
+def stopped(what: str, manual: str, next_calls: Sequence[NextCall], lasts: Callable[[T], bool]) -> Kind[T]:
+    """A stop that a person, or a program, has asked for; not one that ends a jog."""
+    return Kind(
+        f"{what}.stopped",
+        words(
+            "{address} was stopped by request.",
+            "The motor stands still, or is being stopped.",
+            "See why it was stopped before it is moved again.",
+        ),
+        words(
+            "{address}は停止指令により停止しました。",
+            "モータは停止した、または停止中です。",
+            "再び動かす前に、停止した理由を確認してください。",
+        ),
+        manual,
+        next_calls,
+        lasts,
+        lambda _: current().work == "clients",
+        event=f"{what}.stop.requested",
+        wanted=True,
+    )
 
 
 # moves

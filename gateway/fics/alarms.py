@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
-from gateway.core.alarms import Cause, Kind, causes_of_moves, words
+from gateway.core.alarms import Cause, Kind, causes_of_moves, stopped, words
 from gateway.core.next_calls import ACKNOWLEDGE, STOP
 from gateway.core.restore_alarms import causes_of_restores
 from gateway.fics.calls import ERRORS, MOVE, RESET, ROBOT, STATUS
@@ -74,6 +74,7 @@ ROBOTS: Final[Sequence[Kind[Robot]]] = (
         (ROBOT, STOP),
         lambda robot: robot.stops.unconfirmed is not None,
     ),
+    stopped("robot", "C-HOST manual 2-7, 2-8", (ROBOT,), lambda robot: robot.stops.unconfirmed is not None),
     Kind(
         "robot.motion.foreign",
         words(

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Final, NamedTuple
 
-from gateway.core.alarms import Cause, Facts, Kind, causes_of_moves, words
+from gateway.core.alarms import Cause, Facts, Kind, causes_of_moves, stopped, words
 from gateway.core.next_calls import ACKNOWLEDGE, LINE_STATE, STOP, NextCall
 from gateway.core.restore_alarms import causes_of_restores
 from gateway.rorze.bodies import Body
@@ -154,6 +154,7 @@ BODIES: Final[Sequence[Kind[Body]]] = (
         (STATUS, STOP, LINE_STATE),
         lambda body: body.being_stopped,
     ),
+    stopped("body", "RC-420 manual 5.4.1", (STATUS, POSITION), lambda body: body.being_stopped),
     Kind(
         "body.motion.foreign",
         words(
