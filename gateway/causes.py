@@ -41,15 +41,13 @@ LINES: Final[Sequence[Kind[AnyLine]]] = (
         "line.order.violated",
         words(
             "On line {address} the reply to {late} came after that to {before}, which was sent later.",
-            "Nothing moved because of this. What was read lately on this line may belong to another command.",
-            "See what stands between the port and the controllers. Where {before} is a stop, set stop_mode "
-            'to "after_reply".',
+            "Nothing moved because of this. A reply that comes as late again may be taken for another's.",
+            "See what stands between the port and the controllers, and how long it may hold a reply back.",
         ),
         words(
             "回線{address}で、{late}の応答が、後から送信した{before}の応答より遅れて届きました。",
-            "これによるモータの動作はありません。この回線で最近読み出した値は、別の指令への応答の可能性があります。",
-            "ポートとコントローラの間の機器を確認してください。"
-            '{before}が停止指令の場合は、stop_modeを"after_reply"に設定してください。',
+            "これによるモータの動作はありません。再び遅れた応答は、別の指令への応答と取り違える可能性があります。",
+            "ポートとコントローラの間の機器と、その応答の遅れを確認してください。",
         ),
         "RC-420 manual 17.1; C-HOST manual 1-1",
         (LINE_STATE,),

@@ -158,7 +158,7 @@ class OrderViolated(EventData):
     """What was answered too late: it was credited to its own command, or to none."""
 
     late: str = Field(description="The command whose reply came late, such as `1+M of line1.3F`.")
-    before: str = Field(description="The command that was sent after it and answered before it.")
+    before: str = Field(description="The fence that was sent after it and answered before it.")
 
 
 LINES = (
@@ -168,7 +168,7 @@ LINES = (
         "line.order.violated",
         LINE,
         OrderViolated,
-        "replies come in another order than their commands, for the first time in an hour",
+        "a reply came behind its fence: they do not keep their order; once an hour at most",
     ),
 )
 

@@ -84,7 +84,7 @@ class Session(ABC, Generic[X, F]):
         self.on_stray: Callable[[F], None] = lambda _: None
         """Called with a reply that nobody has asked for."""
         self.on_overtaken: Callable[[X, X], None] = lambda _late, _by: None
-        """Called with what was answered too late, and what was written after it and answered before."""
+        """Called with what was answered too late, and the later fence that was answered before."""
         self._target = target
         self._set_up_target = set_up_target
         self._copies: Copies[X, F] = Copies(replies_remembered)
@@ -97,8 +97,8 @@ class Session(ABC, Generic[X, F]):
         self._suspect: X | None = None
         self._fence = Fence()
         self._fence_query: X | None = None
-        self._answered_last: X | None = None
-        """Of what is answered in the order of writing."""
+        self._echoed: X | None = None
+        """Of those whose replies tell which frame they answer, the last that was answered."""
         self._unanswered: X | None = None
         """What was given up last, until a later reply has its name: of that a copy may come."""
 
@@ -132,9 +132,9 @@ class Session(ABC, Generic[X, F]):
     def holds_up(self, sent: X) -> bool:
         """Whether all but stops have to wait for something that is under way beside."""
 
-    def is_answered_in_order(self, _exchange: X) -> bool:
-        """Whether its reply comes before those to what is written after it: a fence proves nothing else."""
-        return True
+    def is_answered_in_order(self, exchange: X) -> bool:
+        """Whether its reply comes before that to a later fence, and is known to be its own."""
+        return exchange.lane not in STOPS
 
     @abstractmethod
     def witness_failed(self) -> bool:
@@ -377,16 +377,14 @@ class Session(ABC, Generic[X, F]):
 
     def _note_order(self, answered: X) -> None:
         """A fence proves something only on a line that answers in the order of writing."""
-        if not self.is_answered_in_order(answered):
-            return
-        last, given_up = self._answered_last, self._unanswered
-        if last is None or last.number < answered.number:
-            self._answered_last = answered
-            if given_up is not None and set(given_up.reply_names) & set(answered.reply_names):
-                self._unanswered = None
-        elif last is not answered:
+        echo, given_up = self._echoed, self._unanswered
+        if answered.self_identifying:
+            self._echoed = answered
+        elif echo is not None and answered.number < echo.number and self.is_answered_in_order(answered):
             self.counters["overtaken"] += 1
-            self.on_overtaken(answered, last)
+            self.on_overtaken(answered, echo)
+        elif given_up is not None and set(given_up.reply_names) & set(answered.reply_names):
+            self._unanswered = None
 
     def noise(self, what: str, _now: float) -> None:
         """Something came that nobody can have wanted: whatever is awaited may have been it.

@@ -219,14 +219,13 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         """What was to be answered at once and was not never will be; a decelerating stop is at standstill."""
         self._variables_forbidden = type(fence.command) in NEVER_FORBIDDEN
         for stop in [it for it in self._sent if it.number < fence.number and it.lane is Lane.STOP]:
-            if self.is_answered_in_order(stop):
+            if not isinstance(stop.command, StopAllDecelerating):
                 self._doubt(stop, stop.unusable(NoReply, "no reply came"))
         self._copies.forget(ROBOT)
 
     def is_answered_in_order(self, exchange: FicsExchange) -> bool:
-        """Motion and a decelerating stop are answered at their end, and others meanwhile."""
-        command = exchange.command
-        return not (isinstance(command, StopAllDecelerating) or _is_answered_at_its_end(command))
+        """Motion is answered at its end, and others meanwhile."""
+        return super().is_answered_in_order(exchange) and not _is_answered_at_its_end(exchange.command)
 
     def witness_failed(self) -> bool:
         """There is only the robot to ask."""

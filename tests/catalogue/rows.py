@@ -299,10 +299,10 @@ ROWS: Final = {
     ),
     "L12": _row(
         "a reply overtakes another",
-        "each is credited to its own command or, behind its fence, to none; that the order is broken is told",
+        "each is credited to its own command or, behind its fence, to none, and that is told",
         (STORIES, "l12_a_reply_that_overtakes_another_is_credited_to_its_own_command"),
         (STORIES, "l12_a_reply_that_its_fence_has_overtaken_is_credited_to_nothing_and_told"),
-        (STORIES, "l12_a_robot_whose_answer_to_a_stop_overtakes_that_to_a_question_is_told"),
+        (STORIES, "l12_a_robot_whose_answers_come_out_of_order_is_told"),
     ),
     "L13": _row(
         "the link master drops what is sent before its reply",
