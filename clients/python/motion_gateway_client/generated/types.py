@@ -3453,7 +3453,7 @@ class LineNow(TypedDict):
 
 
 class LineOrderViolatedEvent(TypedDict):
-    """Replies come in another order than their commands, for the first time in an hour; about `/lines/{line_id}`."""
+    """A reply came behind its fence: they do not keep their order; once an hour at most; about `/lines/{line_id}`."""
 
     specversion: NotRequired[Literal["1.0"]]
     id: str
@@ -3977,7 +3977,7 @@ class OrderViolated(TypedDict):
     late: str
     """The command whose reply came late, such as `1+M of line1.3F`."""
     before: str
-    """The command that was sent after it and answered before it."""
+    """The fence that was sent after it and answered before it."""
 
 
 class OutputPulse(TypedDict):

@@ -11272,7 +11272,7 @@ export interface components {
         };
         /**
          * LineOrderViolatedEvent
-         * @description Replies come in another order than their commands, for the first time in an hour; about `/lines/{line_id}`.
+         * @description A reply came behind its fence: they do not keep their order; once an hour at most; about `/lines/{line_id}`.
          */
         LineOrderViolatedEvent: {
             /**
@@ -12493,7 +12493,7 @@ export interface components {
             late: string;
             /**
              * Before
-             * @description The command that was sent after it and answered before it.
+             * @description The fence that was sent after it and answered before it.
              */
             before: string;
         };
