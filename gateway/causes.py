@@ -1,8 +1,9 @@
 """The causes of alarms: those of lines and of the gateway itself, and those of every family."""
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from typing import Final
 
-from gateway.core.alarms import Cause, words
+from gateway.core.alarms import Cause, Kind, words
 from gateway.core.family import AnyLine, Family
 from gateway.core.line_state import LineState
 from gateway.core.next_calls import ALARMS, LINE_STATE, READY, get, post
@@ -18,18 +19,9 @@ CONFIGURED_ANEW = "it is configured anew"
 UNUSABLE = (LineState.DOWN, LineState.SILENT)
 
 
-def causes_of(
-    families: Collection[Family], ports: Mapping[str, AnyLine], journal_trouble: Callable[[], str | None]
-) -> Iterator[Cause]:
-    """All causes that a plant knows."""
-
-    def line_is_down(subject: str) -> bool:
-        line = ports.get(subject.rpartition("/")[2])
-        return line is not None and line.state in UNUSABLE
-
-    yield Cause(
+LINES: Final[Sequence[Kind[AnyLine]]] = (
+    Kind(
         LINE_DOWN,
-        "line.down",
         words(
             "Line {address} cannot be used: {reason}.",
             "Motors on it go on with what they were told last. Nothing can be sent to them, a stop neither.",
@@ -42,17 +34,27 @@ def causes_of(
         ),
         "RC-420 manual 10.2; C-HOST manual 1-1",
         (LINE_STATE,),
-        line_is_down,
+        lambda line: line.state in UNUSABLE,
         applies=lambda event: event["reason"] != CONFIGURED_ANEW,
-    )
-    yield from _of_the_gateway(journal_trouble)
-    for family in families:
-        yield from family.causes()
-
-
-def _of_the_gateway(journal_trouble: Callable[[], str | None]) -> Iterator[Cause]:
-    yield Cause(
-        "gateway.journal.trouble",
+    ),
+    Kind(
+        "line.order.violated",
+        words(
+            "On line {address} the reply to {late} came after that to {before}, which was sent later.",
+            "Nothing moved because of this. A reply that comes as late again may be taken for another's.",
+            "See what stands between the port and the controllers, and how long it may hold a reply back.",
+        ),
+        words(
+            "回線{address}で、{late}の応答が、後から送信した{before}の応答より遅れて届きました。",
+            "これによるモータの動作はありません。再び遅れた応答は、別の指令への応答と取り違える可能性があります。",
+            "ポートとコントローラの間の機器と、その応答の遅れを確認してください。",
+        ),
+        "RC-420 manual 17.1; C-HOST manual 1-1",
+        (LINE_STATE,),
+    ),
+)
+GATEWAY: Final[Sequence[Kind[str]]] = (
+    Kind(
         "gateway.journal.trouble",
         words(
             "The journal cannot be written: {reason}.",
@@ -65,10 +67,9 @@ def _of_the_gateway(journal_trouble: Callable[[], str | None]) -> Iterator[Cause
             "ディスクの空きを作るか、修復してください。ファイルが信頼できない場合はゲートウェイを再起動してください。",
         ),
         next=(READY,),
-        lasts=lambda _: journal_trouble() is not None,
-    )
-    yield Cause(
-        "gateway.journal.set_aside",
+        lasts=lambda _why: True,
+    ),
+    Kind(
         "gateway.journal.set_aside",
         words(
             "The journal was broken; it is now {file}, and a new one was begun.",
@@ -81,9 +82,8 @@ def _of_the_gateway(journal_trouble: Callable[[], str | None]) -> Iterator[Cause
             "動かす前に各モータの状態を確認してください。原因調査のためファイルを保管してください。",
         ),
         next=(EVENTS,),
-    )
-    yield Cause(
-        "gateway.crashed",
+    ),
+    Kind(
         "gateway.crashed",
         words(
             "The gateway did not end as it should (last seen {last_seen_at}). Under way were the moves "
@@ -99,10 +99,9 @@ def _of_the_gateway(journal_trouble: Callable[[], str | None]) -> Iterator[Cause
             "これらの移動と、その時刻のログを確認してください。",
         ),
         next=(EVENTS, AUDIT),
-    )
-    yield Cause(
+    ),
+    Kind(
         "gateway.held_up",
-        "gateway.loop.held",
         words(
             "The gateway was suspended or held up for {seconds} s.",
             "Motors went on with what they were told last. What waited to be sent is not sent any more.",
@@ -115,9 +114,9 @@ def _of_the_gateway(journal_trouble: Callable[[], str | None]) -> Iterator[Cause
         ),
         next=(ALARMS, EVENTS),
         applies=lambda data: bool(data["cancelled"]),
-    )
-    yield Cause(
-        "gateway.reload_failed",
+        event="gateway.loop.held",
+    ),
+    Kind(
         "gateway.reload_failed",
         words(
             "The configuration was not taken: {reason}",
@@ -130,4 +129,22 @@ def _of_the_gateway(journal_trouble: Callable[[], str | None]) -> Iterator[Cause
             "ファイルを修正し、もう一度読み込んでください。",
         ),
         next=(RELOAD,),
-    )
+    ),
+)
+"""That of the journal lasts while there is a reason why it cannot be written."""
+
+
+def causes_of(
+    families: Collection[Family],
+    ports: Mapping[str, AnyLine],
+    journal_trouble: Callable[[], str | None],
+    *,
+    latch: bool,
+) -> Iterator[Cause]:
+    """All causes that a plant knows; with `latch` the stops, too, that somebody has asked for."""
+    for kind in LINES:
+        yield kind.among(ports.get)
+    for trouble in GATEWAY:
+        yield trouble.among(lambda _: journal_trouble())
+    for family in families:
+        yield from (cause for cause in family.causes() if latch or not cause.wanted)

@@ -80,7 +80,9 @@ class Plant:
         self.leases.on_taken = self._lease_taken
         self.leases.on_end = self._lease_ended
         self.events.take_snapshot = taking(self.families.values(), self._ports)
-        causes = causes_of(self.families.values(), self._ports, self._journal_trouble)
+        causes = causes_of(
+            self.families.values(), self._ports, self._journal_trouble, latch=config.server.latch
+        )
         self.alarms = Alarms(self.events, causes)
         self._memory = (
             None

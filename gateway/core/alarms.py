@@ -9,7 +9,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any, Final, NamedTuple, Self, TypeVar
+from typing import Any, Final, Generic, NamedTuple, Self, TypeVar
 
 from pydantic import Field
 
@@ -26,6 +26,7 @@ AGAIN: Final = "gateway: it came again"
 """Who has reset an alarm in whose place a newer one stands."""
 
 Facts = Mapping[str, Any]
+T = TypeVar("T")
 
 
 class AlarmText(Record):
@@ -108,6 +109,51 @@ class Cause:
     """Whether an event of the type means it."""
     facts: Callable[[Facts], Facts] = _as_told
     """What its words need of the event's data."""
+    wanted: bool = False
+    """Somebody has asked for it: it is an alarm only where alarms latch."""
+
+
+def _while_true_of(find: Callable[[str], T | None], holds: Callable[[T], bool]) -> Callable[[str], bool]:
+    """Let a cause last while something is true of its subject, found by the last word of its path."""
+
+    def lasts(subject: str) -> bool:
+        found = find(subject.rpartition("/")[2])
+        return found is not None and holds(found)
+
+    return lasts
+
+
+@dataclass(frozen=True)
+class Kind(Generic[T]):
+    """A cause as a table has it: of any line, body or robot."""
+
+    name: str
+    en: AlarmText
+    ja: AlarmText
+    manual: str = ""
+    next: Sequence[NextCall] = ()
+    lasts: Callable[[T], bool] | None = None
+    """Whether it is so of one now; None where it only happened at a moment."""
+    applies: Callable[[Facts], bool] = _always
+    facts: Callable[[Facts], Facts] = _as_told
+    event: str = ""
+    """The type of the event, where that has another name."""
+    wanted: bool = False
+
+    def among(self, find: Callable[[str], T | None]) -> Cause:
+        """The cause of those that are found by their address; None is one that is configured no more."""
+        return Cause(
+            self.name,
+            self.event or self.name,
+            self.en,
+            self.ja,
+            self.manual,
+            self.next,
+            _over if self.lasts is None else _while_true_of(find, self.lasts),
+            self.applies,
+            self.facts,
+            self.wanted,
+        )
 
 
 class AlarmLasts(GatewayError):
@@ -313,6 +359,32 @@ def reset_of(alarm: Alarm) -> NextCall:
     return NextCall(method="POST", path=path, en="Reset the alarm.", ja="アラームを解除します。")
 
 
+# stops
+
+
+def stopped(what: str, manual: str, next_calls: Sequence[NextCall], lasts: Callable[[T], bool]) -> Kind[T]:
+    """A stop that a person, or a program, has asked for; not one that ends a jog."""
+    return Kind(
+        f"{what}.stopped",
+        words(
+            "{address} was stopped by request.",
+            "The motor stands still, or is being stopped.",
+            "See why it was stopped before it is moved again.",
+        ),
+        words(
+            "{address}は停止指令により停止しました。",
+            "モータは停止した、または停止中です。",
+            "再び動かす前に、停止した理由を確認してください。",
+        ),
+        manual,
+        next_calls,
+        lasts,
+        lambda _: current().work == "clients",
+        event=f"{what}.stop.requested",
+        wanted=True,
+    )
+
+
 # moves
 
 _HOW: Final[Mapping[str, tuple[AlarmText, AlarmText]]] = {
@@ -354,19 +426,6 @@ _HOW: Final[Mapping[str, tuple[AlarmText, AlarmText]]] = {
     ),
 }
 _LOOK: Final = "Read its status and position before anything else."
-
-
-T = TypeVar("T")
-
-
-def while_true_of(find: Callable[[str], T | None], holds: Callable[[T], bool]) -> Callable[[str], bool]:
-    """Let a cause last while something is true of its subject, found by the last word of its path."""
-
-    def lasts(subject: str) -> bool:
-        found = find(subject.rpartition("/")[2])
-        return found is not None and holds(found)
-
-    return lasts
 
 
 def causes_of_moves(what: str, manual: str, next_calls: Sequence[NextCall]) -> Iterator[Cause]:

@@ -156,9 +156,22 @@ class LineDown(EventData):
     reason: str
 
 
+class OrderViolated(EventData):
+    """What was answered too late: it was credited to its own command, or to none."""
+
+    late: str = Field(description="The command whose reply came late, such as `1+M of line1.3F`.")
+    before: str = Field(description="The fence that was sent after it and answered before it.")
+
+
 LINES = (
     EventType("line.up", LINE, LineUp, "somebody answers on the line, and it is set up"),
     EventType("line.down", LINE, LineDown, "its port has gone, or nobody answers any more; follows each up"),
+    EventType(
+        "line.order.violated",
+        LINE,
+        OrderViolated,
+        "a reply came behind its fence: they do not keep their order; once an hour at most",
+    ),
 )
 
 # the gateway and its stream

@@ -9,6 +9,7 @@ from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import AsyncIterator, Callable, Coroutine, Iterable, Iterator
 from contextlib import asynccontextmanager, contextmanager
+from math import inf
 from typing import Any, Generic, Protocol, TypeVar
 
 from gateway.core.admission import Admission
@@ -36,6 +37,8 @@ REOPEN_S = (0.2, 5.0)
 REMEDY = "Mend that, or check the cable; the gateway goes on trying the port."
 GAP_S = 0.1
 """A reply that has begun may pause this long before it counts as cut off."""
+ORDER_TOLD_S = 3600.0
+"""That replies come out of order is told when it begins, and again when it was not so for this time."""
 EXPIRY_STEP_S = 0.05
 """What has expired is looked for at most this often: a crowd that waits must not cost the line its time."""
 
@@ -322,6 +325,9 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     ) -> None:
         super().__init__(line_id, transport, session.counters)
         self._session = session
+        session.on_overtaken = self._was_overtaken
+        self._in_order_since = -inf
+        """When replies came last out of order."""
         self.gate = session.gate
         """What every frame has to pass."""
         self._new_reader = reader
@@ -508,6 +514,15 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         self._pump()
         if settle is not None:
             settle()
+
+    def _was_overtaken(self, late: X, by: X) -> None:
+        """A reply came after that to a later frame."""
+        since, self._in_order_since = self._in_order_since, self._loop.time()
+        if self._in_order_since - since >= ORDER_TOLD_S:
+            self.on_change("line.order.violated", {"late": self._named(late), "before": self._named(by)})
+
+    def _named(self, exchange: X) -> str:
+        return f"{exchange.command.name()} of {self.address_of(exchange.target)}"
 
     def _hear_noise(self, what: str) -> None:
         """Hear what can be no reply."""

@@ -83,6 +83,8 @@ class Session(ABC, Generic[X, F]):
         """How often a reply stayed away, could not be understood, or came though nobody had asked."""
         self.on_stray: Callable[[F], None] = lambda _: None
         """Called with a reply that nobody has asked for."""
+        self.on_overtaken: Callable[[X, X], None] = lambda _late, _by: None
+        """Called with what was answered too late, and the later fence that was answered before."""
         self._target = target
         self._set_up_target = set_up_target
         self._copies: Copies[X, F] = Copies(replies_remembered)
@@ -95,6 +97,10 @@ class Session(ABC, Generic[X, F]):
         self._suspect: X | None = None
         self._fence = Fence()
         self._fence_query: X | None = None
+        self._echoed: X | None = None
+        """Of those whose replies tell which frame they answer, the last that was answered."""
+        self._unanswered: X | None = None
+        """What was given up last, until a later reply has its name: of that a copy may come."""
 
     # what a family adds
 
@@ -125,6 +131,10 @@ class Session(ABC, Generic[X, F]):
     @abstractmethod
     def holds_up(self, sent: X) -> bool:
         """Whether all but stops have to wait for something that is under way beside."""
+
+    def is_answered_in_order(self, exchange: X) -> bool:
+        """Whether its reply comes before that to a later fence, and is known to be its own."""
+        return exchange.lane not in STOPS
 
     @abstractmethod
     def witness_failed(self) -> bool:
@@ -312,6 +322,7 @@ class Session(ABC, Generic[X, F]):
         self._let_go(exchange)
         self._note_load(now)
         self.heard_out = self.heard_out or (self.answers_all and exchange.number == self._written)
+        self._note_order(exchange)
         self.learn(exchange, outcome, frame, now)
         if exchange is self._fence_query:
             if self.is_refusal_of_fence(frame):
@@ -346,6 +357,7 @@ class Session(ABC, Generic[X, F]):
         first = suspect.late_answer
         if first is None:
             self.counters["late_replies"] += 1
+            self._note_order(suspect)
         else:
             self._stray(frame, now)
         if outcome is not More.MORE:
@@ -356,8 +368,23 @@ class Session(ABC, Generic[X, F]):
     def _stray(self, frame: F, now: float, kind: str = "strays") -> None:
         """Hear a reply that nobody has asked for."""
         self.counters[kind] += 1
+        late = self._unanswered
+        if late is not None and now < late.due_at + self.late_reply_s and late.credit(frame, now) is not None:
+            self._note_order(late)
+            self._unanswered = None
         self.noise("the reply to another command", now)
         self.on_stray(frame)
+
+    def _note_order(self, answered: X) -> None:
+        """A fence proves something only on a line that answers in the order of writing."""
+        echo, given_up = self._echoed, self._unanswered
+        if answered.self_identifying:
+            self._echoed = answered
+        elif echo is not None and answered.number < echo.number and self.is_answered_in_order(answered):
+            self.counters["overtaken"] += 1
+            self.on_overtaken(answered, echo)
+        elif given_up is not None and set(given_up.reply_names) & set(answered.reply_names):
+            self._unanswered = None
 
     def noise(self, what: str, _now: float) -> None:
         """Something came that nobody can have wanted: whatever is awaited may have been it.
@@ -441,6 +468,7 @@ class Session(ABC, Generic[X, F]):
             else:
                 self.scheduler.put_back(suspect)
         elif suspect.doubt is not None:
+            self._unanswered = suspect
             suspect.settle(suspect.doubt)
 
     # the end
@@ -450,7 +478,7 @@ class Session(ABC, Generic[X, F]):
         self.doubts += 1
         written = [*self._sent, *([self._suspect] if self._suspect else [])]
         waiting = [*self._urgent, *self.scheduler.remove(lambda _: True)]
-        self._awaiting = self._suspect = self._fence_query = None
+        self._awaiting = self._suspect = self._fence_query = self._unanswered = None
         self._sent, self._urgent = [], deque()
         self._fence.take(Event.PORT_LOST)
         for exchange in written:

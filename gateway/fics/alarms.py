@@ -1,20 +1,16 @@
 """What goes wrong with robots, in words for a technician (C-HOST manual 2-12 to 2-14)."""
 
-from collections.abc import Callable, Iterator
-from functools import partial
+from collections.abc import Callable, Iterator, Sequence
+from typing import Final
 
-from gateway.core.alarms import Cause, causes_of_moves, while_true_of, words
+from gateway.core.alarms import Cause, Kind, causes_of_moves, stopped, words
 from gateway.core.next_calls import ACKNOWLEDGE, STOP
 from gateway.core.restore_alarms import causes_of_restores
 from gateway.fics.calls import ERRORS, MOVE, RESET, ROBOT, STATUS
 from gateway.fics.robot import Robot
 
-
-def causes(find: Callable[[str], Robot | None]) -> Iterator[Cause]:
-    """The causes of robots, which are found by their ids; None for one that is configured no more."""
-    about = partial(while_true_of, find)
-    yield Cause(
-        "robot.offline",
+ROBOTS: Final[Sequence[Kind[Robot]]] = (
+    Kind(
         "robot.offline",
         words(
             "{address} does not answer any more.",
@@ -28,10 +24,9 @@ def causes(find: Callable[[str], Robot | None]) -> Iterator[Cause]:
         ),
         "C-HOST manual 1-1",
         (ROBOT, STOP),
-        about(lambda robot: not robot.online),
-    )
-    yield Cause(
-        "robot.power_cycled",
+        lambda robot: not robot.online,
+    ),
+    Kind(
         "robot.power_cycled",
         words(
             "{address} has lost its power, or seems to have.",
@@ -45,10 +40,9 @@ def causes(find: Callable[[str], Robot | None]) -> Iterator[Cause]:
         ),
         "C-HOST manual 1-1-1, 2-15",
         (ROBOT, ACKNOWLEDGE),
-        about(lambda robot: robot.power.cycled),
-    )
-    yield Cause(
-        "robot.error",
+        lambda robot: robot.power.cycled,
+    ),
+    Kind(
         "robot.error",
         words(
             "{address} reports error {code}: {en}",
@@ -62,10 +56,9 @@ def causes(find: Callable[[str], Robot | None]) -> Iterator[Cause]:
         ),
         "C-HOST manual 2-12 to 2-14",
         (ERRORS, RESET),
-        about(lambda robot: robot.latched_error is not None),
-    )
-    yield Cause(
-        "robot.stop.unconfirmed",
+        lambda robot: robot.latched_error is not None,
+    ),
+    Kind(
         "robot.stop.unconfirmed",
         words(
             "A stop of {address} was not confirmed in time. {detail}",
@@ -79,10 +72,10 @@ def causes(find: Callable[[str], Robot | None]) -> Iterator[Cause]:
         ),
         "C-HOST manual 2-7, 2-8",
         (ROBOT, STOP),
-        about(lambda robot: robot.stops.unconfirmed is not None),
-    )
-    yield Cause(
-        "robot.motion.foreign",
+        lambda robot: robot.stops.unconfirmed is not None,
+    ),
+    stopped("robot", "C-HOST manual 2-7, 2-8", (ROBOT,), lambda robot: robot.stops.unconfirmed is not None),
+    Kind(
         "robot.motion.foreign",
         words(
             "{address} moves, and the gateway has not started that.",
@@ -96,10 +89,9 @@ def causes(find: Callable[[str], Robot | None]) -> Iterator[Cause]:
         ),
         "C-HOST manual 2-10",
         (ROBOT, STOP),
-        about(lambda robot: robot.moving is True and robot.motion.command is None),
-    )
-    yield Cause(
-        "robot.bits.mismatch",
+        lambda robot: robot.moving is True and robot.motion.command is None,
+    ),
+    Kind(
         "robot.bits.mismatch",
         words(
             "The configured order of bits does not explain what unit {unit} of {address} shows. {detail}",
@@ -113,10 +105,9 @@ def causes(find: Callable[[str], Robot | None]) -> Iterator[Cause]:
         ),
         "C-HOST manual 2-10, 2-11",
         (ROBOT,),
-        about(lambda robot: bool(robot.bits.mismatches)),
-    )
-    yield Cause(
-        "robot.unit.missing",
+        lambda robot: bool(robot.bits.mismatches),
+    ),
+    Kind(
         "robot.unit.missing",
         words(
             "{address} has no unit {unit}, which the configuration names.",
@@ -130,10 +121,9 @@ def causes(find: Callable[[str], Robot | None]) -> Iterator[Cause]:
         ),
         "C-HOST manual 2-1, 2-12",
         (ROBOT,),
-        about(lambda robot: bool(robot.selection.missing)),
-    )
-    yield Cause(
-        "robot.jog.not_stopped",
+        lambda robot: bool(robot.selection.missing),
+    ),
+    Kind(
         "robot.jog.not_stopped",
         words(
             "A JOG of axis {axis} of unit {unit} of {address} was ended, and the axis did not stop in time.",
@@ -147,10 +137,9 @@ def causes(find: Callable[[str], Robot | None]) -> Iterator[Cause]:
         ),
         "C-HOST manual 2-2",
         (ROBOT, STOP),
-        about(lambda robot: robot.moving is True),
-    )
-    yield Cause(
-        "robot.move.overdue",
+        lambda robot: robot.moving is True,
+    ),
+    Kind(
         "robot.move.overdue",
         words(
             "Move {move_id} of {address} takes longer than its way and its speeds explain.",
@@ -164,7 +153,14 @@ def causes(find: Callable[[str], Robot | None]) -> Iterator[Cause]:
         ),
         "C-HOST manual 2-10",
         (ROBOT, STOP),
-        about(lambda robot: robot.moving is True),
-    )
+        lambda robot: robot.moving is True,
+    ),
+)
+
+
+def causes(find: Callable[[str], Robot | None]) -> Iterator[Cause]:
+    """The causes of robots, which are found by their ids; None for one that is configured no more."""
+    for kind in ROBOTS:
+        yield kind.among(find)
     yield from causes_of_restores("robot", "C-HOST manual 2-17")
     yield from causes_of_moves("robot", "C-HOST manual 2-12", (MOVE, STATUS, ERRORS))

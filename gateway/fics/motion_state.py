@@ -98,9 +98,9 @@ class MotionState:
 
     def note_foreign(self, *, moves: bool | None) -> None:
         """The robot was looked at while no command of ours was under way."""
-        if moves and not self.foreign:
+        was_known, self.foreign = self.foreign, moves
+        if moves and not was_known:
             self._tell("robot.motion.foreign", {})
-        self.foreign = moves
 
     def doubt(self) -> None:
         """Nobody knows any more whether it stands still."""

@@ -223,6 +223,10 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
                 self._doubt(stop, stop.unusable(NoReply, "no reply came"))
         self._copies.forget(ROBOT)
 
+    def is_answered_in_order(self, exchange: FicsExchange) -> bool:
+        """Motion is answered at its end, and others meanwhile."""
+        return super().is_answered_in_order(exchange) and not _is_answered_at_its_end(exchange.command)
+
     def witness_failed(self) -> bool:
         """There is only the robot to ask."""
         was_online = self.online

@@ -1,10 +1,10 @@
 """What goes wrong with bodies, in words for a technician (RC-420 manual 10.2, 13.8)."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Final, NamedTuple
 
-from gateway.core.alarms import Cause, Facts, causes_of_moves, while_true_of, words
+from gateway.core.alarms import Cause, Facts, Kind, causes_of_moves, stopped, words
 from gateway.core.next_calls import ACKNOWLEDGE, LINE_STATE, STOP, NextCall
 from gateway.core.restore_alarms import causes_of_restores
 from gateway.rorze.bodies import Body
@@ -83,164 +83,6 @@ ERROR_BITS: Final[Mapping[str, _Bit]] = {
 """The errors of the controller status that stay until they are cleared (9CD)."""
 
 
-def causes(find: Callable[[str], Body | None]) -> Iterator[Cause]:
-    """The causes of bodies, which are found by their addresses; None for one that is configured no more."""
-    about = partial(while_true_of, find)
-    yield Cause(
-        "body.offline",
-        "body.offline",
-        words(
-            "{address} does not answer any more.",
-            "A move under way goes on in the controller to its end, if that has power; nobody sees it.",
-            "Check its power, its cable and its rotary switch.",
-        ),
-        words(
-            "{address}が応答しません。",
-            "コントローラに電源が入っていれば、実行中の移動は終わりまで続きます。状態は確認できません。",
-            "電源、ケーブル、ロータリスイッチを確認してください。",
-        ),
-        "RC-420 manual 10.2",
-        (LINE_STATE, STOP),
-        about(lambda body: not body.online),
-    )
-    yield Cause(
-        "body.power_cycled",
-        "body.power_cycled",
-        words(
-            "{address} has lost its power, or seems to have.",
-            "The motor has stopped. Its position, its position table and its settings are those of power-on.",
-            "See that its settings are right, then home it, or acknowledge the power cycle.",
-        ),
-        words(
-            "{address}の電源が切れた、または切れた可能性があります。",
-            "モータは停止しました。位置、位置テーブル、設定は電源投入時の値です。",
-            "設定を確認し、原点サーチを行うか、電源再投入を確認済みにしてください。",
-        ),
-        "RC-420 manual 5.4.2",
-        (STATUS, HOME, ACKNOWLEDGE),
-        about(lambda body: body.power.cycled),
-    )
-    yield Cause(
-        "body.stop.unconfirmed",
-        "body.stop.unconfirmed",
-        words(
-            "A stop of {address} was not confirmed in time. {detail}",
-            "The motor may still move. The stop is repeated until its controller reports standstill.",
-            "Use the hardware stop. Nobody knows by software whether it stands.",
-        ),
-        words(
-            "{address}の停止を時間内に確認できませんでした。",
-            "モータはまだ動いている可能性があります。停止が確認されるまで停止指令を繰り返します。",
-            "非常停止回路を使用してください。ソフトウェアでは停止を確認できません。",
-        ),
-        "RC-420 manual 5.4.1, 14.6",
-        (STATUS, STOP, LINE_STATE),
-        about(lambda body: body.being_stopped),
-    )
-    yield Cause(
-        "body.motion.foreign",
-        "body.motion.foreign",
-        words(
-            "{address} moves, and the gateway has not started that.",
-            "The motor moves by a user program, another host or a terminal.",
-            "Stop it if it must not move, and find out who moves it.",
-        ),
-        words(
-            "{address}が、ゲートウェイからの指令なしに動いています。",
-            "ユーザープログラム、他のホスト、または端末によってモータが動いています。",
-            "動いてはならない場合は停止し、何が動かしているかを調べてください。",
-        ),
-        "RC-420 manual 13.8.2, 13.8.4",
-        (STATUS, STOP),
-        about(lambda body: body.moving is True and body.move is None),
-    )
-    yield Cause(
-        "body.power_mark.missing",
-        "body.power_mark.missing",
-        words(
-            "{detail}",
-            "The motor did nothing because of this. A short loss of power may lead it to a wrong place.",
-            "Clear the comment, or name another in the configuration (power_comment).",
-        ),
-        words(
-            "{address}のユーザーコメント{comment}に電源断検出用の印を書き込めません。",
-            "これによるモータの動作はありません。短い電源断の後、誤った位置へ移動する可能性があります。",
-            "コメントを消去するか、設定のpower_commentで別の番号を指定してください。",
-        ),
-        "RC-420 manual 14 (9VS)",
-        (READ_COMMENT, CLEAR_COMMENT),
-        about(lambda body: body.power.taken),
-    )
-    yield Cause(
-        "body.program.upload.failed",
-        "body.program.upload.failed",
-        words(
-            "The upload of a user program to {address} has failed. {detail}",
-            "The motor did nothing because of this. {stored}",
-            "{remedy}",
-        ),
-        words(
-            "{address}へのユーザープログラムの書き込みに失敗しました。",
-            "これによるモータの動作はありません。途中までのプログラムが残っている可能性があります。",
-            "原因を取り除き、もう一度書き込んでください。それまでプログラムを実行しないでください。",
-        ),
-        "RC-420 manual 14.U, 15.2.6",
-        (UPLOAD,),
-        facts=_facts_of_upload,
-    )
-    yield Cause(
-        "body.position_upload.failed",
-        "body.position_upload.failed",
-        words(
-            "Not all positions were stored in {address}. {detail}",
-            "The motor did nothing because of this. Some positions may be those that were sent, others not.",
-            "{remedy}",
-        ),
-        words(
-            "{address}への位置の書き込みに失敗しました。",
-            "これによるモータの動作はありません。一部の位置だけが書き換えられている可能性があります。",
-            "原因を取り除き、もう一度書き込んでください。それまで記憶した位置へ移動しないでください。",
-        ),
-        "RC-420 manual 13.4",
-        (TABLE_UPLOAD,),
-        facts=_facts_of_table_upload,
-    )
-    yield Cause(
-        "group.strangers",
-        "group.strangers",
-        words(
-            "{bodies} obeyed a command to group {address} and do not count among its members.",
-            "They have done what the group was told: where that was a motion they have moved, too.",
-            "See where they stand. The link master is told the members anew; see that no other host does.",
-        ),
-        words(
-            "グループ{address}への指令に、構成に含まれない{bodies}が従いました。",
-            "グループへの指令を実行しました。移動指令の場合は、これらのモータも動いています。",
-            "位置を確認してください。構成はリンクマスタに再設定します。他のホストが変更していないか確認してください。",
-        ),
-        "RC-420 manual 12, 17.2",
-        (GROUP, LINE_STATE),
-    )
-    yield from _of_status(about)
-    yield from causes_of_restores("body", "RC-420 manual 14, 18")
-    yield from causes_of_restores("line", "RC-420 manual 14, 18")
-    yield from causes_of_moves("body", "RC-420 manual 13.8.3", (MOVE, STATUS, POSITION))
-
-
-def _of_status(about: Callable[[Callable[[Body], bool]], Callable[[str], bool]]) -> Iterator[Cause]:
-    for name, told in ERROR_BITS.items():
-        yield Cause(
-            f"body.{name}",
-            "body.status.changed",
-            words(told.en, STOPPED, told.remedy_en),
-            words(told.ja, STOPPED_JA, told.remedy_ja),
-            told.manual,
-            told.next,
-            about(partial(_shows, 1 << CONTROLLER_STATUS_BITS.index(name))),
-            partial(_tells, name),
-        )
-
-
 def _shows(mask: int, body: Body) -> bool:
     return bool((body.status_bits or 0) & mask)
 
@@ -261,3 +103,157 @@ def _facts_of_table_upload(record: Facts) -> Facts:
         "detail": error.get("detail", ""),
         "remedy": error.get("remedy") or "Upload it again.",
     }
+
+
+BODIES: Final[Sequence[Kind[Body]]] = (
+    Kind(
+        "body.offline",
+        words(
+            "{address} does not answer any more.",
+            "A move under way goes on in the controller to its end, if that has power; nobody sees it.",
+            "Check its power, its cable and its rotary switch.",
+        ),
+        words(
+            "{address}が応答しません。",
+            "コントローラに電源が入っていれば、実行中の移動は終わりまで続きます。状態は確認できません。",
+            "電源、ケーブル、ロータリスイッチを確認してください。",
+        ),
+        "RC-420 manual 10.2",
+        (LINE_STATE, STOP),
+        lambda body: not body.online,
+    ),
+    Kind(
+        "body.power_cycled",
+        words(
+            "{address} has lost its power, or seems to have.",
+            "The motor has stopped. Its position, its position table and its settings are those of power-on.",
+            "See that its settings are right, then home it, or acknowledge the power cycle.",
+        ),
+        words(
+            "{address}の電源が切れた、または切れた可能性があります。",
+            "モータは停止しました。位置、位置テーブル、設定は電源投入時の値です。",
+            "設定を確認し、原点サーチを行うか、電源再投入を確認済みにしてください。",
+        ),
+        "RC-420 manual 5.4.2",
+        (STATUS, HOME, ACKNOWLEDGE),
+        lambda body: body.power.cycled,
+    ),
+    Kind(
+        "body.stop.unconfirmed",
+        words(
+            "A stop of {address} was not confirmed in time. {detail}",
+            "The motor may still move. The stop is repeated until its controller reports standstill.",
+            "Use the hardware stop. Nobody knows by software whether it stands.",
+        ),
+        words(
+            "{address}の停止を時間内に確認できませんでした。",
+            "モータはまだ動いている可能性があります。停止が確認されるまで停止指令を繰り返します。",
+            "非常停止回路を使用してください。ソフトウェアでは停止を確認できません。",
+        ),
+        "RC-420 manual 5.4.1, 14.6",
+        (STATUS, STOP, LINE_STATE),
+        lambda body: body.being_stopped,
+    ),
+    stopped("body", "RC-420 manual 5.4.1", (STATUS, POSITION), lambda body: body.being_stopped),
+    Kind(
+        "body.motion.foreign",
+        words(
+            "{address} moves, and the gateway has not started that.",
+            "The motor moves by a user program, another host or a terminal.",
+            "Stop it if it must not move, and find out who moves it.",
+        ),
+        words(
+            "{address}が、ゲートウェイからの指令なしに動いています。",
+            "ユーザープログラム、他のホスト、または端末によってモータが動いています。",
+            "動いてはならない場合は停止し、何が動かしているかを調べてください。",
+        ),
+        "RC-420 manual 13.8.2, 13.8.4",
+        (STATUS, STOP),
+        lambda body: body.moving is True and body.move is None,
+    ),
+    Kind(
+        "body.power_mark.missing",
+        words(
+            "{detail}",
+            "The motor did nothing because of this. A short loss of power may lead it to a wrong place.",
+            "Clear the comment, or name another in the configuration (power_comment).",
+        ),
+        words(
+            "{address}のユーザーコメント{comment}に電源断検出用の印を書き込めません。",
+            "これによるモータの動作はありません。短い電源断の後、誤った位置へ移動する可能性があります。",
+            "コメントを消去するか、設定のpower_commentで別の番号を指定してください。",
+        ),
+        "RC-420 manual 14 (9VS)",
+        (READ_COMMENT, CLEAR_COMMENT),
+        lambda body: body.power.taken,
+    ),
+    Kind(
+        "body.program.upload.failed",
+        words(
+            "The upload of a user program to {address} has failed. {detail}",
+            "The motor did nothing because of this. {stored}",
+            "{remedy}",
+        ),
+        words(
+            "{address}へのユーザープログラムの書き込みに失敗しました。",
+            "これによるモータの動作はありません。途中までのプログラムが残っている可能性があります。",
+            "原因を取り除き、もう一度書き込んでください。それまでプログラムを実行しないでください。",
+        ),
+        "RC-420 manual 14.U, 15.2.6",
+        (UPLOAD,),
+        facts=_facts_of_upload,
+    ),
+    Kind(
+        "body.position_upload.failed",
+        words(
+            "Not all positions were stored in {address}. {detail}",
+            "The motor did nothing because of this. Some positions may be those that were sent, others not.",
+            "{remedy}",
+        ),
+        words(
+            "{address}への位置の書き込みに失敗しました。",
+            "これによるモータの動作はありません。一部の位置だけが書き換えられている可能性があります。",
+            "原因を取り除き、もう一度書き込んでください。それまで記憶した位置へ移動しないでください。",
+        ),
+        "RC-420 manual 13.4",
+        (TABLE_UPLOAD,),
+        facts=_facts_of_table_upload,
+    ),
+    Kind(
+        "group.strangers",
+        words(
+            "{bodies} obeyed a command to group {address} and do not count among its members.",
+            "They have done what the group was told: where that was a motion they have moved, too.",
+            "See where they stand. The link master is told the members anew; see that no other host does.",
+        ),
+        words(
+            "グループ{address}への指令に、構成に含まれない{bodies}が従いました。",
+            "グループへの指令を実行しました。移動指令の場合は、これらのモータも動いています。",
+            "位置を確認してください。構成はリンクマスタに再設定します。他のホストが変更していないか確認してください。",
+        ),
+        "RC-420 manual 12, 17.2",
+        (GROUP, LINE_STATE),
+    ),
+    *(
+        Kind(
+            f"body.{name}",
+            words(told.en, STOPPED, told.remedy_en),
+            words(told.ja, STOPPED_JA, told.remedy_ja),
+            told.manual,
+            told.next,
+            partial(_shows, 1 << CONTROLLER_STATUS_BITS.index(name)),
+            partial(_tells, name),
+            event="body.status.changed",
+        )
+        for name, told in ERROR_BITS.items()
+    ),
+)
+
+
+def causes(find: Callable[[str], Body | None]) -> Iterator[Cause]:
+    """The causes of bodies, which are found by their addresses; None for one that is configured no more."""
+    for kind in BODIES:
+        yield kind.among(find)
+    yield from causes_of_restores("body", "RC-420 manual 14, 18")
+    yield from causes_of_restores("line", "RC-420 manual 14, 18")
+    yield from causes_of_moves("body", "RC-420 manual 13.8.3", (MOVE, STATUS, POSITION))

@@ -441,12 +441,12 @@ class Body:
     def _saw_motion(self, runs: bool) -> None:
         if self.move is not None:
             return
-        if runs and not self.moving and not self.in_program:
-            self.on_news("body.motion.foreign", {})
+        is_news, self.moving = runs and not self.moving and not self.in_program, runs
         if runs:
             self.no_program_at = None
             self.power.note_motion()
-        self.moving = runs
+        if is_news:
+            self.on_news("body.motion.foreign", {})
 
     def was_set_going(self) -> None:
         """A motion command is on the wire."""

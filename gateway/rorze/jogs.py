@@ -19,7 +19,7 @@ from gateway.core.jogs import (
     no_such_jog,
 )
 from gateway.core.move_record import Move, MoveStatus
-from gateway.core.origin import Origin, acting
+from gateway.core.origin import Origin, acting, working
 from gateway.core.records import RequestModel, example
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S
 from gateway.rorze.bodies import Body
@@ -197,7 +197,8 @@ class BodyJogs:
 
     def _stop(self, it: _Session, ends_as: JogEnd) -> None:
         self._leave(it, ends_as)
-        it.stopping = self._stops.stop([it.body], "decelerate")
+        with working("stops"):
+            it.stopping = self._stops.stop([it.body], "decelerate")
 
     def _leave(self, it: _Session, ends_as: JogEnd) -> None:
         """Begin the end of a jog, which is done once: the motor may still move."""

@@ -95,9 +95,12 @@ class Case:
     """What the controller has answered although the motor, which had stood still, was set going."""
     _patience_s: float = OVERDUE_S
     _silence: Silence = field(init=False)
+    set_ups: int = field(init=False)
+    """How often the line was set up before the motor was last seen to run, or the move began."""
 
     def __post_init__(self) -> None:
         line = self.body.line
+        self.set_ups = line.set_ups
         longest_s = line.reply_timeout_s + line.late_reply_s + self.body.poll_interval_s
         self._silence = Silence(asyncio.get_running_loop().time(), longest_s)
 

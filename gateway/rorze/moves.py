@@ -307,7 +307,7 @@ class Moves:
         body, move = case.body, case.move
         while True:
             announced, due = body.move_ended.is_set(), body.end_due.is_set()
-            asked_at = asyncio.get_running_loop().time()
+            asked_at, set_ups = asyncio.get_running_loop().time(), body.line.set_ups
             state = await case.running()
             if state is None:
                 self._end(case, case.given_up())
@@ -315,6 +315,7 @@ class Moves:
             move.position = state.position
             if not state.runs:
                 break
+            case.set_ups = set_ups
             if announced:  # an earlier move's end
                 body.move_ended.clear()
             if due:
@@ -328,16 +329,21 @@ class Moves:
         body.stands()
         self._end(case, await case.at_rest(state))
         if move.completion == "polling" and move.status is not MoveStatus.LOST:
-            await self._expect_end_frame(body)
+            await self._expect_end_frame(case)
 
-    async def _expect_end_frame(self, body: Body) -> None:
-        """A move that ended unannounced is a sign that the link master has restarted."""
+    async def _expect_end_frame(self, case: Case) -> None:
+        """An unannounced end is a sign that the link master has restarted, if the line was heard then."""
+        body = case.body
+        if case.set_ups != body.line.set_ups:
+            return
         if await body.end_announced(MISSING_END_FRAME_S) or body.move is not None:
             return
         now = asyncio.get_running_loop().time()
         if now >= self._no_set_up_before.get(body.line, now):
             self._no_set_up_before[body.line] = now + SET_UP_AGAIN_S
-            body.line.set_up_again(f"the end of a move of {body.short} was not announced")
+            body.line.set_up_again(
+                f"the link master has not announced the end of a move of {body.short}, as after a restart"
+            )
 
     def ended(self, body: Body, frame: MoveEnded) -> None:
         """The link master announces an end: only a reason to look now, never a proof."""

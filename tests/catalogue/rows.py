@@ -299,8 +299,10 @@ ROWS: Final = {
     ),
     "L12": _row(
         "a reply overtakes another",
-        "each is credited to its own command",
+        "each is credited to its own command or, behind its fence, to none, and that is told",
         (STORIES, "l12_a_reply_that_overtakes_another_is_credited_to_its_own_command"),
+        (STORIES, "l12_a_reply_that_its_fence_has_overtaken_is_credited_to_nothing_and_told"),
+        (STORIES, "l12_a_robot_whose_answers_come_out_of_order_is_told"),
     ),
     "L13": _row(
         "the link master drops what is sent before its reply",
@@ -706,7 +708,7 @@ ROWS: Final = {
         "the disk is full",
         "what has an effect is refused until there is room; stops go",
         (JOURNAL, "a_full_disk_refuses_what_has_an_effect_until_there_is_room"),
-        (OPENING, "a_disk_that_is_full_at_the_start_is_used_when_it_has_room"),
+        (OPENING, "a_disk_that_cannot_be_written_at_the_start_is_used_when_it_can"),
         (FULL_DISK, "what_has_an_effect_waits_for_room_and_stops_do_not"),
         (INTENTS, "a_stop_waits_for_no_disk_and_is_written_down_afterwards"),
     ),
@@ -736,8 +738,9 @@ ROWS: Final = {
     ),
     "J06": _row(
         "the directory cannot be written at the start",
-        "there are reads and stops only",
+        "there are reads and stops only, until it can be written",
         (MEMORY, "without_a_directory_reads_and_stops_go_on"),
+        (OPENING, "a_disk_that_cannot_be_written_at_the_start_is_used_when_it_can"),
         (DISK, "a_directory_that_cannot_be_written_says_so"),
     ),
     "J07": _row(

@@ -6,16 +6,20 @@ from pathlib import Path
 
 import pytest
 
-from gateway.core.errors import ControllerRefused, GatewayError
+from gateway.core.errors import ControllerRefused, GatewayError, NoReply
 from gateway.core.journal import files, writes
 from gateway.core.journal.disk import SqliteDisk
 from gateway.core.journal.retention import DAY_S, Retention
 from gateway.core.move_record import MoveStatus
 from gateway.rorze.exchange import Answered
+from protocols.fics.variables import SetVariable
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.notation import PositionReference
+from protocols.rorze.origin import SetOverrunFactor
 from protocols.rorze.position_table import SetPositionIndex
 from protocols.rorze.stops import StopImmediately
+from simulator.faults import Direction, Fault, Switch
+from tests.fics_plants import fics_rig
 from tests.gateway.rorze.far_end import FarEnd, running_line
 from tests.gateway.rorze.test_line import MOVE, MOVE_FRAME, ask
 from tests.plants import Rig, finished, in_virtual_time, rig, start
@@ -77,6 +81,32 @@ async def test_l12_a_reply_that_overtakes_another_is_credited_to_its_own_command
         assert not moving.done()
         assert isinstance(await moving, Answered)
         assert far.frames[:2] == [MOVE_FRAME, "&035IS"]
+
+
+@in_virtual_time
+async def test_l12_a_reply_that_its_fence_has_overtaken_is_credited_to_nothing_and_told() -> None:
+    async with rig() as it:
+        it.machine.faults.set(Switch(Fault.LATE, Direction.REPLIES, next_frames=1, delay_s=1.0))
+        with pytest.raises(NoReply):
+            await it.body().ask(SetOverrunFactor(factor=5))
+        await asyncio.sleep(A_WHILE_S)
+        [told] = it.events("line.order.violated")
+        assert told.subject == "/lines/line1"
+        assert told.data["late"] == "set-overrun-factor of line1.3F"
+        [alarm] = it.plant.alarms.standing()
+        assert (alarm.cause, alarm.subject) == ("line.order.violated", "/lines/line1")
+        assert "the reply to set-overrun-factor of line1.3F came after that to" in alarm.en.happened
+
+
+@in_virtual_time
+async def test_l12_a_robot_whose_answers_come_out_of_order_is_told() -> None:
+    async with fics_rig() as it:
+        it.fail(Fault.LATE, Direction.REPLIES, delay_s=1.0)
+        with pytest.raises(NoReply):
+            await it.robot.ask(SetVariable(number=1, value=5))
+        await asyncio.sleep(A_WHILE_S)
+        [told] = it.events("line.order.violated")
+        assert told.data == {"late": "set-variable of r1", "before": "get-variable of r1"}
 
 
 @in_virtual_time

@@ -92,6 +92,7 @@ async def live(config: Config, data: Path, life: int, at_work: int) -> None:
         *(_want(plant, "line1", it, [answered]) for it in wishes),
         _want(plant, "cell", of_robot(life), [answered, at_work]),
     )
+    await asyncio.Event().wait()
 
 
 async def _ready(plant: Plant, *lines: str) -> None:
@@ -153,22 +154,24 @@ def main(config_file: str, folder: str, lives: str, seed: str) -> None:
     with asking(EVERYBODY):
         asyncio.run(begin(config, data))
         gc.freeze()  # children share what is there
+        killed = 0
         for life in range(1, int(lives) + 1):
             seen, at_work = os.pipe()
             child = os.fork()
             if not child:
                 asyncio.run(live(config, data, life, at_work))
-                os._exit(0)
+                os._exit(1)
             if dice.random() < 0.1:
                 time.sleep(dice.uniform(0.0, START_S))
             else:
                 select.select([seen], [], [], PATIENCE_S)
                 time.sleep(dice.uniform(0.0, WORK_S))
             os.kill(child, signal.SIGKILL)
-            os.waitpid(child, 0)
+            killed += os.WIFSIGNALED(os.waitpid(child, 0)[1])
             os.close(seen)
             os.close(at_work)
         asyncio.run(end(config, data))
+    sys.stdout.write(f"{killed} killed\n")
 
 
 if __name__ == "__main__":

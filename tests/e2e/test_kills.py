@@ -50,7 +50,7 @@ def _live_and_die(folder: Path, seed: int) -> list[Any]:
         said = subprocess.run(program, check=True, capture_output=True, text=True, timeout=1_500)  # noqa: S603
         of_bodies = [it.facts["text"] for it in (*line.executed("1+M"), *line.executed("3PS"))]
         of_robot = [*robot.heard("LMA"), *(text for text in robot.heard("VAR") if "=" in text)]
-    assert said.stdout == ""
+    assert said.stdout == f"{lives} killed\n", said.stderr
     assert files.verify(data) == []
     assert min(len(of_bodies), len(of_robot)) > lives // 2
     assert _twice([*of_bodies, *of_robot]) == []

@@ -9,7 +9,7 @@ from queue import SimpleQueue
 from random import Random
 from typing import Any
 
-from gateway.core.journal.disk import DiskFailed, DiskFull
+from gateway.core.journal.disk import DiskFailed, NotWritable
 from gateway.core.journal.journal import LOOK_S, Journal, _Entry, _Question
 from gateway.core.journal.schema import migrate
 from gateway.core.journal.writes import Value, Write
@@ -36,7 +36,7 @@ class ModelDisk:
         if self.detached:
             raise DiskFailed("it was detached")
         if self.full:
-            raise DiskFull("no space left on the device")
+            raise NotWritable("no space left on the device")
         self._apply(batch)
         self._unsynced.append(batch)
         if durable:

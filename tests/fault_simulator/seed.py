@@ -77,6 +77,7 @@ class Report(NamedTuple):
 
     violations: list[str]
     wanted: int
+    """Commands that clients have asked for, stops among them."""
     faults: int
     crashes: int
     told: Counter[str]
@@ -125,7 +126,7 @@ class Seed:
             digest.update(f"{written.at:.6f} {written.text}".encode())
         return Report(
             violations,
-            self._wanted,
+            len(self.history.deeds) + len(self.history.stops),
             self.history.faults,
             self.history.crashes,
             told,

@@ -10,7 +10,7 @@ from pydantic_core import to_json
 from gateway.causes import causes_of
 from gateway.config import parse
 from gateway.core.alarms import AlarmLasts, Cause
-from gateway.core.origin import Origin
+from gateway.core.origin import Origin, acting
 from gateway.event_types import EVENT_TYPES
 from gateway.operations.alarms import reset
 from simulator.rorze.line import build_line
@@ -32,12 +32,12 @@ ROBOT_LINE: Final = (
 
 
 def plant() -> TestedPlant:
-    config = parse(configuration() + ROBOT_LINE, "test.toml")
+    config = parse(configuration(server="latch = true") + ROBOT_LINE, "test.toml")
     return TestedPlant(config, open_transport=lambda _: Wire(build_line([], 0.0)))
 
 
 def causes() -> list[Cause]:
-    return list(causes_of(plant().families.values(), {}, lambda: None))
+    return list(causes_of(plant().families.values(), {}, lambda: None, latch=True))
 
 
 def sample(model: type[BaseModel]) -> Any:
@@ -78,7 +78,8 @@ def test_an_alarm_says_what_happened_what_the_motor_did_and_what_to_do(name: str
         if cause.event == "body.status.changed":
             data["status"] = [name.removeprefix("body.")]
         subject = row.subject.split(" or ")[0].format_map(PARTS)
-        it.events.publish(cause.event, subject, row.data.model_validate_json(to_json(data)))
+        with acting(Origin("operator")):
+            it.events.publish(cause.event, subject, row.data.model_validate_json(to_json(data)))
         [alarm] = [alarm for alarm in it.alarms.standing() if alarm.cause == name]
         for text in (alarm.en, alarm.ja):
             assert all(part and "{" not in part for part in text.model_dump().values())

@@ -196,15 +196,21 @@ async def test_a_move_goes_on_in_its_own_record_after_a_crash(world: World) -> N
 
 
 @in_virtual_time
-async def test_a_move_that_ended_while_nobody_looked_is_resolved_by_where_it_stands(world: World) -> None:
+async def test_a_move_that_ended_while_nobody_looked_is_resolved_by_where_it_stands(
+    world: World, caplog: pytest.LogCaptureFixture
+) -> None:
     async with world.gateway() as plant:
         await ready(plant)
         move = await moved(plant, LONG)
         world.crash()
     await asyncio.sleep(60.0)
+    world.wire.machine.take_output(asyncio.get_running_loop().time())  # what is said to nobody is lost
     async with world.gateway() as plant:
         end = await over(plant, move.id)
-        assert (end.status, end.position) == (MoveStatus.SUCCEEDED, 20_000)
+        assert (end.status, end.position, end.completion) == (MoveStatus.SUCCEEDED, 20_000, "polling")
+        await asyncio.sleep(5.0)
+        assert "announced" not in caplog.text
+        assert plant.line("line1").counters["set_ups_again"] == 0
     assert len(world.sent("1+M")) == 1
 
 

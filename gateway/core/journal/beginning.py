@@ -67,7 +67,7 @@ class Beginning(NamedTuple):
 def begin(disk: Disk) -> Beginning:
     """Read what the last life has left, and note that this one has begun.
 
-    :raises DiskFull, DiskFailed: that could not be noted.
+    :raises NotWritable, DiskFailed: that could not be noted.
     """
     found = left_in(disk)
     disk.commit(begun(found), durable=True)

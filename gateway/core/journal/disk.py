@@ -22,7 +22,7 @@ WAL_BYTES = 8 << 20
 """A write-ahead log this long is folded into the file at the next quiet moment."""
 
 _NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
-_NO_ROOM_LEFT = os.strerror(errno.ENOSPC)
+_READ_ONLY = frozenset({errno.EROFS, errno.EACCES, errno.EPERM})
 _SQLITE_FULL = frozenset({sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR_SHMSIZE})
 """The second where there is no room for the file beside the write-ahead log: nothing was written yet."""
 _SQLITE_LOST = frozenset({sqlite3.SQLITE_IOERR_FSYNC, sqlite3.SQLITE_IOERR_DIR_FSYNC})
@@ -33,8 +33,8 @@ _PROBE_BYTES = 64 << 10
 """More than SQLite needs at once."""
 
 
-class DiskFull(OSError):
-    """There is no room, or another program holds the file; what was to be written can be later."""
+class NotWritable(OSError):
+    """There is no room, nothing may be written, or another program holds the file; later that may change."""
 
 
 class DiskFailed(OSError):
@@ -51,7 +51,7 @@ class Disk(Protocol):
     def commit(self, writes: Sequence[Write], *, durable: bool) -> None:
         """Write all or nothing; `durable` when the power may be cut after this returns.
 
-        :raises DiskFull: nothing of it was written; a later one may succeed.
+        :raises NotWritable: nothing of it was written; a later one may succeed.
         :raises DiskFailed: nobody knows what was written, and nothing more will be.
         """
 
@@ -75,7 +75,7 @@ class Disk(Protocol):
 
 
 class SqliteDisk:
-    """A directory with the file and its lock. Where there is no room for them, commits go on trying."""
+    """A directory with the file and its lock. Where they cannot be written, commits go on trying."""
 
     def __init__(self, directory: Path) -> None:
         """Open the journal of a directory, or make one.
@@ -84,7 +84,7 @@ class SqliteDisk:
 
         :raises InUse: another gateway has it open.
         :raises TooNew: a later version of the gateway has written it.
-        :raises DiskFailed: the directory cannot be written.
+        :raises DiskFailed: the directory cannot be used.
         """
         self.path = directory / FILE
         self.set_aside: Path | None = None
@@ -95,7 +95,7 @@ class SqliteDisk:
         self._synchronous = ""
         try:
             self._make_ready(self._open_or_begin_anew)
-        except DiskFull:
+        except NotWritable:
             return
         except BaseException:
             self.close()
@@ -104,7 +104,7 @@ class SqliteDisk:
     def _make_ready(self, open_: Callable[[Path], sqlite3.Connection]) -> sqlite3.Connection:
         """Do what could not be done yet.
 
-        :raises DiskFull: it still cannot.
+        :raises NotWritable: it still cannot.
         """
         if self._lock is None:
             self._lock = _lock(self.path.parent)
@@ -138,7 +138,7 @@ class SqliteDisk:
             self._connection.close()
             self._connection = None
         self._set_aside()
-        with suppress(DiskFull):
+        with suppress(NotWritable):
             self._make_ready(_open)
 
     def _set_aside(self) -> None:
@@ -171,7 +171,7 @@ class SqliteDisk:
         """Read rows."""
         if self._connection is not None:
             return self._connection.execute(sql, values).fetchall()
-        with closing(_open_without_room(self.path)) as connection:
+        with closing(_open_as_it_is(self.path)) as connection:
             return connection.execute(sql, values).fetchall()
 
     def read_apart(self, sql: str, values: Sequence[Value] = ()) -> list[tuple[Any, ...]]:
@@ -210,7 +210,7 @@ def _lock(directory: Path) -> int:
     """Make the directory, if there is none, and lock it; gives the file that holds the lock.
 
     :raises InUse: another gateway has it.
-    :raises DiskFull, DiskFailed: it cannot be written.
+    :raises NotWritable, DiskFailed: it cannot be written.
     """
     try:
         directory.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -230,9 +230,10 @@ def _open(path: Path) -> sqlite3.Connection:
 
     :raises sqlite3.DatabaseError: it is not sound.
     """
+    path.touch(mode=0o600)
+    path.chmod(0o600)
     connection = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=LOCKED_S)
     try:
-        path.chmod(0o600)
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA wal_autocheckpoint = 0")  # done in quiet moments: it takes milliseconds
         _require_sound(connection)
@@ -243,18 +244,28 @@ def _open(path: Path) -> sqlite3.Connection:
     return connection
 
 
-def _open_without_room(path: Path) -> sqlite3.Connection:
+def _open_as_it_is(path: Path) -> sqlite3.Connection:
     """Open a file to be read: the index of its write-ahead log, else a file beside it, is kept in memory.
 
-    Nobody else can open it meanwhile. Where there is none yet, it has the tables and no rows.
+    Nobody else can open it meanwhile, or write it. Where there is none yet, it has the tables and no rows.
     """
     if not path.exists() or not path.stat().st_size:
         connection = sqlite3.connect(":memory:", isolation_level=None)
         migrate(connection)
         return connection
-    connection = sqlite3.connect(path, isolation_level=None, timeout=LOCKED_S)
+    how = _read_only(path) if _obstacle(path.parent) in _READ_ONLY else "mode=rw"
+    uri = f"{path.absolute().as_uri()}?{how}"
+    connection = sqlite3.connect(uri, uri=True, isolation_level=None, timeout=LOCKED_S)
     connection.execute("PRAGMA locking_mode = EXCLUSIVE")
     return connection
+
+
+def _read_only(path: Path) -> str:
+    """How SQLite opens what nobody can write: without a lock, which needs a file that can be written."""
+    with suppress(FileNotFoundError):
+        if Path(f"{path}-wal").stat().st_size:
+            return "mode=ro&vfs=unix-none"
+    return "immutable=1"
 
 
 def _require_sound(connection: sqlite3.Connection) -> None:
@@ -272,20 +283,25 @@ def is_damage(error: ValueError | sqlite3.Error) -> bool:
 
 def _fault(error: Exception, where: Path) -> OSError:
     if isinstance(error, OSError):
-        return (DiskFull if error.errno in _NO_ROOM else DiskFailed)(f"{where}: {error.strerror}")
+        later = error.errno in _NO_ROOM | _READ_ONLY
+        return (NotWritable if later else DiskFailed)(f"{where}: {error.strerror}")
     code = getattr(error, "sqlite_errorcode", 0)
     if code == sqlite3.SQLITE_BUSY:
-        return DiskFull(f"{where}: another program holds it")
-    full = code in _SQLITE_FULL or (code not in _SQLITE_LOST and _has_no_room(where.parent))
-    return (DiskFull if full else DiskFailed)(f"{where}: {_NO_ROOM_LEFT if full else error}")
+        return NotWritable(f"{where}: another program holds it")
+    found = (
+        errno.ENOSPC if code in _SQLITE_FULL else None if code in _SQLITE_LOST else _obstacle(where.parent)
+    )
+    return DiskFailed(f"{where}: {error}") if found is None else NotWritable(f"{where}: {os.strerror(found)}")
 
 
-def _has_no_room(directory: Path) -> bool:
-    """Whether there is none: SQLite has no word for a quota, nor for a directory that takes no more files."""
+def _obstacle(directory: Path) -> int | None:
+    """Why no file can be written there: SQLite has no word for most of that, such as a quota."""
     try:
         with TemporaryFile(dir=directory) as probe:
             probe.write(bytes(_PROBE_BYTES))
             probe.flush()
     except OSError as error:
-        return error.errno in _NO_ROOM
-    return False
+        if error.errno in _NO_ROOM:
+            return errno.ENOSPC
+        return error.errno if error.errno in _READ_ONLY else None
+    return None

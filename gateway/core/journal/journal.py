@@ -13,7 +13,7 @@ from typing import Any
 
 from gateway.core.errors import NotSent
 from gateway.core.journal import writes
-from gateway.core.journal.disk import Disk, DiskFailed, DiskFull
+from gateway.core.journal.disk import Disk, DiskFailed, NotWritable
 from gateway.core.journal.retention import Retention, forget
 from gateway.core.journal.writes import Value, Write
 
@@ -191,7 +191,7 @@ class Journal:
         noted, self._noted = [*self._noted, *(write() for write in newest.values())], []
         return noted
 
-    def owe(self, entries: Sequence[Write], why: DiskFull) -> None:
+    def owe(self, entries: Sequence[Write], why: NotWritable) -> None:
         """Begin in trouble: these are written first, when a disk that was full has room."""
         self._owed, self.trouble = [*entries], str(why)
 
@@ -242,7 +242,7 @@ class Journal:
             return DiskFailed(self.trouble or "it has failed before")
         try:
             self.disk.commit([*self._owed, *batch], durable=durable)
-        except DiskFull as error:
+        except NotWritable as error:
             return error
         except DiskFailed as error:
             self.failed = True

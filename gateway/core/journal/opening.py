@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from gateway.core.journal.beginning import Beginning, anew, begun, left_in
-from gateway.core.journal.disk import DiskFailed, DiskFull, InUse, SqliteDisk, is_damage
+from gateway.core.journal.disk import DiskFailed, InUse, NotWritable, SqliteDisk, is_damage
 from gateway.core.journal.journal import Journal
 from gateway.core.journal.writes import Value, Write
 
@@ -85,7 +85,7 @@ def _begin(disk: SqliteDisk, make_sense: Callable[[Beginning], object]) -> tuple
         journal = Journal(disk, ran_s=past.ran_s)
         try:
             disk.commit(begun(past), durable=True)
-        except DiskFull as full:
+        except NotWritable as full:
             log.error("the journal cannot be written: %s; only reads and stops are sent", full)  # noqa: TRY400  # one sentence says all
             journal.owe(begun(past), full)
     except BaseException:

@@ -20,7 +20,7 @@ from gateway.core.errors import (
 )
 from gateway.core.fence import FENCE_TRIES
 from gateway.core.lanes import QUEUE_LIMIT, Lane
-from gateway.core.line import REOPEN_S, SILENCE_S
+from gateway.core.line import ORDER_TOLD_S, REOPEN_S, SILENCE_S
 from gateway.core.scheduler import TURN_S, Scheduler
 from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
 from gateway.rorze.line import WRITTEN_WITHIN_S, Line, LineState, lane_of
@@ -353,6 +353,55 @@ async def test_a_late_reply_after_the_fence_is_dropped_and_counted() -> None:
         await asyncio.sleep(0.01)
         assert line.counters["strays"] == 1
         assert isinstance(await ask(line, MoveCounterclockwise(distance=1)), Answered)
+
+
+@virtual
+async def test_a_reply_that_its_fence_has_overtaken_is_told_as_out_of_order() -> None:
+    far = FarEnd()
+    async with running_line(far) as line:
+        changes: list[tuple[str, dict[str, object]]] = []
+        line.on_change = lambda what, facts: changes.append((what, facts))
+        far.once(MOVE_FRAME)
+        assert isinstance(await ask(line, MOVE), NoReply)
+        far.say(">&021+M")
+        await asyncio.sleep(0.01)
+        late = {"late": "move-clockwise of line1.02", "before": "get-numbered-position-entry of line1.02"}
+        assert changes == [("line.order.violated", late)]
+        assert line.counters["overtaken"] == 1
+
+
+@virtual
+async def test_a_copy_of_the_next_reply_of_that_name_is_no_reply_out_of_order() -> None:
+    far = FarEnd()
+    async with running_line(far) as line:
+        far.once(MOVE_FRAME)
+        assert isinstance(await ask(line, MOVE), NoReply)
+        far.once(MOVE_FRAME, (0.01, ">&021+M"), (0.02, ">&021+M"))
+        assert isinstance(await ask(line, MOVE), Answered)
+        await asyncio.sleep(0.1)
+        assert line.counters["duplicates"] == 1
+        assert line.counters["overtaken"] == 0
+
+
+@virtual
+async def test_replies_out_of_order_are_counted_and_told_once_an_hour() -> None:
+    far = FarEnd()
+    async with running_line(far) as line:
+        changes: list[str] = []
+        line.on_change = lambda what, _: changes.append(what)
+
+        async def overtake() -> None:
+            far.once(MOVE_FRAME)
+            await ask(line, MOVE)
+            far.say(">&021+M")
+            await asyncio.sleep(1.0)
+
+        await overtake()
+        await overtake()
+        assert (line.counters["overtaken"], changes) == (2, ["line.order.violated"])
+        await asyncio.sleep(ORDER_TOLD_S)
+        await overtake()
+        assert (line.counters["overtaken"], changes) == (3, 2 * ["line.order.violated"])
 
 
 @virtual

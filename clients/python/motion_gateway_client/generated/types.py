@@ -2236,6 +2236,7 @@ class EventList(TypedDict):
     events: list[
         LineUpEvent
         | LineDownEvent
+        | LineOrderViolatedEvent
         | GatewayJournalTroubleEvent
         | GatewayJournalRecoveredEvent
         | GatewayJournalSetAsideEvent
@@ -3451,6 +3452,22 @@ class LineNow(TypedDict):
     down_reason: str | None
 
 
+class LineOrderViolatedEvent(TypedDict):
+    """A reply came behind its fence: they do not keep their order; once an hour at most; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.order.violated"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: OrderViolated
+
+
 class LinePositions(TypedDict):
     """Where all motors of a line stand."""
 
@@ -3952,6 +3969,15 @@ class NextCall(TypedDict):
 
 class Nothing(TypedDict):
     """The type says all."""
+
+
+class OrderViolated(TypedDict):
+    """What was answered too late: it was credited to its own command, or to none."""
+
+    late: str
+    """The command whose reply came late, such as `1+M of line1.3F`."""
+    before: str
+    """The fence that was sent after it and answered before it."""
 
 
 class OutputPulse(TypedDict):
@@ -7007,6 +7033,7 @@ WhenAnswered: TypeAlias = Literal["always", "on_completion", "at_once"]
 Event: TypeAlias = (
     LineUpEvent
     | LineDownEvent
+    | LineOrderViolatedEvent
     | GatewayJournalTroubleEvent
     | GatewayJournalRecoveredEvent
     | GatewayJournalSetAsideEvent

@@ -14,7 +14,7 @@ import pytest
 from gateway.core.journal import disk as disk_module
 from gateway.core.journal import journal as module
 from gateway.core.journal import writes
-from gateway.core.journal.disk import Disk, DiskFailed, DiskFull, SqliteDisk
+from gateway.core.journal.disk import Disk, DiskFailed, NotWritable, SqliteDisk
 from gateway.core.journal.journal import NOTED_WITHIN_S, Journal, JournalUnavailable
 from gateway.core.journal.opening import open_journal
 from gateway.core.journal.retention import Retention
@@ -169,7 +169,7 @@ async def test_a_full_disk_refuses_what_has_an_effect_until_there_is_room(
     monkeypatch.setattr(module, "LOOK_S", 0.01)
     told: list[str | None] = []
     disk = ShakyDisk()
-    disk.troubles = [DiskFull("journal.db: No space left on device")] * 3
+    disk.troubles = [NotWritable("journal.db: No space left on device")] * 3
     async with journal_on(disk) as journal:
         journal.on_trouble = told.append
         with pytest.raises(JournalUnavailable, match="No space left") as refused:

@@ -1,17 +1,21 @@
 """A journal at the start: another gateway's is left alone, and one that cannot be used says so."""
 
 import asyncio
+import errno
+import os
 import resource
 import shutil
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
+from typing import NoReturn
+from unittest.mock import patch
 
 import pytest
 
 from gateway.core.journal import journal as module
 from gateway.core.journal import writes
-from gateway.core.journal.disk import DiskFailed, DiskFull, InUse, SqliteDisk
+from gateway.core.journal.disk import DiskFailed, InUse, NotWritable, SqliteDisk
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.journal.opening import open_journal
 from gateway.core.journal.writes import Write, meta
@@ -52,7 +56,7 @@ async def test_a_life_that_begins_on_a_full_disk_knows_the_past_and_writes_when_
 
     def takes(disk: SqliteDisk, writes: Sequence[Write], *, durable: bool) -> None:
         if is_full:
-            raise DiskFull("no space left on device")
+            raise NotWritable("no space left on device")
         commit(disk, writes, durable=durable)
 
     monkeypatch.setattr(SqliteDisk, "commit", takes)
@@ -70,17 +74,52 @@ async def test_a_life_that_begins_on_a_full_disk_knows_the_past_and_writes_when_
     await journal.close()
 
 
+@contextmanager
+def no_room() -> Iterator[None]:
+    """No file can grow, as on a full disk."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+@contextmanager
+def read_only() -> Iterator[None]:
+    """No file can be made or written, as on a file system that is mounted so."""
+
+    def refuse(*_: object, **__: object) -> NoReturn:
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+    with patch.object(os, "open", refuse), patch("gateway.core.journal.disk.TemporaryFile", refuse):
+        yield
+
+
 @pytest.mark.anyio
-@pytest.mark.parametrize("before", ["nothing", "a clean end", "a crash", "no journal"])
-async def test_a_disk_that_is_full_at_the_start_is_used_when_it_has_room(
-    before: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("forbid", "why", "before"),
+    [
+        *(
+            (no_room, "No space left", before)
+            for before in ("nothing", "a clean end", "a crash", "no journal")
+        ),
+        *((read_only, "Read-only file system", before) for before in ("nothing", "a clean end", "a crash")),
+    ],
+)
+async def test_a_disk_that_cannot_be_written_at_the_start_is_used_when_it_can(
+    forbid: Callable[[], AbstractContextManager[None]],
+    why: str,
+    before: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(module, "LOOK_S", 0.005)
     if before in ("a clean end", "a crash"):
         await _live_once(tmp_path, killed=before == "a crash")
     elif before == "no journal":
         (tmp_path / "journal.db").write_bytes(b"no journal" * 1000)
-    with no_room():
+    with forbid():
         journal, past, set_aside = open_journal(tmp_path)
         assert (past.was_clean, past.last_event) == (before != "a crash", 1 if before[:2] == "a " else 0)
         assert (set_aside is None) == (before != "no journal")
@@ -88,11 +127,12 @@ async def test_a_disk_that_is_full_at_the_start_is_used_when_it_has_room(
         journal.note(event(past.last_event + 1))
         assert await journal.rows("SELECT count(*) FROM events") == [(past.last_event,)]
         assert journal.disk.read_apart("SELECT count(*) FROM events") == [(past.last_event,)]
-        with pytest.raises(JournalUnavailable, match="No space left") as refused:
+        with pytest.raises(JournalUnavailable, match=why) as refused:
             await journal.write(event(past.last_event + 2))
         assert "tries again" in refused.value.remedy
-        with pytest.raises(InUse):
-            open_journal(tmp_path)
+        if forbid is no_room:  # a lock is a file that can be written
+            with pytest.raises(InUse):
+                open_journal(tmp_path)
     recovered = asyncio.Event()
     journal.on_trouble = lambda why: recovered.set() if why is None else None
     if journal.trouble is not None:
@@ -118,17 +158,6 @@ async def _live_once(directory: Path, *, killed: bool) -> None:
             shutil.copy(path, directory)
     if killed:
         await journal.close()
-
-
-@contextmanager
-def no_room() -> Iterator[None]:
-    """No file can grow, as on a full disk."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (0, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def test_a_broken_one_is_replaced(tmp_path: Path) -> None:
