@@ -120,7 +120,7 @@ async def test_the_finger_turns_alone() -> None:
         )
         assert robot.positions()[:2] == before[:2]
         assert robot.place().direction == pytest.approx(60_000, abs=4)
-        assert [axis.status for axis in move.axes][2] is MoveStatus.SUCCEEDED
+        assert [axis.status for axis in move.axes] == [None, None, MoveStatus.SUCCEEDED]
         assert [axis.move_id for axis in move.axes][:2] == [None, None]
 
 
