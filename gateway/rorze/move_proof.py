@@ -126,8 +126,9 @@ class Case:
             ) from None
         if self.before.runs:
             body.may_move()
+            mover = "its user program" if body.in_program else "no move of this gateway"
             raise BodyBusy(
-                f"{body.address} moves already, by no move of this gateway; {move.command} was not sent.",
+                f"{body.address} moves already, by {mover}; {move.command} was not sent.",
                 "Wait for its end or stop it.",
             )
 
