@@ -39,6 +39,7 @@ def refuse(faults: Sequence[Misplaced]) -> None:
         first = faults[0]
         more = f" There are {len(faults)} faults in all." if len(faults) > 1 else ""
         raise InvalidText(
+            "backup",
             f"Line {first.line}, column {first.column}: {first.reason}{more} Nothing was sent.",
             "Correct the backup.",
             faults[:MOST_TOLD],

@@ -32,6 +32,7 @@ def check(source: str) -> Assembled:
     faults = [Misplaced(fault.line, fault.column, fault.reason) for fault in program[:MOST_TOLD]]
     more = f" There are {len(program)} faults in all." if len(program) > 1 else ""
     raise InvalidText(
+        "source",
         f"Line {first.line}, column {first.column}: {first.reason}{more} Nothing was sent.",
         "Correct the program.",
         faults,
