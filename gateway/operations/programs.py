@@ -55,11 +55,12 @@ async def read(plant: Plant, body_id: str) -> StoredProgram:
 async def upload(plant: Plant, body_id: str, program: Assembled, flash: bool, wait_s: float) -> ProgramUpload:
     """Begin to replace a body's program, and give the record after `wait_s` at most.
 
-    Errors as of `ProgramUploads.start`.
+    Errors as of `ProgramUploads.start`, and `BodyBusy` where a backup is being restored.
     """
-    uploads = plant.family(Rorze).uploads
-    begun = await uploads.start(_body(plant, body_id), program, flash=flash)
-    await uploads.wait(begun, wait_s)
+    rorze, body = plant.family(Rorze), _body(plant, body_id)
+    rorze.restores.require_free(body.address)
+    begun = await rorze.uploads.start(body, program, flash=flash)
+    await rorze.uploads.wait(begun, wait_s)
     return begun
 
 
