@@ -120,7 +120,7 @@ class Memory:
         if self._past.was_clean:
             return
         open_moves = [record["id"] for record in records if record["ended_at"] is None]
-        commands = [f"{it.command} to {it.target}" for it in self._past.open_intents]
+        commands = list(dict.fromkeys(f"{it.command} to {it.target}" for it in self._past.open_intents))
         seen_at = self._past.seen_at and datetime.fromtimestamp(self._past.seen_at, UTC).isoformat()
         log.error(
             "the last life of the gateway did not end as it should (last seen %s); under way were the moves "

@@ -114,7 +114,12 @@ def shown(given: object) -> str | None:
 
 def unknown(name: str, known: Collection[str], listed: Collection[str] | None = None) -> str:
     """Say of a name that nobody knows which was meant, or which there are: of very many those `listed`."""
-    similar = get_close_matches(name, known, n=1, cutoff=_SIMILAR)
+    similar = get_close_matches(name, known, n=1, cutoff=_SIMILAR) or _another_number(name, known)
     if similar:
         return f"did you mean {similar[0]}?"
     return f"known are {', '.join(listed or known)}" if known else "it takes none"
+
+
+def _another_number(name: str, known: Collection[str]) -> list[str]:
+    """The name in the plural: body, bodies."""
+    return [it for it in known if it in (f"{name}s", f"{name[:-1]}ies")]

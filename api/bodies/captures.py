@@ -91,7 +91,10 @@ async def arm_capture(request: Request, body_id: BodyId, port: Port, capture: Ca
 
 @router.delete("/bodies/{body_id}/captures/{port}", Right.OPERATE, response_model=CaptureState)
 async def disarm_capture(request: Request, body_id: BodyId, port: Port) -> Response:
-    """Let an input capture nothing (CPS), which sets its entries to 0; refused while the motor moves."""
+    """Let an input capture nothing (CPS), and forget its entries, which are set to 0 (CFS).
+
+    Refused while the motor moves.
+    """
     found = await body_captures.disarm(plant_of(request), origin(), body_id, port)
     return json_response(_state(request, body_id, found))
 

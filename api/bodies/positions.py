@@ -36,7 +36,7 @@ HEADER: Final = ("number", "pulse")
 MAX_CSV_BYTES: Final = 65_536
 """A whole table of 2048 positions of ten digits."""
 _NUMBER: Final = re.compile("[0-9]{1,4}")
-_PULSES: Final = re.compile(r"[+-]?[0-9]{1,9}")
+_PULSES: Final = re.compile(r"([+-]?[0-9]{1,9})(\.0+)?")
 
 PositionNumber = Annotated[int, Field(ge=0, le=LAST_POSITION)]
 First = Annotated[PositionNumber, Query(description="The first position.")]
@@ -252,11 +252,12 @@ def _wanted(line: int, number: str, pulses: str) -> Wanted:
         raise InvalidRequest(
             f"line {line}, number: positions go from 0 to {LAST_POSITION}; nothing was sent."
         )
-    if not _PULSES.fullmatch(pulses):
+    whole = _PULSES.fullmatch(pulses)
+    if whole is None:
         raise InvalidRequest(
             f"line {line}, pulse: it is a whole number from -999999999 to 999999999; nothing was sent."
         )
-    return Wanted(int(number), int(pulses))
+    return Wanted(int(number), int(whole[1]))
 
 
 async def _read(request: Request, body_id: str, first: int, last: int) -> BodyPositions:

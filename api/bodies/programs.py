@@ -3,8 +3,8 @@
 import asyncio
 from typing import Annotated, Any, Final, Self
 
-from fastapi import HTTPException, Query, Request, Response
-from pydantic import BaseModel, Field, ValidationError, model_validator
+from fastapi import Body, HTTPException, Query, Request, Response
+from pydantic import BaseModel, BeforeValidator, Field, ValidationError, model_validator
 
 from api.common import strict_json
 from api.common.faults import InvalidBody
@@ -55,10 +55,16 @@ class ProgramSource(RequestModel, json_schema_extra=example(source="*TEST\n1+M50
     flash: bool = Field(default=False, description="Write it to flash memory too (FUS).")
 
 
+def _named(label: object) -> object:
+    return label.removeprefix("*") if isinstance(label, str) else label
+
+
 class RunRequest(RequestModel, json_schema_extra=example(address=0)):
     """Where a program begins: at a label or an address, else at its first instruction."""
 
-    label: Label | None = Field(None, description="Without the `*`.")
+    label: Annotated[Label, BeforeValidator(_named)] | None = Field(
+        None, description="With or without its `*`."
+    )
     address: Address | None = None
     single_step: bool = Field(
         False, description="Execute one instruction only; without label and address the next one."
@@ -150,7 +156,12 @@ RecordRoutes(
     response_model=ProgramRun,
     responses={**DECLARED, 200: {"model": ProgramRun, "description": "The program has ended."}},
 )
-async def run_program(request: Request, body_id: BodyId, run: RunRequest, wait: Wait = None) -> Response:
+async def run_program(
+    request: Request,
+    body_id: BodyId,
+    run: Annotated[RunRequest, Body(default_factory=RunRequest)],
+    wait: Wait = None,
+) -> Response:
     """Run the user program (URG), or one instruction of it (USG); it may move the motor. A stop ends it."""
     waited_s = wait_s(request, wait)
     begun = await programs.run(plant_of(request), origin(), body_id, run.command(), waited_s)

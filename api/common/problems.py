@@ -124,7 +124,7 @@ def problem_of(
     )
     if isinstance(error, InvalidText):
         problem.errors = [
-            InvalidField(field="source", message=fault.reason, line=fault.line, column=fault.column)
+            InvalidField(field=error.field, message=fault.reason, line=fault.line, column=fault.column)
             for fault in error.faults
         ]
     if japanese:

@@ -92,8 +92,7 @@ class WantedPlace(
 
     def place(self) -> Place:
         """As one calculates."""
-        angle = 0 if self.angle is None else self.angle.thousandths
-        return Place(self.x.thousandths, self.y.thousandths, angle)
+        return Place(self.x.exactly, self.y.exactly, 0.0 if self.angle is None else self.angle.exactly)
 
 
 class Kinematics(ScaraPlace):
@@ -170,7 +169,8 @@ async def calculate_coordinates(request: Request, scara_id: ScaraId, axes: AxisP
 async def calculate_positions(request: Request, scara_id: ScaraId, wanted: WantedPlace) -> Response:
     """Calculate the positions of the axes for a place, the elbow bent as in the manual's example.
 
-    The place in the answer is that of the whole pulses. Nothing is sent; 422 where the arm does not come.
+    Pulses are cut towards zero, as HLS answers them; the place in the answer is that of the whole pulses.
+    Nothing is sent; 422 where the arm does not come.
     """
     return _kinematics(request, scara_id, scaras.inverse(plant_of(request), scara_id, wanted.place()))
 

@@ -22,6 +22,7 @@ def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOM
     """Read a configuration, say what it would serve, and every fault with its line. No port is opened."""
     from gateway.access.posture import weakened
     from gateway.config import ConfigError, load
+    from gateway.core.tables import named
 
     try:
         config = load(file)
@@ -30,6 +31,10 @@ def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOM
     typer.echo(f"{file} is in order. It serves on {config.server.host}, port {config.server.port}:")
     for line in config.lines:
         typer.echo(f"  {_served(line)}")
+    for scara in config.scaras:
+        typer.echo(
+            f"  SCARA robot {named(scara.id, scara.name)} of {', '.join(scara.members)} on {scara.line}"
+        )
     weak = (f"{it.setting} = {it.value}: {it.meaning}" for it in weakened(config))
     for warning in (*weak, *_missing_devices(config)):
         typer.echo(f"warning: {warning}", err=True)

@@ -28,6 +28,8 @@ class Part(NamedTuple):
     """As it stands in the heading: a body's number, a robot's id."""
     line: int
     sections: dict[str, list[Line]]
+    headings: dict[str, int]
+    """The lines of the sections' headings."""
 
 
 def refuse(faults: Sequence[Misplaced]) -> None:
@@ -39,6 +41,7 @@ def refuse(faults: Sequence[Misplaced]) -> None:
         first = faults[0]
         more = f" There are {len(faults)} faults in all." if len(faults) > 1 else ""
         raise InvalidText(
+            "backup",
             f"Line {first.line}, column {first.column}: {first.reason}{more} Nothing was sent.",
             "Correct the backup.",
             faults[:MOST_TOLD],
@@ -68,13 +71,14 @@ def parts_of(text: str, kind: str) -> list[Part]:
             lines = None
             if any(part.name == name for part in parts):
                 faults.append(Misplaced(number, 1, f"[{words}] comes twice."))
-            parts.append(Part(name, number, {}))
+            parts.append(Part(name, number, {}, {}))
         elif not parts or words in parts[-1].sections:
             twice = f"[{words}] comes twice."
             missing = f"A heading such as [{kind} ...] has to come first."
             faults.append(Misplaced(number, 1, twice if parts else missing))
         else:
             lines = parts[-1].sections[words] = []
+            parts[-1].headings[words] = number
     if not parts and not faults:
         faults.append(Misplaced(1, 1, f"There is no heading [{kind} ...]."))
     empty = [part for part in parts if not part.sections]

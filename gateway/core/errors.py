@@ -90,9 +90,9 @@ class InvalidText(InvalidRequest):
     title = "The text is not valid"
     faults: Sequence[Misplaced] = ()
 
-    def __init__(self, detail: str, remedy: str, faults: Sequence[Misplaced]) -> None:
+    def __init__(self, field: str, detail: str, remedy: str, faults: Sequence[Misplaced]) -> None:
         super().__init__(detail, remedy)
-        self.faults = faults
+        self.field, self.faults = field, faults
 
 
 class NotAllowed(GatewayError):

@@ -198,10 +198,15 @@ class Restores(Works[Restore], Generic[C]):
         :raises BodyBusy: it is.
         """
         if address in self._current:
-            raise BodyBusy(
-                f"A backup is being restored to {address}; nothing was sent.",
-                "Wait for its end or cancel it.",
-            )
+            raise _being_restored(address)
+
+    def require_free(self, address: str) -> None:
+        """Make sure that others may change a controller: `amid` gives none.
+
+        :raises BodyBusy: it is being restored.
+        """
+        if self.amid(address) is not None:
+            raise _being_restored(address)
 
     def amid(self, address: str) -> C | None:
         """The controller, while it is written or read back: nobody else may change it meanwhile."""
@@ -358,3 +363,9 @@ class _Nobody:
 
     def has_read(self) -> None:
         """Say nothing."""
+
+
+def _being_restored(address: str) -> BodyBusy:
+    return BodyBusy(
+        f"A backup is being restored to {address}; nothing was sent.", "Wait for its end or cancel it."
+    )

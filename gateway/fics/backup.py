@@ -242,7 +242,7 @@ class _Parsing:
                 found.variables = dict(self._each(lines, _variable))
                 found.variables = {number: value for number, value in found.variables.items() if value}
             elif unit is None:
-                self.faults.append(Misplaced(part.line, 1, f"There is no section [{name}]."))
+                self.faults.append(Misplaced(part.headings[name], 1, f"There is no section [{name}]."))
             elif name.endswith("settings"):
                 held = found.units.setdefault(unit.number, UnitContents())
                 held.settings = dict(self._each(lines, lambda *words, of=unit: _setting(of, *words)))

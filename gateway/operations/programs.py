@@ -33,6 +33,7 @@ def check(source: str) -> Assembled:
     faults = [Misplaced(fault.line, fault.column, fault.reason) for fault in program[:MOST_TOLD]]
     more = f" There are {len(program)} faults in all." if len(program) > 1 else ""
     raise InvalidText(
+        "source",
         f"Line {first.line}, column {first.column}: {first.reason}{more} Nothing was sent.",
         "Correct the program.",
         faults,
@@ -55,11 +56,12 @@ async def read(plant: Plant, body_id: str) -> StoredProgram:
 async def upload(plant: Plant, body_id: str, program: Assembled, flash: bool, wait_s: float) -> ProgramUpload:
     """Begin to replace a body's program, and give the record after `wait_s` at most.
 
-    Errors as of `ProgramUploads.start`.
+    Errors as of `ProgramUploads.start`, and `BodyBusy` where a backup is being restored.
     """
-    uploads = plant.family(Rorze).uploads
-    begun = await uploads.start(_body(plant, body_id), program, flash=flash)
-    await uploads.wait(begun, wait_s)
+    rorze, body = plant.family(Rorze), _body(plant, body_id)
+    rorze.restores.require_free(body.address)
+    begun = await rorze.uploads.start(body, program, flash=flash)
+    await rorze.uploads.wait(begun, wait_s)
     return begun
 
 

@@ -305,8 +305,9 @@ def _contents(part: Part, faults: list[Misplaced]) -> Contents:
         elif lines is not None:
             contents.places[name] = _parsed(name, lines, faults)
     faults += [
-        Misplaced(part.line, 1, f"There is no section [{unknown}]: {', '.join(SECTIONS)}.")
-        for unknown in part.sections.keys() - set(SECTIONS)
+        Misplaced(line, 1, f"There is no section [{name}]; there are {', '.join(SECTIONS)}.")
+        for name, line in part.headings.items()
+        if name not in SECTIONS
     ]
     return contents
 

@@ -1,6 +1,7 @@
 """Captures: an edge on input 8 or 9 records where the motor is, once in a move (RC-420 manual 13.9.4)."""
 
 import asyncio
+from collections.abc import Collection, Mapping, Sequence
 from typing import Annotated, Final, Literal, NamedTuple, Self
 
 from pydantic import Field, model_validator
@@ -21,6 +22,8 @@ from protocols.rorze.inputs_outputs import (
 )
 from protocols.rorze.notation import BILLION, Bounds, PositionReference
 from protocols.rorze.position_table import SetPositionEntry
+from protocols.rorze.row import RorzeCommand
+from protocols.table import Ack
 
 INPUTS: Final = (8, 9)
 NOTHING_YET: Final = 1 - BILLION
@@ -163,17 +166,18 @@ async def read(body: Body, port: int) -> Capture:
 async def arm(body: Body, port: int, wanted: CaptureRequest) -> Capture:
     """Let an input capture in the next move, undivided (CSS, CFS, CPS), and mark the entries.
 
-    :raises InvalidRequest: the stretch is none; nothing was sent.
+    :raises InvalidRequest: the stretch is none, or the other input takes a value in the same entry.
     :raises ArmingBrokenOff: a stop, or the line, has divided it.
     :raises GatewayError: it was refused, as while the motor moves, or not sent; nothing was changed.
     """
     bounds = None if wanted.between is None else wanted.between.bounds(body)
     entries, pulse = wanted.entries(), wanted.pulse
+    await _require_free(body, port, entries.values())
     commands = [
         SetInterruptRange(port=port)
         if bounds is None
         else SetInterruptRange(port=port, lower=bounds.lower, upper=bounds.upper),
-        *(SetInterruptAction(port=port, recorded=kind, number=entries.get(kind)) for kind in KINDS),
+        *_recording(port, entries),
         SetInterruptAction(port=port, pulsed="output")
         if pulse is None
         else SetInterruptAction(
@@ -189,6 +193,47 @@ async def arm(body: Body, port: int, wanted: CaptureRequest) -> Capture:
             for number in entries.values()
         ),
     ]
+    await _set_up(body, port, commands)
+    return await read(body, port)
+
+
+async def disarm(body: Body, port: int) -> Capture:
+    """Let an input capture nothing (CPS), and forget its entries (CFS).
+
+    The controller sets them to 0, which was not captured.
+
+    :raises ArmingBrokenOff: a stop, or the line, has divided it.
+    :raises GatewayError: it was refused, as while the motor moves, not sent, or not answered.
+    """
+    await _set_up(body, port, [SetInterruptMode(port=port, edge="off"), *_recording(port, {})])
+    return await read(body, port)
+
+
+async def _require_free(body: Body, port: int, entries: Collection[int]) -> None:
+    """Make sure that the other input does not wait to take a value in one of these entries.
+
+    :raises InvalidRequest: it does.
+    """
+    [other] = (it for it in INPUTS if it != port)
+    mode, _ = await body.ask(GetInterruptMode(port=other))
+    if mode.edge == "off" or not entries:
+        return
+    taken = {it.number for it in (await read(body, other)).recorded}.intersection(entries)
+    if taken:
+        number = min(taken)
+        raise InvalidRequest(
+            f"Position {number} of {body.address} takes what input {other} captures; nothing was changed.",
+            "Name another position, or disarm that input.",
+        )
+
+
+def _recording(port: int, entries: Mapping[Kind, int]) -> list[SetInterruptAction]:
+    """What each kind of value is recorded in; nothing where no entry is named."""
+    return [SetInterruptAction(port=port, recorded=kind, number=entries.get(kind)) for kind in KINDS]
+
+
+async def _set_up(body: Body, port: int, commands: Sequence[RorzeCommand[Ack]]) -> None:
+    """Send all of them undivided; errors as of `arm`."""
     expires_at = asyncio.get_running_loop().time() + ARM_WITHIN_S
     with body.line.sending(body.number, commands):
         async with body.line.undivided([body.number], expires_at):
@@ -199,16 +244,6 @@ async def arm(body: Body, port: int, wanted: CaptureRequest) -> Capture:
                     if done:
                         raise ArmingBrokenOff(body.address, port, error) from error
                     raise
-    return await read(body, port)
-
-
-async def disarm(body: Body, port: int) -> Capture:
-    """Let an input capture nothing (CPS).
-
-    :raises GatewayError: it was refused, as while the motor moves, not sent, or not answered.
-    """
-    await body.ask(SetInterruptMode(port=port, edge="off"))
-    return await read(body, port)
 
 
 async def wait(body: Body, port: int, within_s: float) -> Capture:

@@ -126,7 +126,10 @@ async def curve_of(
 async def _course(body: Body, number: int) -> _Course:
     pattern = await read_pattern(body, number)
     if pattern.acceleration_set is None or pattern.deceleration_set is None:
-        raise InvalidRequest(f"Pattern {number} of {body.address} was never set.", "Set it first.")
+        raise InvalidRequest(
+            f"Pattern {number} of {body.address} was never set; nothing was changed.",
+            f"Set it by PUT .../patterns/{number}, or try it out by POST .../patterns/{number}/curve.",
+        )
     up = await parameters_of(body, pattern.acceleration_set)
     same = pattern.deceleration_set == pattern.acceleration_set
     down = up if same else await parameters_of(body, pattern.deceleration_set)

@@ -46,6 +46,8 @@ MISSING_END_FRAME_S = 0.5
 """An end-of-move frame this late tells that the link master has forgotten to send them."""
 OVERDUE_S = 2.0
 """A question whether the motor still runs waits this time behind those of clients, then goes before them."""
+STOPPING_S = 0.5
+"""A question that waits for the stops of others is asked anew after this time."""
 SHARE_OF_OVERDUE = 4
 """After a question that went before clients, clients have this many times as long."""
 
@@ -130,8 +132,9 @@ class Case:
             ) from None
         if self.before.runs:
             body.may_move()
+            mover = "its user program" if body.in_program else "no move of this gateway"
             raise BodyBusy(
-                f"{body.address} moves already, by no move of this gateway; {move.command} was not sent.",
+                f"{body.address} moves already, by {mover}; {move.command} was not sent.",
                 "Wait for its end or stop it.",
             )
 
@@ -232,10 +235,18 @@ class Case:
                 await asyncio.gather(reading, due, return_exceptions=True)
         began_at = asyncio.get_running_loop().time()
         try:
-            return await self._ask(self._urgent_lane)
+            return await self._ask_urgently()
         finally:
             took_s = asyncio.get_running_loop().time() - began_at
             self._patience_s = max(OVERDUE_S, SHARE_OF_OVERDUE * took_s)
+
+    async def _ask_urgently(self) -> MotorState:
+        """Ask in the urgent lane, anew when that is another one by now: its stop is over."""
+        while (lane := self._urgent_lane) is Lane.BACKGROUND:
+            with suppress(TimeoutError):
+                async with asyncio.timeout(STOPPING_S):
+                    return await self._ask(lane)
+        return await self._ask(lane)
 
     @property
     def _urgent_lane(self) -> Lane:

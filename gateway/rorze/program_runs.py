@@ -13,8 +13,15 @@ from gateway.core.origin import current
 from gateway.core.records import Record
 from gateway.core.works import Works
 from gateway.rorze.bodies import Body
-from gateway.rorze.stored_program import RUNS, instruction_at, runs
-from protocols.rorze.programs import GetProgramAddress, GetProgramStatus, RunProgram, StepProgram
+from gateway.rorze.stored_program import RUNS, as_written, instruction_at, runs
+from protocols.rorze.programs import (
+    AddressReply,
+    GetProgramAddress,
+    GetProgramStatus,
+    ProgramStatus,
+    RunProgram,
+    StepProgram,
+)
 
 HISTORY = 100
 POLL_S = 0.5
@@ -67,7 +74,9 @@ class ProgramState(Record):
     address: int = Field(description="The address it is at, or has ended at (UND).")
     line: int = Field(description="The line of that address in the program's text, from 1.")
     instruction: str | None = Field(description="What stands there; null where nothing does.")
-    elapsed_s: float | None = Field(description="How long the run takes, or took; null without one.")
+    elapsed_s: float | None = Field(
+        description="How long `run` takes, or took; null without one, or where another program runs."
+    )
     run: ProgramRun | None = Field(description="Null where the gateway has started none.")
 
 
@@ -103,7 +112,8 @@ class ProgramRuns(Works[ProgramRun]):
         last, epoch = self.find(body.address), body.line.gate.epoch(body.number)
         if last is not None and last.status == "running" and await self._look(body, last):
             raise BodyBusy(
-                f"The program run {last.id} of {body.address} is not over.", "Wait for it or stop it."
+                f"The program run {last.id} of {body.address} is not over; {command.code} was not sent.",
+                "Wait for it or stop it.",
             )
         await self._order(body, command, epoch)
         now = datetime.now(UTC)
@@ -152,39 +162,48 @@ class ProgramRuns(Works[ProgramRun]):
 
     async def state(self, body: Body) -> ProgramState:
         """Ask a body where its program is (URD, UND); errors as of `Body.ask`."""
+        run = self.find(body.address)
         status, _ = await body.ask(GetProgramStatus())
         at, _ = await body.ask(GetProgramAddress())
-        run = self.find(body.address)
+        running = bool(status.status & RUNS)
+        if run is not None and not running:
+            self._end(body, run, status, at)
+        is_another = running and run is not None and run.status != "running"
+        there = await instruction_at(body, at.address)
         return ProgramState(
             body_id=body.address,
-            running=bool(status.status & RUNS),
+            running=running,
             end_cause=cause_of(status.status),
             address=at.address,
             line=at.address + 1,
-            instruction=await instruction_at(body, at.address),
-            elapsed_s=None if run is None else _elapsed_s(run),
+            instruction=None if there is None else as_written(there),
+            elapsed_s=None if run is None or is_another else _elapsed_s(run),
             run=run,
         )
 
     async def _follow(self, body: Body, run: ProgramRun) -> None:
         """Ask until the program has ended; one that cannot be asked is asked on."""
-        while True:
+        while run.status == "running":
             await asyncio.sleep(POLL_S)
             try:
-                if not await self._look(body, run):
-                    return
+                await self._look(body, run)
             except GatewayError as error:
                 run.detail = error.detail
 
     async def _look(self, body: Body, run: ProgramRun) -> bool:
-        """Ask whether a run goes on, and note its end; after a loss of power nobody can tell it."""
+        """Ask whether a run goes on, and note its end."""
         status, _ = await body.ask(GetProgramStatus())
         if status.status & RUNS and not body.power.cycled:
             run.detail = None
             return True
         at, _ = await body.ask(GetProgramAddress())
+        self._end(body, run, status, at)
+        return False
+
+    def _end(self, body: Body, run: ProgramRun, status: ProgramStatus, at: AddressReply) -> None:
+        """Note how a run has ended, once; after a loss of power nobody can tell."""
         if run.status != "running":
-            return False
+            return
         run.ended_at = datetime.now(UTC)
         body.in_program = False
         if body.power.cycled:
@@ -193,7 +212,6 @@ class ProgramRuns(Works[ProgramRun]):
             run.status, run.detail = "ended", None
             run.end_cause, run.ended_at_address = cause_of(status.status), at.address
         self._publish("ended", run)
-        return False
 
 
 def _require_power(body: Body, command: RunProgram | StepProgram) -> None:

@@ -15,6 +15,7 @@ from gateway.core.errors import (
     GatewayError,
     NoReply,
     NotFound,
+    PowerCycled,
     ShuttingDown,
     StoppedFirst,
 )
@@ -55,6 +56,11 @@ KEPT_OUT = (ClearProgram, AddProgramInstruction, LoadProgram, SaveProgram, Erase
 
 UNSURE = (NoReply, ControllerRefused, ProgramDiffers, SaveUncertain)
 """After these the last instruction may be stored or not: a refusal may be that of a garbled question."""
+
+POWER_LOST = (
+    "RAM holds what flash memory held, and perhaps some of the instructions. Flash memory is as it was."
+)
+"""After a loss of power in an upload: the program is loaded, and UWS appends (RC-420 manual 14.U)."""
 
 Status = Literal["running", "succeeded", "failed", "cancelled"]
 Phase = Literal["clearing", "writing", "verifying", "saving", "done"]
@@ -203,6 +209,8 @@ class ProgramUploads(Works[ProgramUpload]):
         record = work.record
         try:
             await self._transfer(work)
+        except ProgramDiffers as error:
+            self._end(work, "failed", await _why_it_differs(work.body, error))
         except GatewayError as error:
             ended = work.unwanted or isinstance(error, StoppedFirst | ShuttingDown)
             self._end(work, "cancelled" if ended else "failed", error)
@@ -214,7 +222,8 @@ class ProgramUploads(Works[ProgramUpload]):
 
     def _end(self, work: _Work, status: Status, error: GatewayError | None) -> None:
         record = work.record
-        record.stored = _stored(record, unsure=isinstance(error, UNSURE))
+        lost = isinstance(error, PowerCycled)
+        record.stored = POWER_LOST if lost else _stored(record, unsure=isinstance(error, UNSURE))
         record.status, record.ended_at = status, datetime.now(UTC)
         record.error = None if error is None else UploadError.of(error)
         del self._current[work.body]
@@ -341,6 +350,20 @@ async def _save(work: _Work) -> None:
     await work.body.ask(SaveProgram())
     if await work.body.mark.stands(Lane.PROOF) is False:
         raise SaveUncertain(work.body.address, "its program", "Upload it again before it is run.")
+
+
+async def _why_it_differs(body: Body, error: ProgramDiffers) -> GatewayError:
+    """A loss of power, where the mark tells of one: then what differs tells nothing."""
+    try:
+        kept = await body.mark.stands(Lane.PROOF)
+    except GatewayError:
+        return error
+    if kept is not False:
+        return error
+    return PowerCycled(
+        f"{body.address} has lost its power in the middle of the upload; RAM does not hold the program.",
+        "See to its power, then upload again.",
+    )
 
 
 async def _verify_at(work: _Work, address: int) -> None:

@@ -36,7 +36,7 @@ class StoredProgram(NamedTuple):
     @property
     def source(self) -> str:
         """Its text, an instruction a line: line N is address N - 1."""
-        return "".join(map(_line, self.instructions))
+        return "".join(f"{as_written(text)}\n" for text in self.instructions)
 
     @property
     def labels(self) -> dict[str, int]:
@@ -89,9 +89,9 @@ async def runs(body: Body) -> bool:
     return bool(status.status & RUNS)
 
 
-def _line(text: str) -> str:
+def as_written(text: str) -> str:
     """An instruction as people write it; as the controller tells it where it is not known."""
     try:
-        return disassemble([parse(text)])
+        return disassemble([parse(text)]).rstrip("\n")
     except InstructionFault:
-        return f"{text}\n"
+        return text

@@ -115,7 +115,8 @@ async def test_a_restore_is_cancelled(stand: Stand) -> None:
 async def test_what_is_wrong_is_told_by_its_line_and_nothing_is_sent(stand: Stand) -> None:
     before = len(stand.frames())
     answer = await stand.post(f"{BODY}/restores", {"backup": "[body 3F]\n[settings]\n1+M500\n"})
-    assert (answer.status_code, answer.json()["errors"][0]["line"]) == (422, 3)
+    [fault] = answer.json()["errors"]
+    assert (answer.status_code, fault["field"], fault["line"]) == (422, "backup", 3)
     other = await stand.post("/bodies/00/restores", {"backup": SMALL})
     assert (other.status_code, "Name the body" in other.json()["remedy"]) == (422, True)
     unsaved = await stand.post(f"{BODY}/restores", {"backup": SMALL, "power_cycle": True})

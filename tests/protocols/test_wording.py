@@ -88,6 +88,7 @@ def test_what_was_given_is_shown_shortly_and_can_be_printed(given: object) -> No
 
 def test_a_name_nobody_knows_is_told_with_the_one_that_was_meant() -> None:
     assert unknown("speeed", ["speed", "pattern"]) == "did you mean speed?"
+    assert unknown("body", ["last", "bodies"]) == "did you mean bodies?"
     assert unknown("colour", ["speed", "pattern"]) == "known are speed, pattern"
     assert unknown("colour", []) == "it takes none"
 

@@ -3,10 +3,9 @@
 from collections.abc import Iterator, Sequence
 from typing import Any, Final, Literal, NamedTuple
 
-from gateway.core.errors import GatewayError
+from gateway.core.errors import ControllerRefused, GatewayError
 from gateway.core.lanes import Lane
 from gateway.core.records import Record
-from gateway.rorze.bodies import Body
 from gateway.rorze.scaras.scara import Scara
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.interpolation import (
@@ -31,6 +30,8 @@ ROUNDING: Final = 1.0
 """By how many micrometres, or thousandths of a degree, a controller may round beyond its pulses."""
 TYPES: Final[dict[int, RobotType]] = {2: "two_axes_belt_linked", 3: "three_axes"}
 WHOLE_TURN_MDEG: Final = 360_000
+OUT_OF_REACH: Final = "0x63"
+"""The refusal of coordinates that the mechanics do not reach (RC-420 manual 21)."""
 
 
 class LinkLength(Record):
@@ -112,7 +113,7 @@ async def write(scara: Scara, *, flash: bool) -> list[HeldGeometry]:
         found = await read(scara)
         for body, held, it in zip(scara.members, found, wanted(scara), strict=True):
             if held != it:
-                raise _differs(body, "holds another geometry than it was sent")
+                raise _differs(body.address, "holds another geometry than it was sent")
         if flash:
             await scara.ask(SaveSettings())
     return found
@@ -143,13 +144,18 @@ async def require_agreement(scara: Scara, pulses: Sequence[int]) -> None:
     """
     place = scara.robot.place(pulses)
     driven = await scara.ask(GetDrivenAxis(), lane=Lane.PROOF)
-    found = await scara.ask(ConvertPulsesToCoordinates(), lane=Lane.PROOF)
+    try:
+        found = await scara.ask(ConvertPulsesToCoordinates(), lane=Lane.PROOF)
+    except ControllerRefused as refusal:
+        if refusal.error_code != OUT_OF_REACH:
+            raise
+        raise _differs(refusal.address, "calculates that the arm cannot be where it stands") from None
     for axis, (body, drives, told) in enumerate(zip(scara.members, driven, found, strict=True)):
         if drives.axis != axis:
-            raise _differs(body, f"drives axis {drives.axis}, not {axis}")
+            raise _differs(body.address, f"drives axis {drives.axis}, not {axis}")
         if not _agrees(scara.robot, place, told):
             raise _differs(
-                body,
+                body.address,
                 f"finds the finger at X {told.x} um, Y {told.y} um, {told.angle} mdeg; the gateway at "
                 f"X {place.x:.0f} um, Y {place.y:.0f} um, {place.direction:.0f} mdeg",
             )
@@ -164,9 +170,9 @@ def _agrees(robot: Robot, place: Place, told: Coordinates) -> bool:
     return abs(complex(told.x - place.x, told.y - place.y)) <= slack_um and abs(beside) <= slack_mdeg
 
 
-def _differs(body: Body, what: str) -> GeometryDiffers:
+def _differs(address: str, what: str) -> GeometryDiffers:
     return GeometryDiffers(
-        f"{body.address} {what}; nothing was moved.",
+        f"{address} {what}; nothing was moved.",
         "Compare GET .../geometry with the configuration, and give the controllers the geometry by POST "
         ".../geometry/apply.",
     )

@@ -52,8 +52,11 @@ class ScaraAxisMove(Record):
 
     axis: int = Field(description="0 is the base, 1 the arm, 2 the finger.")
     body_id: str
-    move_id: str | None = Field(None, description="The body's own move; null before it is begun.")
-    status: MoveStatus = MoveStatus.QUEUED
+    move_id: str | None = Field(
+        None,
+        description="The body's own move; null before it is begun, and of an axis that has no part in it.",
+    )
+    status: MoveStatus | None = Field(None, description="As the body's move says; null without one.")
     end_cause: str | None = Field(None, description="As the body's move says.")
     start_position: int = Field(description="In pulses, as the controllers were told (HPS).")
     target_position: int = Field(description="In pulses, as the gateway calculates it.")

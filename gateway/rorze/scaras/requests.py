@@ -40,9 +40,14 @@ class _Amount(RequestModel):
     unit: str
 
     @property
+    def exactly(self) -> float:
+        """In micrometres, or thousandths of a degree."""
+        return self.value * _IN_THOUSANDTHS[self.unit]
+
+    @property
     def thousandths(self) -> int:
-        """In micrometres, or thousandths of a degree, as the controllers count."""
-        return round(self.value * _IN_THOUSANDTHS[self.unit])
+        """The same as the controllers count."""
+        return round(self.exactly)
 
     @model_validator(mode="after")
     def _fits_its_column(self) -> Self:

@@ -71,12 +71,12 @@ class Scara:
             raise InvalidRequest(f"{error} Nothing was sent.") from None
 
     def pulses_of(self, place: Place) -> tuple[int, ...]:
-        """The positions of the axes nearest to a place, the elbow bent as in the manual's worked example.
+        """The positions of the axes as HLS answers them (13.10.7): cut towards zero, one of the two elbows.
 
         :raises InvalidRequest: the arm does not come there.
         """
         try:
-            return tuple(round(count) for count in self.robot.pulses(place))
+            return self.robot.whole_pulses(place)
         except OutOfReach as error:
             raise InvalidRequest(f"{error} Nothing was sent.") from None
 

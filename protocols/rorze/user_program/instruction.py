@@ -118,10 +118,16 @@ def parse(text: str) -> Instruction:
             return _operation(text, row)
     command = COMMANDS.get(text[:3])
     if command is None:
-        raise InstructionFault(0, f"{text[:3]!r} is no command.")
+        raise InstructionFault(0, f"{text[:3]!r} is no command.{_in_capitals(text[:3])}")
     if not command.program:
         raise InstructionFault(0, f"{command.code} cannot stand in a program.")
     return _communication(text, command)
+
+
+def _in_capitals(name: str) -> str:
+    capital = name.upper()
+    known = capital != name and (capital in OPERATIONS or capital in COMMANDS)
+    return " Commands are written in capitals." if known else ""
 
 
 def _label(text: str) -> Label:

@@ -117,6 +117,17 @@ async def test_a_capture_is_disarmed(stand: Stand) -> None:
     await stand.client.put(CAPTURE, json=ONCE)
     disarmed = (await stand.client.delete(CAPTURE)).json()
     assert (disarmed["armed"], disarmed["edge"]) == (False, "off")
+    assert (disarmed["captured"], disarmed["recorded"]) == (None, [])
+
+
+@on_stand(NAMED)
+async def test_two_inputs_do_not_capture_into_one_entry(stand: Stand) -> None:
+    await stand.client.put(CAPTURE, json=ONCE)
+    same = await stand.client.put("/bodies/3F/captures/9", json=ONCE)
+    refused(same, 422)
+    assert same.json()["detail"] == "Position 25 of arm.3F takes what input 8 captures; nothing was changed."
+    await stand.client.delete(CAPTURE)
+    assert (await stand.client.put("/bodies/3F/captures/9", json=ONCE)).status_code == 200
 
 
 @on_stand(NAMED)

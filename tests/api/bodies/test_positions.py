@@ -84,7 +84,8 @@ async def test_csv_goes_round(stand: Stand) -> None:
     read = await stand.get(f"{TABLE}.csv?first=4&last=6")
     assert read.headers["content-type"].startswith("text/csv")
     assert read.text == "number,pulse\r\n4,0\r\n5,-70\r\n6,0\r\n"
-    assert (await upload(stand, "\ufeffnumber;pulse\r\n4;44\r\n;\r\n")).status_code == 200
+    assert (await upload(stand, "\ufeffnumber;pulse\r\n4;44,00\r\n;\r\n")).status_code == 200
+    refused(await upload(stand, "number;pulse\r\n4;44,50\r\n"), 422)
     assert (await stand.get(f"{TABLE}.csv?first=4&last=4")).text == "number,pulse\r\n4,44\r\n"
 
 

@@ -99,10 +99,10 @@ def test_what_is_no_program_is_refused(content: bytes, kind: str, status: int) -
 @on_stand()
 async def test_a_program_runs_from_its_label_and_tells_where_it_is(stand: Stand) -> None:
     await put(stand, BLINK)
-    begun = await stand.post(f"{PROGRAM}/runs", {"label": "BLINK"})
-    assert (begun.status_code, begun.json()["status"]) == (202, "running")
+    begun = await stand.post(f"{PROGRAM}/runs", {"label": "*BLINK"})
+    assert (begun.status_code, begun.json()["status"], begun.json()["label"]) == (202, "running", "BLINK")
     at = (await stand.get(f"{PROGRAM}/runs/current")).json()
-    assert (at["running"], at["line"], at["instruction"], at["end_cause"]) == (True, 3, "WAT5", None)
+    assert (at["running"], at["line"], at["instruction"], at["end_cause"]) == (True, 3, "WAT 5", None)
     busy = await put(stand, BLINK)
     assert (busy.status_code, "A user program runs" in busy.json()["detail"]) == (409, True)
     over = (await stand.get(f"{begun.headers['location']}?wait=10")).json()
@@ -114,9 +114,12 @@ async def test_a_program_runs_from_its_label_and_tells_where_it_is(stand: Stand)
 @on_stand()
 async def test_a_stop_ends_a_program(stand: Stand) -> None:
     await put(stand, WAITING)
-    begun = await stand.post(f"{PROGRAM}/runs", {})
+    begun = await stand.post(f"{PROGRAM}/runs")
     stop = await stand.post("/bodies/3F/stop", {})
     assert stop.json()["confirmed"]
+    state = (await stand.get(f"{PROGRAM}/runs/current")).json()
+    assert (state["running"], state["end_cause"]) == (False, "stopped")
+    assert (state["run"]["status"], state["run"]["end_cause"]) == ("ended", "stopped")
     over = (await stand.get(f"{begun.headers['location']}?wait=10")).json()
     assert over["end_cause"] == "stopped"
 

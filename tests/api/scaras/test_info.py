@@ -47,6 +47,13 @@ async def test_kinematics_in_both_directions(stand: Stand) -> None:
     place = {name: there[name] for name in ("x", "y", "angle")}
     back = (await stand.post("/scaras/wafer/kinematics/inverse", place)).json()
     assert back == there
+    wafer = {
+        "x": {"value": 0, "unit": "mm"},
+        "y": {"value": 115, "unit": "mm"},
+        "angle": {"value": 90, "unit": "deg"},
+    }
+    told = (await stand.post("/scaras/wafer/kinematics/inverse", wafer)).json()
+    assert told["pulses"] == pulses  # RC-420 manual 13.10.7
     far = {"x": {"value": 0, "unit": "mm"}, "y": {"value": 900, "unit": "mm"}}
     answer = await stand.post("/scaras/wafer/kinematics/inverse", far)
     assert answer.status_code == 422

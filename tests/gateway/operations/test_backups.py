@@ -13,7 +13,7 @@ import pytest
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NotFound
 from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore, RestorePlan
-from gateway.operations import backups, commands, stops
+from gateway.operations import backups, commands, programs, stops
 from gateway.rorze.power import is_mark
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
@@ -216,6 +216,8 @@ async def test_nothing_else_changes_a_body_meanwhile_and_reads_are_served_at_onc
             await read(it)
         with pytest.raises(BodyBusy, match="is being restored"):
             await restored(it, SMALL)
+        with pytest.raises(BodyBusy, match=r"A backup is being restored to line1\.3F"):
+            await programs.upload(it.plant, ME, "3F", programs.check("END\n"), False, 0.0)
         now, taken = asyncio.get_running_loop().time, []
         for _ in range(50):
             began = now()

@@ -255,7 +255,8 @@ def test_a_body_that_loses_its_power_amid_an_upload_holds_another_program(frame:
             over = await uploading
             assert over.status == "failed"
             assert over.error is not None
-            assert over.error.type == "program-differs"
+            assert over.error.type == "power-cycled"
+            assert over.stored.startswith("RAM holds what flash memory held, and perhaps some")
 
     run_virtual(story())
 
@@ -347,7 +348,7 @@ async def test_a_program_is_run_from_a_label_to_its_end() -> None:
         await uploaded(it, BLINK)
         run = await programs.run(it.plant, ME, "3F", RunProgram(label="BLINK"), 0.0)
         state = await programs.state(it.plant, ME, "3F")
-        assert (state.running, state.line, state.instruction, state.run) == (True, 3, "WAT5", run)
+        assert (state.running, state.line, state.instruction, state.run) == (True, 3, "WAT 5", run)
         over = await programs.get_run(it.plant, "3F", run.id, 10.0)
         assert (over.status, over.end_cause, over.ended_at_address) == ("ended", "normal", 4)
         assert it.types("body.program.")[-2:] == ["body.program.started", "body.program.ended"]

@@ -159,7 +159,7 @@ def test_positions_are_told_in_the_unit_of_the_body() -> None:
         ("[body 3F]\n[settings]\n[body 3F]\n[settings]", [(3, "[body 3F] comes twice.")]),
         ("[body left]\n[settings]", [(1, "'left' is no body number.")]),
         ("[body 3F]", [(1, "[body 3F] has no sections.")]),
-        ("[body 3F]\n[speeds]", [(1, "There is no section [speeds]")]),
+        ("[body 3F]\n[speeds]", [(2, "There is no section [speeds]; there are settings")]),
         ("[body 3F]\n[settings]\n0BS9\n0SS10\n0SS11", [(3, "0BS"), (5, "the same as a line before it")]),
         ("[body 3F]\n[settings]\n1+M500\nFIS\nCOS3,1\n3PSP[1],5", [(n, "sets nothing") for n in range(3, 7)]),
         ("[body 3F]\n[positions]\n3PSP[+],5\n3PSP[1]", [(3, "sets nothing"), (4, "3PS")]),

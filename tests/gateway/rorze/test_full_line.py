@@ -8,7 +8,9 @@ import pytest
 
 from gateway.core.move_record import Move
 from protocols.rorze.moves import MoveClockwise
+from protocols.rorze.notation import PositionReference
 from protocols.rorze.position import GetPosition
+from protocols.rorze.position_table import GetPositionEntry
 from simulator.rorze.rc400 import LinkSettings
 from tests.gateway.rorze.full_line import FULL, SWEEP_GROUPS, busy_s, full_line, teach
 from tests.gateway.rorze.test_body_power import now
@@ -60,6 +62,27 @@ async def test_bodies_that_rest_are_read_at_once_and_ends_are_told_while_30_moto
         late_s = [at - ended_at(it, move) for at, move in zip(await over, moves, strict=True)]
         assert all(move.status == "succeeded" for move in moves)
         assert 0 <= min(late_s) <= max(late_s) <= END_TOLD_WITHIN_S
+
+
+@in_virtual_time
+async def test_the_end_of_a_stopped_move_is_told_while_a_client_reads_all_the_time() -> None:
+    """As a restore does, two of whose questions wait at any time."""
+    async with full_line("") as it:
+        await teach(it, ["00"])
+        move = await start(it, MoveClockwise(distance=500_000), "00")
+        readers = [asyncio.create_task(read_on(it, "3F", entry)) for entry in (0, 1)]
+        await asyncio.sleep(1.0)
+        await it.plant.stops.stop([it.body("00")], "immediate")
+        late_s = await told_at(it, move) - ended_at(it, move)
+        assert (move.status, move.end_cause) == ("stopped", "stop_command")
+        assert late_s <= END_TOLD_WITHIN_S
+        for reader in readers:
+            reader.cancel()
+
+
+async def read_on(rig: Rig, body: str, entry: int) -> None:
+    while True:
+        await rig.body(body).ask(GetPositionEntry(entry=PositionReference(position=entry)))
 
 
 async def told_at(rig: Rig, move: Move) -> float:

@@ -83,6 +83,29 @@ async def test_no_program_is_started_while_one_runs_that_the_gateway_has_not_sta
 
 
 @in_virtual_time
+async def test_another_program_is_not_timed_as_the_last_run() -> None:
+    async with rig(bodies=(0x3F,), groups={}) as it:
+        it.axis().program = WAITING
+        runs = it.plant.rorze.runs
+        run = await runs.start(it.body(), RunProgram())
+        await it.plant.stops.stop([it.body()], "immediate")
+        assert (await runs.state(it.body())).elapsed_s is not None
+        it.axis().execute("URG", asyncio.get_running_loop().time())
+        state = await runs.state(it.body())
+        assert (state.running, state.elapsed_s) == (True, None)
+        assert (run.status, run.end_cause) == ("ended", "stopped")
+
+
+@in_virtual_time
+async def test_a_move_beside_a_program_that_moves_the_motor_is_told_of_it() -> None:
+    async with rig(bodies=(0x3F,), groups={}) as it:
+        it.axis().program = ("1+MZ", *WAITING)
+        await it.plant.rorze.runs.start(it.body(), RunProgram())
+        with pytest.raises(BodyBusy, match=r"moves already, by its user program; 1\+M was not sent"):
+            await start(it, MoveClockwise(distance=5))
+
+
+@in_virtual_time
 async def test_what_a_program_moves_that_the_gateway_has_started_is_no_foreign_motion() -> None:
     async with rig(bodies=(0x3F,), groups={}) as it:
         it.axis().program = ("1+MZ", *WAITING)

@@ -732,7 +732,7 @@ class AsyncOperations(Protocol):
     async def run_program(
         self,
         body_id: str,
-        body: RunRequest,
+        body: RunRequest | None = None,
         /,
         *,
         wait: float | None = None,
@@ -1573,7 +1573,8 @@ class AsyncOperations(Protocol):
     ) -> Kinematics:
         """Calculate the positions of the axes for a place, the elbow bent as in the manual's example.
 
-        The place in the answer is that of the whole pulses. Nothing is sent; 422 where the arm does not come.
+        Pulses are cut towards zero, as HLS answers them; the place in the answer is that of the whole pulses.
+        Nothing is sent; 422 where the arm does not come.
         """
         answer: Kinematics = await self.call(
             "POST",
@@ -1989,7 +1990,10 @@ class AsyncOperations(Protocol):
     async def disarm_capture(
         self, body_id: str, port: int, *, idempotency_key: str | None = None
     ) -> CaptureState:
-        """Let an input capture nothing (CPS), which sets its entries to 0; refused while the motor moves."""
+        """Let an input capture nothing (CPS), and forget its entries, which are set to 0 (CFS).
+
+        Refused while the motor moves.
+        """
         answer: CaptureState = await self.call(
             "DELETE",
             filled("/bodies/{body_id}/captures/{port}", body_id=body_id, port=port),

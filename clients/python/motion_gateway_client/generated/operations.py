@@ -718,7 +718,7 @@ class Operations(Protocol):
     def run_program(
         self,
         body_id: str,
-        body: RunRequest,
+        body: RunRequest | None = None,
         /,
         *,
         wait: float | None = None,
@@ -1539,7 +1539,8 @@ class Operations(Protocol):
     ) -> Kinematics:
         """Calculate the positions of the axes for a place, the elbow bent as in the manual's example.
 
-        The place in the answer is that of the whole pulses. Nothing is sent; 422 where the arm does not come.
+        Pulses are cut towards zero, as HLS answers them; the place in the answer is that of the whole pulses.
+        Nothing is sent; 422 where the arm does not come.
         """
         answer: Kinematics = self.call(
             "POST",
@@ -1945,7 +1946,10 @@ class Operations(Protocol):
         return answer
 
     def disarm_capture(self, body_id: str, port: int, *, idempotency_key: str | None = None) -> CaptureState:
-        """Let an input capture nothing (CPS), which sets its entries to 0; refused while the motor moves."""
+        """Let an input capture nothing (CPS), and forget its entries, which are set to 0 (CFS).
+
+        Refused while the motor moves.
+        """
         answer: CaptureState = self.call(
             "DELETE",
             filled("/bodies/{body_id}/captures/{port}", body_id=body_id, port=port),

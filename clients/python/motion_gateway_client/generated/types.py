@@ -4386,7 +4386,7 @@ class ProgramState(TypedDict):
     instruction: str | None
     """What stands there; null where nothing does."""
     elapsed_s: float | None
-    """How long the run takes, or took; null without one."""
+    """How long `run` takes, or took; null without one, or where another program runs."""
     run: ProgramRun | None
     """Null where the gateway has started none."""
 
@@ -5835,7 +5835,7 @@ class RunRequest(TypedDict):
     """Where a program begins: at a label or an address, else at its first instruction."""
 
     label: NotRequired[str | None]
-    """Without the `*`."""
+    """With or without its `*`."""
     address: NotRequired[int | None]
     single_step: NotRequired[bool]
     """Execute one instruction only; without label and address the next one. Left out: false."""
@@ -5895,8 +5895,9 @@ class ScaraAxisMove(TypedDict):
     """0 is the base, 1 the arm, 2 the finger."""
     body_id: str
     move_id: str | None
-    """The body's own move; null before it is begun."""
-    status: MoveStatus
+    """The body's own move; null before it is begun, and of an axis that has no part in it."""
+    status: MoveStatus | None
+    """As the body's move says; null without one."""
     end_cause: str | None
     """As the body's move says."""
     start_position: int

@@ -2168,7 +2168,8 @@ export interface paths {
          * Calculate Positions
          * @description Calculate the positions of the axes for a place, the elbow bent as in the manual's example.
          *
-         *     The place in the answer is that of the whole pulses. Nothing is sent; 422 where the arm does not come.
+         *     Pulses are cut towards zero, as HLS answers them; the place in the answer is that of the whole pulses.
+         *     Nothing is sent; 422 where the arm does not come.
          */
         post: operations["calculatePositions"];
         delete?: never;
@@ -2765,7 +2766,9 @@ export interface paths {
         post?: never;
         /**
          * Disarm Capture
-         * @description Let an input capture nothing (CPS), which sets its entries to 0; refused while the motor moves.
+         * @description Let an input capture nothing (CPS), and forget its entries, which are set to 0 (CFS).
+         *
+         *     Refused while the motor moves.
          */
         delete: operations["disarmCapture"];
         options?: never;
@@ -13389,7 +13392,7 @@ export interface components {
             instruction: string | null;
             /**
              * Elapsed S
-             * @description How long the run takes, or took; null without one.
+             * @description How long `run` takes, or took; null without one, or where another program runs.
              */
             elapsed_s: number | null;
             /** @description Null where the gateway has started none. */
@@ -17170,7 +17173,7 @@ export interface components {
         RunRequest: {
             /**
              * Label
-             * @description Without the `*`.
+             * @description With or without its `*`.
              */
             label?: string | null;
             /** Address */
@@ -17300,11 +17303,11 @@ export interface components {
             body_id: string;
             /**
              * Move Id
-             * @description The body's own move; null before it is begun.
+             * @description The body's own move; null before it is begun, and of an axis that has no part in it.
              */
             move_id: string | null;
-            /** @default queued */
-            status: components["schemas"]["MoveStatus"];
+            /** @description As the body's move says; null without one. */
+            status: components["schemas"]["MoveStatus"] | null;
             /**
              * End Cause
              * @description As the body's move says.
@@ -22008,7 +22011,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        requestBody: {
+        requestBody?: {
             content: {
                 "application/json": components["schemas"]["RunRequest"];
             };

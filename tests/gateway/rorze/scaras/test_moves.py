@@ -120,7 +120,7 @@ async def test_the_finger_turns_alone() -> None:
         )
         assert robot.positions()[:2] == before[:2]
         assert robot.place().direction == pytest.approx(60_000, abs=4)
-        assert [axis.status for axis in move.axes][2] is MoveStatus.SUCCEEDED
+        assert [axis.status for axis in move.axes] == [None, None, MoveStatus.SUCCEEDED]
         assert [axis.move_id for axis in move.axes][:2] == [None, None]
 
 
@@ -314,6 +314,10 @@ async def test_a_controller_with_another_geometry_is_not_moved() -> None:
         robot.rig.axis(3).execute("HAS215000", 0.0)
         robot.rig.axis(2).execute("HCS1", 0.0)
         await refused(robot, GeometryDiffers, "line1.02 drives axis 1, not 0", kind="offset", x=mm(10))
+        for command in ("HCS0", "HTS1", "HZS1,1.00"):  # as from the factory
+            robot.rig.axis(2).execute(command, 0.0)
+        reason = r"line1\.02 calculates that the arm cannot be where it stands; nothing was moved"
+        await refused(robot, GeometryDiffers, reason, kind="offset", x=mm(10))
 
 
 @in_virtual_time

@@ -50,6 +50,11 @@ def test_there_and_back_within_a_pulse_with_belts(turn: int, arm: int) -> None:
     assert lead <= 100 or back == pytest.approx((turn, arm), abs=1)
 
 
+def test_pulses_are_cut_as_hls_cuts_them() -> None:
+    """RC-420 manual 13.10.7."""
+    assert robot_of(THREE).pulses_of(Place(0, 115_000, 90_000)) == (-10_149, -10_000, -16_666)
+
+
 def test_where_the_arm_does_not_come_there_are_no_pulses() -> None:
     with pytest.raises(InvalidRequest, match="comes 430000 um from the origin, but not 570000 um"):
         robot_of(THREE).pulses_of(Place(0, 900_000, 90_000))
