@@ -66,6 +66,12 @@ async def test_bodies_and_lines_are_added_and_stand_in_the_file(stand: Stand) ->
         line = {"id": "arm", "address": "tcp://127.0.0.1:9"}
         for wrong in (line, {"id": "leg"}, line | {"id": None}, {}):
             assert (await stand.post("/lines", {"line": wrong})).status_code == 422, wrong
+        for field in ({"trace_file": "/etc/cron.d/x"}, {"address": f"dpram://{path}", "protocol": "fics"}):
+            robot = {"id": "r9", "units": [{"number": 1, "axes": ["X"]}]}
+            answer = await stand.post("/lines", {"line": line | {"id": "leg", "robot": robot} | field})
+            assert answer.status_code == 422
+            assert answer.json()["detail"].endswith(("nothing was changed.", "nothing was sent."))
+        assert "leg" not in path.read_text(), "no request names a file that is written"
         assert (await stand.post("/lines/leg/bodies", wanted)).status_code == 404
         assert (await stand.post("/lines/arm/bodies", {"bodies": []})).status_code == 422
 
