@@ -7,7 +7,7 @@ from pydantic import BaseModel, Field
 
 from api.common.access import Access
 from api.common.requests import json_response, new_router, origin, plant_of
-from gateway.access.keys import KeyInfo
+from gateway.access.keys import LONGEST_S, KeyInfo
 from gateway.access.roles import Role
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
@@ -15,7 +15,6 @@ from gateway.operations import access_keys
 
 router = new_router("access keys")
 
-YEARS_10_S = 10 * 365 * 86_400
 _SECRET = {"Cache-Control": "no-store"}
 KeyName = Annotated[str, Path(max_length=64, description="The name of a key.", examples=["mes"])]
 
@@ -37,7 +36,7 @@ class NewKey(
         description="The addresses of lines, bodies, groups and robots that it is for; left out: all.",
     )
     expires_s: float | None = Field(
-        default=None, gt=0, le=YEARS_10_S, description="In seconds from now; left out: it does not expire."
+        default=None, gt=0, le=LONGEST_S, description="In seconds from now; left out: it does not expire."
     )
 
 

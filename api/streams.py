@@ -14,6 +14,7 @@ from api.common.requests import new_router, plant_of
 from api.common.sockets import CLOSE_GOING_AWAY, CLOSE_SLOW_CONSUMER, refuse, tell
 from api.event_models import EventList
 from api.front.websocket_protocol import EVENTS, SINGLY, TOGETHER
+from gateway.access.principal import current
 from gateway.core.addresses import canonical_address, there_are
 from gateway.core.errors import InvalidRequest
 from gateway.core.events import FASTEST_HZ, SLOWEST_HZ, Event, SlowConsumer, Subscription
@@ -154,8 +155,10 @@ def _addresses(plant: Plant, text: str | None) -> list[str] | None:
     known = plant.addresses()
     for address in map(canonical_address, wanted or ()):
         if address not in known:
+            # Who may see a part only is not told the names of the rest.
+            listed = f"; {there_are(sorted(known))}" if current().scope is None else ""
             raise InvalidRequest(
-                f"bodies: there is no {address}; {there_are(sorted(known))}.",
+                f"bodies: there is no {address}{listed}.",
                 "GET /bodies, /groups, /scaras, /robots list what there is.",
             )
     return wanted

@@ -53,8 +53,8 @@ class Certificate:
 
     def _load(self) -> None:
         # A context that refuses a key has taken the certificate already: so they are tried in another one.
-        _context().load_cert_chain(*self._files)
-        self.context.load_cert_chain(*self._files)
+        for context in (_context(), self.context):
+            context.load_cert_chain(*self._files, password=_no_passphrase)
 
     def _stamp(self) -> list[tuple[int, int, int]] | None:
         try:
@@ -62,6 +62,11 @@ class Certificate:
         except OSError:
             return None
         return [(it.st_mtime_ns, it.st_ino, it.st_size) for it in found]
+
+
+def _no_passphrase() -> str:
+    """What OpenSSL would otherwise ask at the terminal, and the whole gateway would wait for the answer."""
+    raise OSError("the key has a passphrase, for which nobody is asked; keep it without one, mode 600")
 
 
 def _context() -> ssl.SSLContext:

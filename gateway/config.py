@@ -35,9 +35,12 @@ def _check_address_of_host(host: str) -> str:
 
 def _check_network(text: str) -> str:
     try:
-        return str(ip_network(text))
+        network = ip_network(text)
     except ValueError:
         raise ValueError(f"must be an IP address or network such as 10.0.0.0/24, not {text!r}") from None
+    if not network.prefixlen:
+        raise ValueError(f"must name proxies, not everybody, as {text} does")
+    return str(network)
 
 
 def _check_root_path(text: str) -> str:

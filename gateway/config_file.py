@@ -1,5 +1,6 @@
 """The file of the configuration: read again while the gateway runs, compared, and written to."""
 
+import asyncio
 import json
 import os
 import secrets
@@ -75,6 +76,8 @@ class ConfigFile:
         self.path = path
         self._port = port
         """The TCP port that counts instead of the file's."""
+        self.turn = asyncio.Lock()
+        """Held from reading it until what it says is served: of two changes at once one would be lost."""
 
     def load(self) -> Config:
         """Read it.

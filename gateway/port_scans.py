@@ -25,6 +25,8 @@ from transports.addresses import Address
 log = logging.getLogger(__name__)
 
 HISTORY = 100
+DEVICES: Final = ("/dev", "/sys")
+"""Below these are the devices of a machine; a request names no other file."""
 GATEWAY: Final = "The gateway"
 """Whose scans these are."""
 BROKEN_OFF: Final = "It was broken off; what was found until then stands here."
@@ -79,7 +81,7 @@ class PortScans(Works[PortScan]):
         """Begin to ask who is at ports, at every baud rate where none is named; only questions are sent.
 
         :raises BodyBusy: another scan of ports is running.
-        :raises InvalidRequest: a port is none, or a line has it; nothing was sent.
+        :raises InvalidRequest: a port is none, is a file, or a line has it; nothing was sent.
         """
         for running in self.under_way():
             raise BodyBusy(f"Scan {running.id} of ports is still running.", "Wait for it, or break it off.")
@@ -98,6 +100,7 @@ class PortScans(Works[PortScan]):
                 f"{error}. Nothing was sent.",
                 "Name ports as /dev/ttyUSB0, tcp://HOST:PORT or dpram:///dev/uio0.",
             ) from None
+        require_device(addresses[0])
         if line_id := self._line_at(addresses[0]):
             raise InvalidRequest(
                 f"Line {line_id} has the port {port}; nothing was sent.",
@@ -138,6 +141,21 @@ class PortScans(Works[PortScan]):
             FoundPort(address=it.address, told=it.in_words(), line=it.table(taken), comment=it.comment())
             for it in sorted(found, key=lambda it: it.address)
         ]
+
+
+def require_device(address: str) -> None:
+    """Refuse a port that is a file: what is written to a dual-port RAM would spoil it.
+
+    :raises InvalidRequest: it is neither below /dev or /sys nor on the network; nothing was sent.
+    """
+    it = Address.parse(address)
+    place = Path(it.path).resolve()
+    if it.scheme == "tcp" or any(map(place.is_relative_to, DEVICES)):
+        return
+    raise InvalidRequest(
+        f"{it.path} is no device of the gateway's machine, below {' or '.join(DEVICES)}; nothing was sent.",
+        "Name a device; a file can be named in the configuration file only.",
+    )
 
 
 def _place_of(address: str) -> tuple[object, ...]:

@@ -21,7 +21,7 @@ from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResp
 from api.front.connections import Admitted, ConnectionLimit
 from api.front.drain import Drain
 from api.front.pending_requests import PendingRequest
-from api.front.refusals import Refused, refusal_in
+from api.front.refusals import NOT_HTTP, Refused, refusal_in
 from api.front.stop_paths import is_stop
 from api.front.turnstile import Turnstile
 
@@ -40,6 +40,7 @@ class Limits:
     """Requests that may be sent ahead of the answers to those before them."""
 
 
+_VERSIONS = ("1.1", "1.0")
 _KEY = re.compile(rb"[A-Za-z0-9+/]{22}==")
 _INSTANCE_BYTES = 200
 LINGER_S = 0.5
@@ -240,6 +241,8 @@ class HttpProtocol(HttpToolsProtocol):
             self._read_on()
 
     def _require_good_head(self) -> None:
+        if self.parser.get_http_version() not in _VERSIONS:
+            raise Refused(400, NOT_HTTP)
         method = self.parser.get_method().decode("ascii")
         path = unquote(self.url.partition(b"?")[0].decode("latin-1"))
         self._require_room(stops=is_stop(method, path))

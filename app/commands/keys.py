@@ -12,7 +12,7 @@ from app import exits
 from app.data_directory import Data, data_directory
 from app.exits import Failure
 from app.output import table
-from gateway.access.keys import KeyFault, KeyStore
+from gateway.access.keys import KeyFault, KeyStore, KeyWordFault
 from gateway.access.roles import Role
 
 app = typer.Typer(
@@ -36,6 +36,8 @@ def create(
     try:
         addresses = None if scope is None else [part.strip() for part in scope.split(",")]
         made = _store(data).create(name, role, addresses, None if expires is None else seconds_of(expires))
+    except KeyWordFault as fault:
+        raise Failure(str(fault), exits.USAGE) from None
     except KeyFault as fault:
         raise Failure(str(fault), exits.REFUSED) from None
     typer.echo(made)
@@ -79,11 +81,11 @@ def revoke(name: Annotated[str, typer.Argument()], data: Data = None) -> None:
 def seconds_of(text: str) -> float:
     """Read a time such as 30s, 10m, 12h or 90d.
 
-    :raises KeyFault: it is none.
+    :raises KeyWordFault: it is none.
     """
     match = re.fullmatch("([1-9][0-9]{0,8})([smhd])", text)
     if not match:
-        raise KeyFault(f"{text!r} is no time such as 30s, 10m, 12h or 90d.")
+        raise KeyWordFault(f"{text!r} is no time such as 30s, 10m, 12h or 90d.")
     return float(int(match[1]) * _SECONDS[match[2]])
 
 

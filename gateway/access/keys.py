@@ -13,6 +13,7 @@ from datetime import UTC, datetime
 from hashlib import sha256
 from hmac import compare_digest
 from pathlib import Path
+from stat import S_ISVTX, S_IWOTH
 from typing import Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -31,11 +32,17 @@ _SCOPE: Final = re.compile(r"(?:[a-z][a-z0-9-]{0,31}[.])?[0-9A-Fa-f]{2}|[a-z][a-
 _RESERVED: Final = frozenset({"gateway", "everybody"})
 LOOK_AGAIN_S: Final = 0.05
 """The file is looked at no more often for keys that are known: it takes a third of the time of the check."""
+LONGEST_S: Final = 10 * 365 * 86_400.0
+"""No key that ends lasts longer."""
 _OTHERS_MAY_WRITE: Final = 0o022
 
 
 class KeyFault(ValueError):
     """A key cannot be made, found or read; the message says why and what to do."""
+
+
+class KeyWordFault(KeyFault):
+    """What is asked for is no name, no scope or no time."""
 
 
 class KeyFileFault(KeyFault):
@@ -199,17 +206,20 @@ class KeyStore:
     ) -> str:
         """Make a key and give it; nobody can read it again.
 
-        :raises KeyFault: the name or the scope is none, or a good key has this name.
+        :raises KeyWordFault: the name, the scope or the time is none.
+        :raises KeyFault: a good key has this name.
         :raises KeyFileFault: the file cannot be written.
         """
         if not _NAME.fullmatch(name) or name.lower() in _RESERVED:
-            raise KeyFault(
+            raise KeyWordFault(
                 f"{name!r} is no name of a key: up to 64 letters, digits and . _ @ -, and neither gateway "
                 "nor everybody."
             )
         for address in scope or ():
             if not _SCOPE.fullmatch(address):
-                raise KeyFault(f"{address!r} is no address of a line, body, group or robot.")
+                raise KeyWordFault(f"{address!r} is no address of a line, body, group or robot.")
+        if expires_s is not None and not 0 < expires_s <= LONGEST_S:
+            raise KeyWordFault("A key ends within 10 years, or never.")
         prefix = secrets.token_hex(6)
         token = f"mg_{prefix}_{secrets.token_urlsafe(32)}"
         now = self._clock()
@@ -267,6 +277,11 @@ class KeyStore:
         try:
             if self._path.stat().st_mode & _OTHERS_MAY_WRITE:
                 raise KeyFileFault(f"Others may write {self._path}: chmod 600 it, and look at who is in it.")
+            if self._directory.stat().st_mode & (S_IWOTH | S_ISVTX) == S_IWOTH:
+                raise KeyFileFault(
+                    f"Everybody may put other files into {self._directory}: chmod 700 it, and look at who is "
+                    f"in {FILE}."
+                )
             return _File.model_validate_json(self._text(FILE))
         except FileNotFoundError:
             return _File()

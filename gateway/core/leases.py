@@ -6,7 +6,7 @@ was held up for longer than its lease writes nothing. Stops and reads need none.
 """
 
 import asyncio
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Literal, Protocol
 
@@ -75,6 +75,9 @@ class _Held:
     def id(self) -> str:
         return f"lease-{self.token}"
 
+    def is_shown_by(self, claim: Claim) -> bool:
+        return self.token in claim.tokens and self.holder.id == claim.holder
+
     def meets(self, part: Part) -> bool:
         return any(own.meets(part) for own in self.parts)
 
@@ -134,20 +137,20 @@ class Leases:
         self.on_taken(held.subject, self._told(held))
         return self._told_to_holder(held)
 
-    def renew(self, lease_id: str, tokens: Iterable[int]) -> Taken:
+    def renew(self, lease_id: str, claim: Claim) -> Taken:
         """Let a lease last for its whole time from now on.
 
         :raises NotFound: it is over.
-        :raises LeaseRefused: its token is not shown.
+        :raises LeaseRefused: its token is not shown, or not by its holder.
         """
         held = self._find(lease_id)
-        if held.token not in tokens:
+        if not held.is_shown_by(claim):
             raise LeaseRefused(
-                f"The token shown is not that of {held.id}; nothing was renewed.",
-                "Send the header Lease-Token with the token that came with the lease.",
+                f"The token shown is not that of {held.id}, or not yours; nothing was renewed.",
+                "Send the key that took the lease, and the token that came with it as Lease-Token.",
             ).in_japanese(
-                f"トークンが {held.id} のものではありません。更新していません。",
-                "リース取得時のトークンを Lease-Token ヘッダーで送信してください。",
+                f"{held.id} のトークンではないか、別のキーのリースです。更新していません。",
+                "リース取得時と同じキーで、そのトークンを Lease-Token ヘッダーで送信してください。",
             )
         held.until = self.clock() + held.ttl_s
         return self._told_to_holder(held)
@@ -212,12 +215,12 @@ class Leases:
         if self.mode == "off" or not (self._held or claim.tokens or self.mode == "required"):
             return None
         self.look()
-        return next((why for part in claim.parts if (why := self._why_not(part, claim.tokens))), None)
+        return next((why for part in claim.parts if (why := self._why_not(part, claim))), None)
 
-    def _why_not(self, part: Part, tokens: Sequence[int]) -> LeaseRefused | None:
-        shown = False
+    def _why_not(self, part: Part, claim: Claim) -> LeaseRefused | None:
+        shown, tokens = False, claim.tokens
         for held in self._held.values():
-            if held.token in tokens:
+            if held.is_shown_by(claim):
                 shown = shown or held.contains(part)
             elif held.meets(part):
                 return self._is_leased(held)

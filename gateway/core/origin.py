@@ -19,6 +19,8 @@ class Claim:
 
     tokens: tuple[int, ...] = ()
     parts: tuple[Part, ...] = ()
+    holder: str = ""
+    """Whose request it is: a token is good for the holder of its lease alone, since anybody can count."""
 
 
 NO_CLAIM = Claim()

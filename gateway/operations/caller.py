@@ -7,6 +7,7 @@ from typing import Any, Concatenate, Final, ParamSpec, TypeVar
 from gateway.access import principal
 from gateway.core.leases import Holder
 from gateway.core.origin import ORIGIN, Claim, Origin
+from gateway.core.parts import Part
 from gateway.core.rights import Right
 from gateway.plant import Plant
 
@@ -63,8 +64,12 @@ def require(plant: Plant, right: Right, *targets: object, leased: bool = True) -
     plant.territory.require(principal.current(), right, *addresses)
     if leased and right in LEASED and plant.leases.mode != "off":
         parts = tuple(part for address in addresses for part in plant.territory.parts(address))
-        origin = ORIGIN.get()
-        ORIGIN.set(origin.claiming(plant.leases.admit(Claim(origin.claim.tokens, parts))))
+        ORIGIN.set(ORIGIN.get().claiming(plant.leases.admit(claim(*parts))))
+
+
+def claim(*parts: Part) -> Claim:
+    """The leases that the caller shows, for these parts."""
+    return Claim(ORIGIN.get().claim.tokens, parts, principal.current().id)
 
 
 def holder() -> Holder:

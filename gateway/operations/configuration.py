@@ -14,6 +14,7 @@ from gateway.core.errors import InvalidRequest, NotAllowed
 from gateway.core.rights import Right
 from gateway.operations.caller import needs
 from gateway.plant import Plant
+from gateway.port_scans import require_device
 
 NOT_ADDED = "Correct what is to be added; the file is as it was."
 
@@ -36,11 +37,12 @@ async def reload(plant: Plant, *, dry_run: bool) -> Reloaded:
     :raises GatewayError: as of `Plant.reload`; nothing was changed.
     """
     file = _file_of(plant)
-    try:
-        wanted = await asyncio.to_thread(file.load)
-    except ConfigError as error:
-        raise _unusable(error) from None
-    return await _serve(plant, wanted, dry_run=dry_run)
+    async with file.turn:
+        try:
+            wanted = await asyncio.to_thread(file.load)
+        except ConfigError as error:
+            raise _unusable(error) from None
+        return await _serve(plant, wanted, dry_run=dry_run)
 
 
 @needs(Right.ADMIN, whole_plant=True)
@@ -52,11 +54,18 @@ async def add_line(plant: Plant, table: Mapping[str, Any], *, comment: str = "",
     :raises NotSent: the file cannot be written; nothing was changed.
     """
     file = _file_of(plant)
-    try:
-        text, wanted = await asyncio.to_thread(file.with_line, table, _signed(comment))
-    except ConfigError as error:
-        raise _unusable(error, NOT_ADDED) from None
-    return await _write_and_serve(plant, file, text, wanted, dry_run=dry_run)
+    if "trace_file" in table:
+        raise InvalidRequest(
+            "line.trace_file: which files are written is not for a request to say; nothing was changed.",
+            "Leave it out, or write it into the configuration file by hand.",
+        )
+    async with file.turn:
+        try:
+            text, wanted = await asyncio.to_thread(file.with_line, table, _signed(comment))
+        except ConfigError as error:
+            raise _unusable(error, NOT_ADDED) from None
+        require_device(wanted.lines[-1].address)
+        return await _write_and_serve(plant, file, text, wanted, dry_run=dry_run)
 
 
 @needs(Right.ADMIN)
@@ -67,13 +76,14 @@ async def add_bodies(
 
     :raises NotFound: there is no such line.
     """
-    plant.port(line_id)
     file = _file_of(plant)
-    try:
-        text, wanted = await asyncio.to_thread(file.with_bodies, line_id, bodies, _signed(comment))
-    except ConfigError as error:
-        raise _unusable(error, NOT_ADDED) from None
-    return await _write_and_serve(plant, file, text, wanted, dry_run=dry_run)
+    async with file.turn:
+        plant.port(line_id)
+        try:
+            text, wanted = await asyncio.to_thread(file.with_bodies, line_id, bodies, _signed(comment))
+        except ConfigError as error:
+            raise _unusable(error, NOT_ADDED) from None
+        return await _write_and_serve(plant, file, text, wanted, dry_run=dry_run)
 
 
 def _signed(comment: str) -> str:

@@ -3,9 +3,8 @@
 from gateway.access import principal
 from gateway.core.errors import NotFound
 from gateway.core.leases import Lease, Taken
-from gateway.core.origin import current
 from gateway.core.rights import Right
-from gateway.operations.caller import for_caller, holder, require
+from gateway.operations.caller import claim, for_caller, holder, require
 from gateway.plant import Plant
 
 
@@ -27,7 +26,7 @@ async def take(plant: Plant, scope: str, ttl_s: float, *, take_over: bool) -> Ta
 async def renew(plant: Plant, lease_id: str) -> Taken:
     """Let a lease last on; errors as of `Leases.renew`."""
     require(plant, Right.OPERATE, plant.leases.get(lease_id).scope, leased=False)
-    return plant.leases.renew(lease_id, current().claim.tokens)
+    return plant.leases.renew(lease_id, claim())
 
 
 @for_caller

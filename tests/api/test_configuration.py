@@ -1,5 +1,6 @@
 """The configuration over HTTP: read again, and written to."""
 
+import asyncio
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -66,8 +67,30 @@ async def test_bodies_and_lines_are_added_and_stand_in_the_file(stand: Stand) ->
         line = {"id": "arm", "address": "tcp://127.0.0.1:9"}
         for wrong in (line, {"id": "leg"}, line | {"id": None}, {}):
             assert (await stand.post("/lines", {"line": wrong})).status_code == 422, wrong
+        for field in ({"trace_file": "/etc/cron.d/x"}, {"address": f"dpram://{path}", "protocol": "fics"}):
+            robot = {"id": "r9", "units": [{"number": 1, "axes": ["X"]}]}
+            answer = await stand.post("/lines", {"line": line | {"id": "leg", "robot": robot} | field})
+            assert answer.status_code == 422
+            assert answer.json()["detail"].endswith(("nothing was changed.", "nothing was sent."))
+        assert "leg" not in path.read_text(), "no request names a file that is written"
         assert (await stand.post("/lines/leg/bodies", wanted)).status_code == 404
         assert (await stand.post("/lines/arm/bodies", {"bodies": []})).status_code == 422
+
+
+@on_stand({"arm": BODIES})
+async def test_of_changes_that_come_together_none_is_lost(stand: Stand) -> None:
+    numbers = ("40", "41", "42")
+    with TemporaryDirectory() as folder:
+        path = give_file(stand, folder)
+        adding = (stand.post("/lines/arm/bodies", {"bodies": [{"id": it}]}) for it in numbers)
+        added = await asyncio.gather(*adding, stand.post("/system/reload"))
+        assert [it.status_code for it in added] == [200] * 4, [it.text for it in added]
+        told = sorted(key for it in added for line in it.json()["lines"] for key in line["keys"])
+        assert told == [f"bodies.{it}" for it in numbers], "each of its own"
+        served = [it["body_id"] for it in (await stand.get("/bodies")).json()["bodies"]]
+        for number in numbers:
+            assert f"arm.{number}" in served
+            assert f'id = "{number}"' in path.read_text()
 
 
 @on_stand()

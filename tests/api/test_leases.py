@@ -53,6 +53,9 @@ async def test_what_is_leased_is_moved_and_set_by_its_holder_alone(stand: Stand,
     is_refused(await stand.post("/bodies/arm.3F/moves", RELATIVE, **bert))
     is_refused(await stand.post("/bodies/arm.3F/commands/set-maximum-speed", {"speed": 9_000}, **bert))
     is_refused(await stand.post("/groups/arm.80/moves", RELATIVE, **bert))
+    guessed = {"Lease-Token": ",".join(map(str, range(1, 30)))}
+    is_refused(await stand.post("/bodies/arm.3F/moves", RELATIVE, **bert, **guessed))
+    is_refused(await stand.post(f"/leases/{lease['lease']}/renew", **bert, **lease["header"]))
     assert [frame for frame in stand.frames()[len(before) :] if frame[5:6] in "M1"] == []
     assert (await stand.get("/bodies/arm.3F/position", **bert)).status_code == 200
     assert (await stand.post("/bodies/arm.3F/moves", RELATIVE, **anna, **lease["header"])).status_code == 202

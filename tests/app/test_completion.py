@@ -1,5 +1,7 @@
 """What the shell completes."""
 
+from pathlib import Path
+
 import httpx
 import pytest
 
@@ -26,3 +28,19 @@ def test_units_of_a_robot_have_addresses(monkeypatch: pytest.MonkeyPatch) -> Non
 
 def test_without_a_gateway_nothing_is_completed(monkeypatch: pytest.MonkeyPatch) -> None:
     assert completed(monkeypatch, always(httpx.ConnectError("refused")), "stop", "a") == []
+
+
+@pytest.mark.parametrize("by_option", [True, False])
+def test_the_key_is_read_from_its_file(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, *, by_option: bool
+) -> None:
+    file = tmp_path / "key"
+    file.write_text("mg_1_secret")
+    gateway = FakeGateway(plant(b3F="arm"))
+    if by_option:
+        found = completed(monkeypatch, gateway, "stop", "--key-file", str(file), "ar")
+    else:
+        monkeypatch.setenv("MOTION_GATEWAY_KEY_FILE", str(file))
+        found = completed(monkeypatch, gateway, "stop", "ar")
+    assert found == ["arm"]
+    assert {it.headers["Authorization"] for it in gateway.asked} == {"Bearer mg_1_secret"}

@@ -65,6 +65,18 @@ def test_nothing_is_served_without_a_good_certificate(tmp_path: Path) -> None:
             Certificate(*wrong)
 
 
+def test_nobody_is_asked_for_a_passphrase(tmp_path: Path) -> None:
+    file, key = write_certificate(tmp_path, "first")
+    from cryptography.hazmat.primitives import serialization
+
+    secret = serialization.load_pem_private_key(key.read_bytes(), None)
+    locked = serialization.BestAvailableEncryption(b"secret")
+    form = (serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8)
+    key.write_bytes(secret.private_bytes(*form, locked))
+    with pytest.raises(ConfigError, match="has a passphrase"):
+        Certificate(file, key)
+
+
 def test_old_versions_are_not_spoken(tmp_path: Path) -> None:
     context = Certificate(*write_certificate(tmp_path, "first")).context
     assert context.minimum_version is ssl.TLSVersion.TLSv1_2

@@ -158,9 +158,12 @@ def test_the_source_makes_the_same_wheel(distributions: tuple[Path, Path], tmp_p
     with tarfile.open(source) as archive:
         archive.extractall(tmp_path, filter="data")
     (unpacked,) = tmp_path.iterdir()
-    build(unpacked, tmp_path / "dist", "-t", "wheel")
-    (again,) = (tmp_path / "dist").glob("*.whl")
+    (unpacked / "key").write_text("secret")
+    build(unpacked, tmp_path / "dist")
+    (again,), (source_again,) = (tmp_path / "dist").glob("*.whl"), (tmp_path / "dist").glob("*.tar.gz")
     assert set(ZipFile(again).namelist()) == set(ZipFile(wheel).namelist())
+    with tarfile.open(source) as first, tarfile.open(source_again) as second:
+        assert set(second.getnames()) == set(first.getnames()), "without the key that lies there"
 
 
 def test_the_installed_command_runs_what_was_installed(installed: Installed) -> None:
@@ -418,7 +421,10 @@ def test_compose_starts_what_there_is() -> None:
         compose["volumes"]
     )
     assert demo["command"] == ["motion-gateway", "serve", "--demo"]
-    assert demo["extends"] == "gateway"
+    assert not demo.keys() & {"devices", "volumes"}, "it needs nothing that only a plant has"
+    hardened = {"read_only": True, "cap_drop": ["ALL"], "security_opt": ["no-new-privileges:true"]}
+    for service in (gateway, demo):
+        assert service.items() >= hardened.items()
 
 
 # the documents

@@ -385,3 +385,9 @@ def test_sweeps_have_numbers_of_their_own(bodies: int, sweep_groups: str, what: 
         f"sweep_groups = {sweep_groups}\n"
     )
     assert what in told
+
+
+@pytest.mark.parametrize("network", ["0.0.0.0/0", "::/0", "10.0.0.1/8", "proxy.example", ""])
+def test_trusted_proxies_are_named(network: str) -> None:
+    with pytest.raises(ValidationError, match=r"must (be an IP address|name proxies)"):
+        Server(trusted_proxies=(network,))

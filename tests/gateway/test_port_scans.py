@@ -16,7 +16,7 @@ from gateway.core.origin import Origin
 from gateway.fics.config import Line as FicsLine
 from gateway.operations import port_scans
 from gateway.operations.configuration import add_line, reload
-from gateway.port_scans import PortScan
+from gateway.port_scans import PortScan, require_device
 from simulator.fics.layout import Layout
 from simulator.fics.line import build_line as build_robot
 from simulator.rorze.line import build_line
@@ -113,6 +113,19 @@ async def test_a_port_that_a_line_has_is_left_alone(tmp_path: Path) -> None:
         with pytest.raises(InvalidRequest, match="Line line1 has the port tcp://arm:1; nothing was sent"):
             await it.scan(CELL, "tcp://arm:1")
         assert len(it.arm.sent) == sent
+
+
+@in_virtual_time
+async def test_a_file_is_no_port(tmp_path: Path) -> None:
+    for place in (tmp_path / "journal.db", tmp_path / "link", Path("/dev/../etc/passwd")):
+        with pytest.raises(InvalidRequest, match="no device of the gateway's machine"):
+            require_device(f"dpram://{place}")
+    (tmp_path / "link").symlink_to("/dev/uio0")
+    for address in (f"dpram://{tmp_path}/link", "serial:///dev/ttyUSB0", "tcp://host:4001"):
+        require_device(address)
+    async with hall(tmp_path) as it:
+        with pytest.raises(InvalidRequest, match="nothing was sent"):
+            await it.scan(f"dpram://{tmp_path}/journal.db")
 
 
 @in_virtual_time

@@ -105,6 +105,15 @@ async def test_a_key_at_its_limits_still_stops_and_others_go_on(stand: Stand, ke
 
 
 @guarded()
+async def test_a_key_for_a_part_is_not_told_the_names_of_the_rest(stand: Stand, keys: Keys) -> None:
+    for query in ("leg", "leg.99"):
+        answer = await stand.get(f"/events?bodies={query}", **keys.header("viewer", "leg"))
+        assert answer.status_code == 422
+        assert "arm" not in answer.text
+    assert "arm.3F" in (await stand.get("/events?bodies=leg.99", **keys.header("viewer"))).text
+
+
+@guarded()
 async def test_a_stream_ends_with_its_key(stand: Stand, keys: Keys) -> None:
     token = keys.store.create("dashboard", "viewer")  # type: ignore[arg-type]  # a role's word
     header = {"authorization": f"Bearer {token}"}

@@ -324,6 +324,8 @@ async def test_rubbish_in_a_body_leaves_it_undone(front: Front) -> None:
         b"POST /a HTTP/1.1\r\nhost: a\r\ntransfer-encoding: chunked, gzip\r\n\r\n",
         b"POST /a HTTP/1.1\r\nhost: a\r\ntransfer-encoding: chunked\r\n\r\nfffffffffffffffffff\r\n",
         b"GET /\xe3\x81\x82 HTTP/1.1\r\nhost: 127.0.0.1\r\n\r\n",
+        b"GET /a HTTP/0.9\r\nhost: 127.0.0.1\r\n\r\n",
+        b"GET /a HTTP/2.0\r\nhost: 127.0.0.1\r\n\r\n",
         b"GET /a HTTP/9.9\r\nhost: 127.0.0.1\r\n\r\n",
         b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03",
         b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n",

@@ -48,20 +48,23 @@ def test_keys_are_listed_without_what_is_secret(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "sentence"),
+    ("words", "sentence", "code"),
     [
-        (("create", "a b", "--role", "viewer"), "no name of a key"),
-        (("create", "a", "--role", "viewer", "--scope", "line 1"), "no address"),
-        (("create", "a", "--role", "viewer", "--scope", ""), "no address"),
-        (("create", "a", "--role", "viewer", "--expires", "0d"), "no time"),
-        (("revoke", "nobody"), "no good key nobody"),
+        (("create", "a b", "--role", "viewer"), "no name of a key", 2),
+        (("create", "a", "--role", "viewer", "--scope", "line 1"), "no address", 2),
+        (("create", "a", "--role", "viewer", "--scope", ""), "no address", 2),
+        (("create", "a", "--role", "viewer", "--expires", "9w"), "no time", 2),
+        (("create", "a", "--role", "viewer", "--expires", "999999999d"), "within 10 years", 2),
+        (("create", "mes", "--role", "viewer"), "a good key mes already", 1),
+        (("revoke", "nobody"), "no good key nobody", 1),
     ],
 )
 def test_what_cannot_be_done_is_told_in_a_sentence(
-    words: tuple[str, ...], sentence: str, tmp_path: Path
+    words: tuple[str, ...], sentence: str, code: int, tmp_path: Path
 ) -> None:
+    created(tmp_path, "mes", "--role", "viewer")
     said = run("keys", *words, "--data", tmp_path)
-    assert (said.exit_code, said.stdout) == (1, "")
+    assert (said.exit_code, said.stdout) == (code, "")
     assert sentence in said.stderr
     assert run("keys", "create", "a", "--role", "king", "--data", tmp_path).exit_code == 2
 

@@ -4,6 +4,7 @@ import json
 import logging
 import os
 import stat
+from math import nan
 from pathlib import Path
 
 import pytest
@@ -141,6 +142,23 @@ def test_a_file_that_others_may_write_is_not_believed(store: KeyStore, tmp_path:
     with pytest.raises(KeyFault, match="chmod 600"):
         store.all()
     assert KeyStore(tmp_path / "data").is_empty
+
+
+def test_a_directory_that_everybody_may_write_is_not_believed(store: KeyStore, tmp_path: Path) -> None:
+    store.create("mes", Role.ADMIN)
+    data = tmp_path / "data"
+    data.chmod(0o777)
+    with pytest.raises(KeyFault, match="chmod 700"):
+        store.all()
+    assert KeyStore(data).is_empty
+    data.chmod(0o1777)
+    assert len(store.all()) == 1, "nobody replaces the file of somebody else there"
+
+
+@pytest.mark.parametrize("expires_s", [0.0, -1.0, nan, 1e11])
+def test_a_time_that_no_key_has_is_refused(store: KeyStore, expires_s: float) -> None:
+    with pytest.raises(KeyFault, match="within 10 years"):
+        store.create("mes", Role.VIEWER, expires_s=expires_s)
 
 
 def test_a_change_that_cannot_be_written_is_told(tmp_path: Path) -> None:

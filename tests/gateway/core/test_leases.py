@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Iterator, Sequence
+from itertools import product
 from typing import Any
 
 import pytest
@@ -42,9 +43,9 @@ class Hall:
 
         return asyncio.run(taking())
 
-    def may(self, part: Part, *tokens: int) -> bool:
+    def may(self, part: Part, *tokens: int, by: Holder = ANNA) -> bool:
         try:
-            self.leases.admit(Claim(tokens, (part,)))
+            self.leases.admit(Claim(tokens, (part,), by.id))
         except LeaseRefused:
             return False
         return True
@@ -71,6 +72,18 @@ def test_what_is_leased_is_moved_with_its_token_only(hall: Hall) -> None:
     assert hall.may(TURN)
 
 
+def test_a_token_is_good_for_the_holder_alone(hall: Hall) -> None:
+    taken = hall.take(ANNA, LIFT)
+    everything = range(taken.token + 10)
+    assert hall.may(LIFT, *everything, by=ANNA)
+    with pytest.raises(LeaseRefused, match="leased to anna"):
+        hall.leases.admit(Claim(tuple(everything), (LIFT,), BERT.id))
+    with pytest.raises(LeaseRefused, match="not yours"):
+        hall.leases.renew(taken.lease, Claim((taken.token,), holder=BERT.id))
+    claim = Claim((taken.token,), (LIFT,), BERT.id)
+    assert isinstance(written(hall, MOVE, claim), LeaseRefused), "nor at the gate"
+
+
 def test_a_line_has_all_that_is_on_it(hall: Hall) -> None:
     token = hall.take(ANNA, ARM).token
     assert hall.may(LIFT, token)
@@ -86,9 +99,9 @@ def test_a_line_is_set_by_nobody_while_a_body_of_it_is_leased_to_somebody_else(h
 
 def test_several_tokens_stand_side_by_side(hall: Hall) -> None:
     tokens = hall.take(ANNA, LIFT).token, hall.take(ANNA, TURN).token
-    assert hall.leases.admit(Claim(tokens, (LIFT, TURN))).tokens == tokens
+    assert hall.leases.admit(Claim(tokens, (LIFT, TURN), ANNA.id)).tokens == tokens
     with pytest.raises(LeaseRefused):
-        hall.leases.admit(Claim(tokens[:1], (LIFT, TURN)))
+        hall.leases.admit(Claim(tokens[:1], (LIFT, TURN), ANNA.id))
 
 
 def test_a_token_of_a_lease_elsewhere_is_refused_where_nobody_has_one(hall: Hall) -> None:
@@ -124,18 +137,18 @@ def test_a_lease_ends_with_its_time_and_its_token_with_it(hall: Hall) -> None:
 def test_a_renewed_lease_lasts_for_its_whole_time_again(hall: Hall) -> None:
     taken = hall.take(ANNA, LIFT, ttl_s=10.0)
     hall.now = 9.0
-    assert hall.leases.renew(taken.lease, [taken.token]).expires_in_s == 10.0
+    assert hall.leases.renew(taken.lease, Claim((taken.token,), holder=ANNA.id)).expires_in_s == 10.0
     hall.now = 18.9
     assert hall.may(LIFT, taken.token)
     with pytest.raises(LeaseRefused, match="not that of"):
-        hall.leases.renew(taken.lease, [taken.token + 1])
+        hall.leases.renew(taken.lease, Claim((taken.token + 1,), holder=ANNA.id))
 
 
 def test_a_lease_that_is_over_is_not_renewed(hall: Hall) -> None:
     taken = hall.take(ANNA, LIFT, ttl_s=1.0)
     hall.now = 1.0
     with pytest.raises(NotFound, match="or it is over"):
-        hall.leases.renew(taken.lease, [taken.token])
+        hall.leases.renew(taken.lease, Claim((taken.token,), holder=ANNA.id))
 
 
 def test_nobody_leases_what_is_leased_but_by_taking_it_over(hall: Hall) -> None:
@@ -144,7 +157,7 @@ def test_nobody_leases_what_is_leased_but_by_taking_it_over(hall: Hall) -> None:
         hall.take(BERT, ARM)
     second = hall.take(BERT, ARM, over=True)
     assert second.token > first.token
-    assert (hall.may(LIFT, second.token), hall.may(LIFT, first.token)) == (True, False)
+    assert (hall.may(LIFT, second.token, by=BERT), hall.may(LIFT, first.token)) == (True, False)
     assert hall.ended == [(first.lease, "taken_over")]
 
 
@@ -171,7 +184,7 @@ def written(hall: Hall, command: Any, claim: Claim, work: Any = "clients") -> Ga
 
 def test_what_was_admitted_is_not_written_after_the_lease(hall: Hall) -> None:
     token = hall.take(ANNA, LIFT, ttl_s=10.0).token
-    claim = hall.leases.admit(Claim((token,), (LIFT,)))
+    claim = hall.leases.admit(Claim((token,), (LIFT,), ANNA.id))
     assert written(hall, MOVE, claim) is None
     hall.now = 10.0
     for command in (MOVE, SETTING):
@@ -179,13 +192,13 @@ def test_what_was_admitted_is_not_written_after_the_lease(hall: Hall) -> None:
 
 
 def test_what_was_admitted_without_a_lease_is_not_written_once_somebody_else_has_one(hall: Hall) -> None:
-    claim = hall.leases.admit(Claim((), (LIFT,)))
+    claim = hall.leases.admit(Claim((), (LIFT,), ANNA.id))
     hall.take(BERT, LIFT)
     assert isinstance(written(hall, MOVE, claim), LeaseRefused)
 
 
 def test_stops_pass_and_so_does_what_follows_a_move_to_its_end(hall: Hall) -> None:
-    claim = Claim((hall.take(ANNA, LIFT).token,), (LIFT,))
+    claim = Claim((hall.take(ANNA, LIFT).token,), (LIFT,), ANNA.id)
     hall.now = 10.0
     assert written(hall, StopDecelerating(), claim) is None
     assert written(hall, SETTING, claim, "followers") is None
@@ -203,7 +216,7 @@ def test_a_motion_that_nobody_admitted_is_not_written_on_a_line_with_a_lease(hal
 
 
 class Machine(RuleBasedStateMachine):
-    """Clients take, renew and lose leases; who has the newest token of a part is written here, too."""
+    """Clients take, renew and lose leases; who holds what is written here, too."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -211,8 +224,8 @@ class Machine(RuleBasedStateMachine):
         self.held: list[tuple[Taken, Holder, Sequence[Part], float]] = []
         self.given: list[int] = []
 
-    def lasting(self) -> Iterator[tuple[Taken, Sequence[Part]]]:
-        return ((taken, parts) for taken, _, parts, until in self.held if self.hall.now < until)
+    def lasting(self) -> Iterator[tuple[Taken, Holder, Sequence[Part]]]:
+        return ((taken, holder, parts) for taken, holder, parts, until in self.held if self.hall.now < until)
 
     @rule(
         holder=st.sampled_from([ANNA, BERT]),
@@ -221,7 +234,7 @@ class Machine(RuleBasedStateMachine):
         over=st.booleans(),
     )
     def take(self, holder: Holder, parts: list[Part], ttl_s: float, over: bool) -> None:
-        meets = [it for it, theirs in self.lasting() if any(a.meets(b) for a in theirs for b in parts)]
+        meets = [it for it, _, theirs in self.lasting() if any(a.meets(b) for a in theirs for b in parts)]
         if meets and not over:
             with pytest.raises(LeaseRefused):
                 self.hall.take(holder, *parts, ttl_s=ttl_s)
@@ -248,12 +261,12 @@ class Machine(RuleBasedStateMachine):
     def only_good_tokens_move(self) -> None:
         lasting = list(self.lasting())
         for part in (ARM, LIFT, TURN, FOOT):
-            near = [(taken, parts) for taken, parts in lasting if any(it.meets(part) for it in parts)]
+            near = [it for it in lasting if any(own.meets(part) for own in it[2])]
             assert self.hall.may(part) == (not near)
-            for token in self.given:
-                own = [parts for taken, parts in near if taken.token == token]
+            for token, by in product(self.given, (ANNA, BERT)):
+                own = [parts for taken, holder, parts in near if (taken.token, holder) == (token, by)]
                 alone = len(near) == 1 and bool(own) and any(it.contains(part) for it in own[0])
-                assert self.hall.may(part, token) == alone
+                assert self.hall.may(part, token, by=by) == alone
 
 
 Machine.TestCase.settings = settings(max_examples=60, stateful_step_count=20, deadline=None)
