@@ -2,7 +2,6 @@
 
 import shlex
 import shutil
-import socket
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,6 +12,7 @@ from typing import Any, Final
 import httpx
 from playwright.sync_api import Locator, Page, expect
 
+from benchmarks.processes import free_port
 from tests.console.console import CONSOLE
 from tests.e2e.processes import (
     BODIES,
@@ -29,7 +29,8 @@ from tests.e2e.processes import (
 from tests.open_access import OPEN
 
 CHROMIUM: Final = shutil.which("chromium") or shutil.which("chromium-browser")
-PATIENCE_MS: Final = 15_000
+PATIENCE_MS: Final = 60_000
+"""What has not happened by then on a busy machine never will."""
 AXE: Final = CONSOLE / "node_modules" / "axe-core" / "axe.min.js"
 
 expect.set_options(timeout=PATIENCE_MS)
@@ -112,13 +113,6 @@ def guarded_in(folder: Path) -> Iterator[Guarded]:
             yield Guarded(line, url, folder)
         finally:
             program.end()
-
-
-def free_port() -> int:
-    """Find a port that a gateway can have again after a restart."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 class Console:

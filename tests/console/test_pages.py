@@ -3,7 +3,6 @@
 import json
 from collections.abc import Callable
 from pathlib import Path
-from time import monotonic
 
 import httpx
 import pytest
@@ -51,10 +50,12 @@ def test_a_tile_follows_a_move_from_its_start_to_its_end(plant: Plant, open_cons
     console = open_console(plant.url)
     tile = console.page.get_by_role("link", name="line1.3F")
     expect(tile).to_contain_text("stands still")
-    move = plant.gateway.moving("3F", 100_000)
+    plant.gateway.moving("3F", FAR)
     expect(tile).to_contain_text("moves")
     expect(tile.get_by_role("progressbar")).to_be_visible()
-    ended = plant.gateway.ended("3F", move["id"])
+    plant.gateway.http.post("/bodies/3F/stop").raise_for_status()
+    expect(tile).to_contain_text("relative: stopped")
+    ended = plant.gateway.ended("3F", plant.gateway.moving("3F", 100)["id"])
     expect(tile).to_contain_text("relative: succeeded")
     expect(tile).to_contain_text(f"{ended['position']:,}".replace(",", "\u202f"))
 
@@ -95,10 +96,9 @@ def test_a_stop_is_heard_while_the_page_is_busy(plant: Plant, open_console: Open
         while (performance.now() < until);
         for (let n = 0; n < 3; n++) fetch("lines/line1/trace?limit=5000");
     }, 110)""")
-    began = monotonic()
     console.page.keyboard.press("Escape")
-    until(lambda: plant.line.executed("0MS") or not moves(plant), "the motor is stopped")
-    assert monotonic() - began < 20
+    (stop,) = until(lambda: plant.line.truth("pulses_stop"), "the motor is stopped")
+    assert stop.facts["why"] != "done"
     console.shows("Everything stands still")
 
 
@@ -310,9 +310,11 @@ def test_the_wire_stands_still_while_it_is_read_and_goes_on_with_what_came(
 ) -> None:
     console = open_console(plant.url, "#/wire/line1")
     console.page.get_by_label("Contains").fill("009VD1")
+    plant.gateway.command("00", "get-information", comment_number=1)
     rows = console.page.locator("tbody tr")
-    before = rows.count()
+    expect(rows.first).to_contain_text("received")
     console.button("Pause").click()
+    before = rows.count()
     plant.gateway.command("00", "get-information", comment_number=1)
     console.page.wait_for_timeout(500)  # it stands still, however long that is
     assert rows.count() == before
