@@ -53,6 +53,7 @@ def plant(shared_plant: Plant) -> Iterator[Plant]:
     shared_plant.line.begin_anew()
     yield shared_plant
     shared_plant.gateway.http.post("/stop")
+    shared_plant.gateway.http.post("/robots/r1/errors/reset")  # a stop of the robot is an error, too
 
 
 @pytest.fixture(scope="session")

@@ -3,13 +3,14 @@
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import httpx
 import pytest
 from playwright.sync_api import Route, expect
 
 from tests.console.browser import Console, Guarded, Plant, plant_in
-from tests.e2e.processes import until
+from tests.e2e.processes import LONGEST_WAIT_S, until
 
 Open = Callable[..., Console]
 
@@ -150,8 +151,10 @@ def test_copying_as_curl_changes_nothing_on_any_page(plant: Plant, open_console:
 
 def test_a_robot_jogs_while_the_button_is_held(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/robot/r1")
+    known = robot_moves(plant)
     console.page.get_by_role("button", name="Home", exact=True).click()
-    until(lambda: robot_x(plant) is not None, "the robot is homed")
+    until(lambda: len(robot_moves(plant)) > len(known), "it begins to home")
+    until(lambda: robot_moves(plant)[0]["status"] == "succeeded", "the robot is homed")
     jogged(plant, lambda: press_mouse(console), lambda: console.page.mouse.up())
     jogged(plant, lambda: press_key(console), lambda: console.page.keyboard.up("Enter"))
     expect(console.page.locator(".notices .bad")).to_have_count(0)
@@ -169,13 +172,17 @@ def test_a_robots_tile_tells_where_its_axes_are(plant: Plant, open_console: Open
     console = open_console(plant.url)
     tile = console.page.get_by_role("link", name="r1")
     moves = "/robots/r1/units/1/moves"
-    plant.gateway.http.post(moves, json={"kind": "home"}).raise_for_status()
-    until(lambda: robot_x(plant) is not None, "the robot is homed")
+    home = plant.gateway.http.post(moves, params={"wait": LONGEST_WAIT_S}, json={"kind": "home"})
+    assert home.json()["status"] == "succeeded", home.text
     expect(tile).to_contain_text("homed")
     place = (robot_x(plant) or 0) - 5
     there = {"kind": "absolute", "axes": {"X": {"value": place, "unit": "mm"}}}
     plant.gateway.http.post(moves, json=there).raise_for_status()
     expect(tile).to_contain_text(f"X {place:g} mm")
+
+
+def robot_moves(plant: Plant) -> list[dict[str, Any]]:
+    return list(plant.gateway.get("/robots/r1/units/1/moves?limit=1000")["moves"])
 
 
 def robot_x(plant: Plant) -> float | None:
