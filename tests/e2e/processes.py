@@ -292,6 +292,10 @@ class Gateway:
             self._cursor = page["cursor"]
         return self
 
+    def now(self) -> str:
+        """Give the cursor after everything so far."""
+        return str(self.begin_anew()._cursor)
+
     def events(self, *types: str) -> list[Any]:
         """The events of some types."""
         return list(self._events(types=",".join(types))["events"])
