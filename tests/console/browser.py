@@ -17,6 +17,7 @@ from tests.console.console import CONSOLE
 from tests.e2e.processes import (
     BODIES,
     MOTION_GATEWAY,
+    PATIENT_S,
     Gateway,
     Program,
     SimulatedLine,
@@ -53,7 +54,7 @@ def plant_in(folder: Path, bodies: str = BODIES) -> Iterator[Plant]:
     """Run a plant, and end it with the block; on its line answer `bodies`."""
     with simulated_line(folder, bodies) as line:
         robot = SimulatedRobot(folder)
-        config = write_config(line, "gateway", groups=group_of("00", "01"))
+        config = write_config(line, "gateway", groups=group_of("00", "01"), reply_timeout_s=PATIENT_S)
         cell = f'[[lines]]\nid = "cell"\nprotocol = "fics"\naddress = "serial://{robot.place}?baud=115200"\n'
         cell += 'robot = { id = "r1", units = [{ number = 1, axes = ["X", "Y", "Z"] }] }\n'
         text = config.read_text().replace("port = 0", f"port = {free_port()}")
@@ -104,7 +105,7 @@ class Guarded:
 def guarded_in(folder: Path) -> Iterator[Guarded]:
     """Run a gateway that needs keys, and end it with the block."""
     with simulated_line(folder) as line:
-        config = write_config(line, "guarded")
+        config = write_config(line, "guarded", reply_timeout_s=PATIENT_S)
         config.write_text(config.read_text().replace(OPEN, ""))
         program = Program(folder / "gateway.log", "serve", "--config", str(config), "--data", str(folder))
         url = program.said(r"running on (http://[0-9.]+:\d+)")[1]
