@@ -319,7 +319,7 @@ def test_the_wire_stands_still_while_it_is_read_and_goes_on_with_what_came(
     console.page.get_by_label("Contains").fill("009VD1")
     plant.gateway.command("00", "get-information", comment_number=1)
     rows = console.page.locator("tbody tr")
-    expect(rows.first).to_contain_text("received")
+    expect(rows.first).to_contain_text("&009VD1")
     console.button("Pause").click()
     before = rows.count()
     plant.gateway.command("00", "get-information", comment_number=1)
