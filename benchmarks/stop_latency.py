@@ -29,7 +29,7 @@ BODIES = list(range(8))
 MOVERS = BODIES[:6]
 """They are moved and stopped; the others are read."""
 HOSTILE = ("documents", "commands", "metrics", "giant-heads", "slow-heads")
-FILL_S = 60.0
+FILL_S = 240.0
 """What has not happened by then never will."""
 LOOK_AGAIN_S = 0.1
 QUIET_SHARE = 0.25

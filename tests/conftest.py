@@ -1,6 +1,7 @@
 """What every test shares: asyncio as the backend, checked events, property tests that bear a busy machine."""
 
 import gc
+import os
 import signal
 from itertools import islice
 
@@ -17,6 +18,8 @@ settings.load_profile("shared machine")
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # so in the background of a shell; programs inherit it
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+os.environ["NO_PROXY"] = os.environ["no_proxy"] = "*"  # nothing is asked for outside of this machine
 
 pytest.MonkeyPatch().setattr("gateway.plant.EventHub", CheckedHub)
 

@@ -3,7 +3,6 @@
 import asyncio
 import json
 from collections.abc import AsyncIterator, Callable, Coroutine, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from typing import Any, Final, Protocol
@@ -114,18 +113,6 @@ async def build_stand(
     await plant.close()
 
 
-class Inline(ThreadPoolExecutor):
-    """Does at once what would go to a thread: virtual time does not wait for threads."""
-
-    def submit(self, deed: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
-        future: Future[Any] = Future()
-        try:
-            future.set_result(deed(*args, **kwargs))
-        except Exception as error:  # as a thread would hand it over
-            future.set_exception(error)
-        return future
-
-
 def on_stand(
     lines: Mapping[str, Bodies] | None = None, **server: object
 ) -> Callable[[Story], Callable[[], None]]:
@@ -134,7 +121,6 @@ def on_stand(
     def as_test(story: Story) -> Callable[[], None]:
         def test() -> None:
             async def run() -> None:
-                asyncio.get_running_loop().set_default_executor(Inline())
                 async with build_stand(lines or {"arm": BODIES}, server) as stand:
                     await story(stand)
 

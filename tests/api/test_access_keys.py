@@ -1,22 +1,11 @@
 """Keys over HTTP: an administrator of the whole plant makes them, sees them once, and revokes them."""
 
-import asyncio
 from typing import Any
 
-from tests.api.access.guarded import Keys, Story, guarded
-from tests.api.stand import Inline, Stand, on_stand
+from tests.api.access.guarded import Keys, guarded
+from tests.api.stand import Stand, on_stand
 
 KEYS = "/access/keys"
-
-
-def story(told: Story) -> Story:
-    """Files are read and written at once, for virtual time waits for no thread."""
-
-    async def run(stand: Stand, keys: Keys) -> None:
-        asyncio.get_running_loop().set_default_executor(Inline())
-        await told(stand, keys)
-
-    return run
 
 
 async def made(stand: Stand, keys: Keys, **new: object) -> dict[str, Any]:
@@ -38,7 +27,6 @@ def told(stand: Stand) -> list[tuple[str, object]]:
 
 
 @guarded()
-@story
 async def test_a_key_is_shown_once_and_good_at_once(stand: Stand, keys: Keys) -> None:
     key = await made(stand, keys, scope=["arm"], expires_s=3600)
     assert key["key"].startswith(key["begins"])
@@ -54,7 +42,6 @@ async def test_a_key_is_shown_once_and_good_at_once(stand: Stand, keys: Keys) ->
 
 
 @guarded()
-@story
 async def test_the_answer_with_the_secret_is_kept_by_nobody(stand: Stand, keys: Keys) -> None:
     new = {"name": "mes", "role": "operator"}
     answer = await stand.post(KEYS, new, **keys.header("admin"))
@@ -65,7 +52,6 @@ async def test_the_answer_with_the_secret_is_kept_by_nobody(stand: Stand, keys: 
 
 
 @guarded()
-@story
 async def test_a_revoked_key_is_of_no_use(stand: Stand, keys: Keys) -> None:
     key = await made(stand, keys)
     revoked = await stand.client.delete(f"{KEYS}/mes", headers=keys.header("admin"))
@@ -78,7 +64,6 @@ async def test_a_revoked_key_is_of_no_use(stand: Stand, keys: Keys) -> None:
 
 
 @guarded()
-@story
 async def test_nobody_locks_himself_out(stand: Stand, keys: Keys) -> None:
     answer = await stand.client.delete(f"{KEYS}/admin", headers=keys.header("admin"))
     assert answer.status_code == 403
@@ -87,7 +72,6 @@ async def test_nobody_locks_himself_out(stand: Stand, keys: Keys) -> None:
 
 
 @guarded()
-@story
 async def test_an_administrator_of_a_part_makes_no_keys(stand: Stand, keys: Keys) -> None:
     new = {"name": "mes", "role": "admin"}
     for header in (keys.header("admin", "arm", "leg"), keys.header("setup")):
@@ -96,7 +80,6 @@ async def test_an_administrator_of_a_part_makes_no_keys(stand: Stand, keys: Keys
 
 
 @guarded()
-@story
 async def test_what_is_no_key_is_refused_with_the_reason(stand: Stand, keys: Keys) -> None:
     wrong: list[tuple[dict[str, object], str]] = [
         ({"name": "gateway"}, "is no name of a key"),
@@ -113,7 +96,6 @@ async def test_what_is_no_key_is_refused_with_the_reason(stand: Stand, keys: Key
 
 
 @guarded()
-@story
 async def test_a_file_that_cannot_be_trusted_changes_nothing(stand: Stand, keys: Keys) -> None:
     await made(stand, keys)
     file = next(iter(keys.store._directory.glob("keys.json")))

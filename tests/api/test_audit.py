@@ -1,13 +1,12 @@
 """The audit over HTTP: who did what, by key and by target."""
 
-import asyncio
 from pathlib import Path
 
 import pytest
 
 from tests.api.access.guarded import Keys
 from tests.api.common.test_idempotent_requests import MOVES, client, relative
-from tests.api.stand import Inline, Stand, on_stand
+from tests.api.stand import Stand, on_stand
 from tests.plants import in_virtual_time
 from tests.world import World
 
@@ -17,13 +16,8 @@ def world(tmp_path: Path) -> World:
     return World(tmp_path / "data")
 
 
-def with_threads_at_once() -> None:
-    asyncio.get_running_loop().set_default_executor(Inline())
-
-
 @in_virtual_time
 async def test_each_deed_has_its_caller_request_frame_and_outcome(world: World) -> None:
-    with_threads_at_once()
     async with world.gateway() as plant, client(plant) as http:
         answer = await http.post(f"{MOVES}?wait=30", json=relative(), headers={"x-request-id": "r-1"})
         move = answer.json()
@@ -43,7 +37,6 @@ async def test_each_deed_has_its_caller_request_frame_and_outcome(world: World) 
 
 @in_virtual_time
 async def test_a_refusal_has_the_controller_s_code(world: World) -> None:
-    with_threads_at_once()
     async with world.gateway() as plant, client(plant) as http:
         refused = await http.post(MOVES, json=relative() | {"pattern": 12})
         assert refused.status_code in (409, 422)
@@ -54,7 +47,6 @@ async def test_a_refusal_has_the_controller_s_code(world: World) -> None:
 
 @in_virtual_time
 async def test_who_has_a_key_is_named_and_a_scope_is_kept(world: World, tmp_path: Path) -> None:
-    with_threads_at_once()
     world.text = world.text.replace('mode = "open"', 'mode = "keys"')
     keys = Keys(tmp_path / "keys")
     async with world.gateway() as plant, client(plant, keys.credentials) as http:

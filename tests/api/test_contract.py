@@ -26,7 +26,7 @@ from simulator.fics.layout import Layout
 from simulator.fics.line import build_line as build_robot
 from simulator.rorze.line import build_line
 from tests.api.access.guarded import Keys
-from tests.api.stand import HOST, Inline
+from tests.api.stand import HOST
 from tests.fics_plants import CARTESIAN, SCARA, Cable
 from tests.plants import Wire
 from tests.simulated_line import Unplugged
@@ -65,7 +65,6 @@ class Gateway:
 
     def __init__(self, folder: Path) -> None:
         self._loop = VirtualLoop()
-        self._loop.set_default_executor(Inline())
         self._stack = AsyncExitStack()
         self.keys = Keys(folder)
         self.key = self.keys.header("admin")["authorization"]

@@ -159,7 +159,7 @@ def test_a_refusal_says_what_the_motor_did_and_what_to_do_next(gateway: Gateway)
 
 
 def test_a_jog_moves_for_as_long_as_the_block_runs(gateway: Gateway) -> None:
-    after = gateway.list_events(limit=1000)["cursor"]
+    after = now(gateway)
     with gateway.jog("r1", unit=2, axis="X", direction="+") as session:
         begun = gateway.get_unit_status("r1", 2)
         # Longer than the dead man waits.

@@ -2,7 +2,6 @@
 
 import shlex
 import shutil
-import socket
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,10 +12,12 @@ from typing import Any, Final
 import httpx
 from playwright.sync_api import Locator, Page, expect
 
+from benchmarks.processes import free_port
 from tests.console.console import CONSOLE
 from tests.e2e.processes import (
     BODIES,
     MOTION_GATEWAY,
+    PATIENT_S,
     Gateway,
     Program,
     SimulatedLine,
@@ -29,7 +30,8 @@ from tests.e2e.processes import (
 from tests.open_access import OPEN
 
 CHROMIUM: Final = shutil.which("chromium") or shutil.which("chromium-browser")
-PATIENCE_MS: Final = 15_000
+PATIENCE_MS: Final = 60_000
+"""What has not happened by then on a busy machine never will."""
 AXE: Final = CONSOLE / "node_modules" / "axe-core" / "axe.min.js"
 
 expect.set_options(timeout=PATIENCE_MS)
@@ -52,7 +54,7 @@ def plant_in(folder: Path, bodies: str = BODIES) -> Iterator[Plant]:
     """Run a plant, and end it with the block; on its line answer `bodies`."""
     with simulated_line(folder, bodies) as line:
         robot = SimulatedRobot(folder)
-        config = write_config(line, "gateway", groups=group_of("00", "01"))
+        config = write_config(line, "gateway", groups=group_of("00", "01"), reply_timeout_s=PATIENT_S)
         cell = f'[[lines]]\nid = "cell"\nprotocol = "fics"\naddress = "serial://{robot.place}?baud=115200"\n'
         cell += 'robot = { id = "r1", units = [{ number = 1, axes = ["X", "Y", "Z"] }] }\n'
         text = config.read_text().replace("port = 0", f"port = {free_port()}")
@@ -103,7 +105,7 @@ class Guarded:
 def guarded_in(folder: Path) -> Iterator[Guarded]:
     """Run a gateway that needs keys, and end it with the block."""
     with simulated_line(folder) as line:
-        config = write_config(line, "guarded")
+        config = write_config(line, "guarded", reply_timeout_s=PATIENT_S)
         config.write_text(config.read_text().replace(OPEN, ""))
         program = Program(folder / "gateway.log", "serve", "--config", str(config), "--data", str(folder))
         url = program.said(r"running on (http://[0-9.]+:\d+)")[1]
@@ -112,13 +114,6 @@ def guarded_in(folder: Path) -> Iterator[Guarded]:
             yield Guarded(line, url, folder)
         finally:
             program.end()
-
-
-def free_port() -> int:
-    """Find a port that a gateway can have again after a restart."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 class Console:

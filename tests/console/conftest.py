@@ -5,7 +5,16 @@ from collections.abc import Callable, Iterator
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from tests.console.browser import CHROMIUM, Console, Guarded, Plant, demo_in, guarded_in, plant_in
+from tests.console.browser import (
+    CHROMIUM,
+    PATIENCE_MS,
+    Console,
+    Guarded,
+    Plant,
+    demo_in,
+    guarded_in,
+    plant_in,
+)
 from tests.e2e.conftest import no_program_outlives_its_tests, programs_words
 
 __all__ = ["no_program_outlives_its_tests", "programs_words"]
@@ -17,7 +26,9 @@ def chromium() -> Iterator[Browser]:
     if not CHROMIUM:
         pytest.skip("make test installs Chromium")
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        browser = playwright.chromium.launch(
+            executable_path=CHROMIUM, args=["--no-sandbox"], timeout=PATIENCE_MS
+        )
         yield browser
         browser.close()
 
@@ -42,6 +53,7 @@ def plant(shared_plant: Plant) -> Iterator[Plant]:
     shared_plant.line.begin_anew()
     yield shared_plant
     shared_plant.gateway.http.post("/stop")
+    shared_plant.gateway.http.post("/robots/r1/errors/reset")  # a stop of the robot is an error, too
 
 
 @pytest.fixture(scope="session")
@@ -87,6 +99,7 @@ def open_console(browser: Browser) -> Iterator[Callable[..., Console]]:
             has_touch=tablet,
             permissions=["clipboard-read", "clipboard-write"],
         )
+        context.set_default_timeout(PATIENCE_MS)
         page = context.new_page()
         page.on("pageerror", lambda error: None if faulty else faults.append(str(error)))
         page.on("console", lambda said: faults.append(said.text) if "Content Security" in said.text else None)

@@ -3,12 +3,13 @@
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.console.browser import Plant
+from tests.console.browser import PATIENCE_MS, Plant
 
 
 @pytest.mark.parametrize("page_of", ["/docs", "/docs/resources", "/docs/all"])
 def test_an_example_is_tried_out_as_it_stands(plant: Plant, browser: Browser, page_of: str) -> None:
     page = browser.new_page()
+    page.set_default_timeout(PATIENCE_MS)
     faults: list[str] = []
     page.on("pageerror", lambda error: faults.append(str(error)))
     page.on("console", lambda said: faults.append(said.text) if said.type == "error" else None)
@@ -25,6 +26,7 @@ def test_an_example_is_tried_out_as_it_stands(plant: Plant, browser: Browser, pa
 
 def test_the_documents_lead_to_each_other(plant: Plant, browser: Browser) -> None:
     page = browser.new_page()
+    page.set_default_timeout(PATIENCE_MS)
     page.goto(f"{plant.url}/docs")
     page.get_by_role("link", name="All resources and commands").click()
     expect(page.locator("#operations-tag-scaras")).to_be_visible()

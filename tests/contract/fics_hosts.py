@@ -14,7 +14,7 @@ from simulator.fics.line import SimulatedFics
 from simulator.ports import Port, serve_pty, serve_tcp
 
 CR = b"\r"
-PATIENCE_S = 10.0
+PATIENCE_S = 60.0
 LONGEST_MOTION_S = 600.0
 
 

@@ -13,7 +13,7 @@ from simulator.ports import Port, serve_pty, serve_tcp
 from simulator.rorze.line import Rc400Line, build_line
 
 BODY = 0x3F
-PATIENCE_S = 10.0
+PATIENCE_S = 60.0
 FAR_S = 1e6
 
 

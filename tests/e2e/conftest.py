@@ -4,7 +4,15 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.e2e.processes import RUNNING, Gateway, SimulatedLine, gateway_at, group_of, simulated_line
+from tests.e2e.processes import (
+    PATIENT_S,
+    RUNNING,
+    Gateway,
+    SimulatedLine,
+    gateway_at,
+    group_of,
+    simulated_line,
+)
 
 
 @pytest.fixture(autouse=True)
@@ -31,7 +39,7 @@ def shared_line(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimulatedL
 
 @pytest.fixture(scope="session")
 def gateway(shared_line: SimulatedLine) -> Iterator[Gateway]:
-    with gateway_at(shared_line, groups=group_of("00", "3F")) as gateway:
+    with gateway_at(shared_line, groups=group_of("00", "3F"), reply_timeout_s=PATIENT_S) as gateway:
         yield gateway.wait_until_ready()
 
 

@@ -31,6 +31,10 @@ START_PATIENCE_S = 100.0
 """A program's start takes seconds of the processor, which others may want, too."""
 LOOK_AGAIN_S = 0.02
 BODIES = "00,01,3F"
+PATIENT_S = "3.0"
+"""The `reply_timeout_s` of a line without faults: on a busy machine a reply may take long."""
+LIMITS = {"cw_limit": 1_000_000_000, "ccw_limit": -1_000_000_000}
+"""No move of a test gets there, however slow the test is."""
 
 RUNNING: "list[Program]" = []
 """Every program that has not been ended yet; the tests' report shows their words."""
@@ -134,6 +138,7 @@ class SimulatedLine:
     def __init__(self, folder: Path, bodies: str, *options: str) -> None:
         self.folder = folder
         place = () if "--listen" in options else ("--pty", str(folder / "line"))
+        self._bodies = bodies
         self._start = ("simulate", "rc400", "--bodies", bodies, *place, *options)
         self._truth = folder / "truth.jsonl"
         self._begin = 0
@@ -146,6 +151,9 @@ class SimulatedLine:
         said = self.program.said(r"control interface at (http://\S+)\nRC-400 with bodies .* at (\S+)\n")
         self.control = httpx.Client(base_url=said[1], timeout=PATIENCE_S)
         self.place = said[2]
+        limits = {name: {"first": at, "last": at} for name, at in LIMITS.items()}
+        for body in self._bodies.split(","):
+            self.tell("PATCH", f"/bodies/{body}/mechanics", **limits)
 
     def address(self, baud: int) -> str:
         """Where a gateway finds it."""
@@ -291,6 +299,10 @@ class Gateway:
         while (page := self._events())["events"]:
             self._cursor = page["cursor"]
         return self
+
+    def now(self) -> str:
+        """Give the cursor after everything so far."""
+        return str(self.begin_anew()._cursor)
 
     def events(self, *types: str) -> list[Any]:
         """The events of some types."""

@@ -99,7 +99,7 @@ def test_a_gateway_that_is_killed_in_a_move(line: SimulatedLine, gateway: Gatewa
 
 
 def test_a_move_outlives_the_gateway_that_began_it(line: SimulatedLine, gateway: Gateway) -> None:
-    cursor = gateway.get("/events?limit=1000")["cursor"]
+    cursor = gateway.now()
     key = {"Idempotency-Key": "once"}
     content = {"kind": "relative", "direction": "cw", "distance": {"value": LONG, "unit": "pulse"}}
     move = gateway.http.post("/bodies/3F/moves", json=content, headers=key).json()
@@ -168,10 +168,14 @@ def test_a_controller_that_loses_its_power_in_a_move(line: SimulatedLine, gatewa
 
 def test_a_link_master_that_loses_its_power_for_a_moment(line: SimulatedLine, gateway: Gateway) -> None:
     """Nothing tells of it but the end of a move that is not announced, or a group that is not known."""
-    line.tell("PUT", "/link/power", on=False)
-    line.tell("PUT", "/link/power", on=True)
-    known = len(line.requests())
-    assert gateway.move("3F", 300, wait=10).json()["completion"] == "polling"
+
+    def moves_before_the_gateway_looks() -> int:
+        line.tell("PUT", "/link/power", on=False)
+        line.tell("PUT", "/link/power", on=True)
+        known = len(line.requests())
+        return known if gateway.move("3F", 300, wait=10).json()["completion"] == "polling" else 0
+
+    known = until(moves_before_the_gateway_looks, "a move's end is not announced")
     until(lambda: {"&7FXRSM1", "&7FXVS80,00,3F"} <= set(line.requests()[known:]), "it is set up again")
     assert gateway.move("3F", 300, wait=10).json()["completion"] == "frame"
 

@@ -138,7 +138,7 @@ def test_move_status_and_stop_in_few_words(gateway: Gateway, line: SimulatedLine
 def test_a_jog_lasts_as_long_as_the_program(
     gateway: Gateway, tmp_path: Path, number: signal.Signals, code: int, state: str
 ) -> None:
-    begin = gateway.get("/events?limit=1000")["cursor"]
+    begin = gateway.now()
     program = Program(tmp_path / "jog.log", "jog", "3F", "+", "--url", gateway.url)
     program.said("It jogs; Ctrl-C stops it.")
     assert gateway.get("/bodies/3F/status")["moving"]
@@ -150,7 +150,7 @@ def test_a_jog_lasts_as_long_as_the_program(
 
 
 def test_watch_begins_after_a_cursor_and_shows_what_is_asked_for(gateway: Gateway) -> None:
-    begin = gateway.get("/events?limit=1000")["cursor"]
+    begin = gateway.now()
     for body in ("00", "01"):
         gateway.move(body, 10, wait=10)
     words = ("--bodies", "01", "--types", "body.move.*", "--after", begin, "--count", "3")

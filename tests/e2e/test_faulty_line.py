@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.e2e.processes import BODIES, PATIENCE_S, Gateway, SimulatedLine, until
+from tests.e2e.processes import BODIES, PATIENCE_S, Gateway, SimulatedLine, gateway_at, simulated_line, until
 
 MOVES = 6
 """Of each body."""
@@ -14,6 +14,24 @@ FAULTS = {"lost": 0.03, "garbled": 0.03, "noise": 0.03, "doubled": 0.03, "late":
 OF_REPLIES = ("late",)
 """A request that comes behind later ones no host can tell from one that was lost."""
 NEVER_EXECUTED = ("rejected", "cancelled")
+
+
+@pytest.fixture(scope="module")
+def own_line(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimulatedLine]:
+    with simulated_line(tmp_path_factory.mktemp("faulty")) as line:
+        yield line
+
+
+@pytest.fixture(scope="module")
+def gateway(own_line: SimulatedLine) -> Iterator[Gateway]:
+    with gateway_at(own_line) as gateway:
+        yield gateway.wait_until_ready()
+
+
+@pytest.fixture
+def line(own_line: SimulatedLine) -> SimulatedLine:
+    own_line.begin_anew()
+    return own_line
 
 
 @pytest.fixture

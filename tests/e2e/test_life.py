@@ -355,9 +355,9 @@ def test_what_was_asked_for_while_the_process_was_suspended_does_not_begin_late(
         assert not cell.line.executed("OLS")
         assert [it.body for it in cell.line.executed("1+M")] == ["00"]
         assert not cell.robot.heard("ORG")
-        (held,) = gateway.events("gateway.loop.held")
-        assert held["data"]["cancelled"] is True
-        assert held["data"]["seconds"] > SUSPENDED_S - 0.1
+        told = [it["data"] for it in gateway.events("gateway.loop.held")]
+        (held,) = [it for it in told if it["cancelled"]]  # a busy machine holds it up for less, too
+        assert held["seconds"] > SUSPENDED_S - 0.1
         until(lambda: gateway.events("robot.jog.lost"), "the JOG is told to be lost")
         assert "suspended or held up for" in gateway.program.words()
         # The move that ran is followed, and afterwards everything works as before.

@@ -12,6 +12,7 @@ import pytest
 
 from tests.e2e.processes import (
     PATIENCE_S,
+    PATIENT_S,
     Gateway,
     SimulatedLine,
     gateway_at,
@@ -36,7 +37,10 @@ def paced_line(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimulatedLi
 
 @pytest.fixture(scope="module")
 def gateway(paced_line: SimulatedLine) -> Iterator[Gateway]:
-    with gateway_at(paced_line, bodies=",".join(BODIES), baud=BAUD, groups=group_of("00", "07")) as gateway:
+    groups = group_of("00", "07")
+    with gateway_at(
+        paced_line, bodies=",".join(BODIES), baud=BAUD, groups=groups, reply_timeout_s=PATIENT_S
+    ) as gateway:
         yield gateway.wait_until_ready()
 
 

@@ -20,7 +20,6 @@ from gateway.port_scans import PortScan, require_device
 from simulator.fics.layout import Layout
 from simulator.fics.line import build_line as build_robot
 from simulator.rorze.line import build_line
-from tests.api.stand import Inline
 from tests.open_access import OPEN
 from tests.plants import Wire, in_virtual_time
 from tests.simulated_line import SimulatedCable, Unplugged
@@ -57,7 +56,6 @@ class Hall:
 
 @asynccontextmanager
 async def hall(folder: Path) -> AsyncIterator[Hall]:
-    asyncio.get_running_loop().set_default_executor(Inline())
     it = Hall(folder)
     with asking(EVERYBODY):
         await it.plant.start()

@@ -21,7 +21,6 @@ from gateway.operations.moves import get
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
 from simulator.rorze.line import build_line
-from tests.api.stand import Inline
 from tests.open_access import OPEN
 from tests.plants import Wire, in_virtual_time
 from tests.tested_plant import TestedPlant
@@ -75,7 +74,6 @@ async def hall(folder: Path, *lines: str) -> AsyncIterator[Hall]:
         wires[address] = Wire(before.machine if before else build_line((0x00, 0x10, 0x3F, 0x40), 0.0))
         return wires[address]
 
-    asyncio.get_running_loop().set_default_executor(Inline())
     file.path.write_text("".join(lines) + OPEN)
     with asking(EVERYBODY):
         plant = TestedPlant(file.load(), open_transport=cable, file=file)

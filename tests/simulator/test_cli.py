@@ -19,6 +19,8 @@ import typer.testing
 from simulator.cli import app, read_bodies, read_endpoint, read_place, start_demo_line, start_demo_robot
 from tests.simulator.fics.test_dpram_port import Host
 
+PATIENCE_S = 60.0
+"""What has not happened by then on a busy machine never will."""
 RUN = "from simulator.cli import app; app()"
 
 
@@ -31,13 +33,13 @@ async def running(
         sys.executable, "-c", RUN, machine, *options, stdout=asyncio.subprocess.PIPE
     )
     assert process.stdout is not None
-    said = [(await asyncio.wait_for(process.stdout.readline(), 20)).decode()]
+    said = [(await asyncio.wait_for(process.stdout.readline(), PATIENCE_S)).decode()]
     while "control interface" in said[-1]:
-        said.append((await asyncio.wait_for(process.stdout.readline(), 20)).decode())
+        said.append((await asyncio.wait_for(process.stdout.readline(), PATIENCE_S)).decode())
     try:
         yield said
         process.send_signal(end_by)
-        assert await asyncio.wait_for(process.wait(), 20) == 0
+        assert await asyncio.wait_for(process.wait(), PATIENCE_S) == 0
     finally:
         if process.returncode is None:
             process.kill()

@@ -55,7 +55,7 @@ async def read_line(device: int) -> bytes:
     while not line.endswith(b"\r"):
         readable = asyncio.Event()
         loop.add_reader(device, readable.set)
-        await asyncio.wait_for(readable.wait(), 5)
+        await asyncio.wait_for(readable.wait(), 60)
         loop.remove_reader(device)
         line += os.read(device, 1)
     return line

@@ -12,6 +12,9 @@ import anyio.lowlevel
 from tests.dpram_board import Wiring
 from transports import TransportLost
 
+PATIENCE_S = 60.0
+"""What has not happened by then on a busy machine never will."""
+
 
 class Ear:
     """A receiver that remembers what it was told."""
@@ -40,7 +43,7 @@ class Ear:
         return self.losses[0]
 
     async def _next(self) -> None:
-        with anyio.fail_after(10):
+        with anyio.fail_after(PATIENCE_S):
             await self._news.wait()
         self._news = anyio.Event()
 
@@ -65,14 +68,14 @@ class FarEnd(ABC):
 
     async def write(self, data: bytes) -> None:
         while data:
-            with anyio.fail_after(10):
+            with anyio.fail_after(PATIENCE_S):
                 await anyio.wait_writable(self.fd)
             data = data[os.write(self.fd, data) :]
 
     async def read(self, count: int) -> bytes:
         data = b""
         while len(data) < count:
-            with anyio.fail_after(10):
+            with anyio.fail_after(PATIENCE_S):
                 await anyio.wait_readable(self.fd)
             data += os.read(self.fd, 65536)
         return data
@@ -118,7 +121,7 @@ class TcpFarEnd(FarEnd):
         self._port = self._server.getsockname()[1]
 
     async def answer(self) -> None:
-        with anyio.fail_after(10):
+        with anyio.fail_after(PATIENCE_S):
             await anyio.wait_readable(self._server)
         self.client.close()
         self.client, _ = self._server.accept()
@@ -131,7 +134,7 @@ class TcpFarEnd(FarEnd):
 
     async def end(self) -> bytes:
         """What is read at the end of a connection the port has closed: nothing."""
-        with anyio.fail_after(10):
+        with anyio.fail_after(PATIENCE_S):
             await anyio.wait_readable(self.client)
         return self.client.recv(1)
 
@@ -185,6 +188,6 @@ class DpramFarEnd(FarEnd):
         return data
 
     async def sees(self, flag: int, value: int) -> None:
-        with anyio.fail_after(10):
+        with anyio.fail_after(PATIENCE_S):
             while self.peek(flag) != bytes([value]):
                 await anyio.lowlevel.checkpoint()

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.transports.far_ends import DpramFarEnd, Ear, FarEnd, PtyFarEnd, TcpFarEnd
+from tests.transports.far_ends import PATIENCE_S, DpramFarEnd, Ear, FarEnd, PtyFarEnd, TcpFarEnd
 from transports import Transport, TransportLost, TransportUnavailable, create
 from transports.recorder import Recorded, Recorder
 
@@ -135,7 +135,7 @@ class TestTransport:
     ) -> None:
         await self.connect(transport, far, ear)
         transport.write(LARGE)
-        async with asyncio.timeout(5):
+        async with asyncio.timeout(PATIENCE_S):
             await transport.close()
         assert ear.losses == []
 

@@ -11,7 +11,7 @@ import anyio
 import anyio.lowlevel
 import pytest
 
-from tests.transports.far_ends import Ear, PtyFarEnd
+from tests.transports.far_ends import PATIENCE_S, Ear, PtyFarEnd
 from transports import TransportUnavailable, create, serial_port
 from transports.nudge import Nudge
 
@@ -124,7 +124,7 @@ class SlowAdapter:
 
     def open(self, device: str, baud: int) -> serial_port._Port:
         self.reached.set()
-        assert self.let_go.wait(10), "the event loop stood still while the port was being opened"
+        assert self.let_go.wait(PATIENCE_S), "the event loop stood still while the port was being opened"
         return self._open(device, baud)
 
 
@@ -152,7 +152,7 @@ async def test_an_opening_that_is_given_up_leaves_the_port_free(
         tasks.cancel_scope.cancel()
     adapter.let_go.set()
     port = create(far.address)
-    with anyio.fail_after(10):
+    with anyio.fail_after(PATIENCE_S):
         while True:
             try:
                 await port.open(Ear())

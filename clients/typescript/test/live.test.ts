@@ -7,7 +7,7 @@ import { Gateway, MoveNotOver, MoveNotSucceeded, NoAnswer, pathOf, Refused } fro
 import type { Event, Move, MoveRequest } from "../src/index.ts";
 import { Cable } from "./cable.ts";
 
-const gateway = new Gateway({ timeout: 20 });
+const gateway = new Gateway({ timeout: 60 });
 const NEWS = ["body.move.*", "body.stop.*"];
 
 function by(pulses: number): MoveRequest {
@@ -19,7 +19,7 @@ function ends(event: Event | undefined, move: Move): boolean {
 }
 
 async function moved(pulses: number): Promise<Move> {
-  return gateway.waitForMove(await gateway.startMove("3F", by(pulses)), { timeout: 20 });
+  return gateway.waitForMove(await gateway.startMove("3F", by(pulses)), { timeout: 60 });
 }
 
 test("it moves a motor and waits for the end", async () => {
@@ -126,8 +126,8 @@ test("a jog moves for as long as its function runs", async () => {
 
 test("nobody else moves what is leased", async () => {
   const lease = await gateway.lease("00", async (taken) => {
-    await assert.rejects(new Gateway({ timeout: 20 }).startMove("00", by(10)), { kind: "lease" });
-    await gateway.waitForMove(await gateway.startMove("00", by(10)), { timeout: 20 });
+    await assert.rejects(new Gateway({ timeout: 60 }).startMove("00", by(10)), { kind: "lease" });
+    await gateway.waitForMove(await gateway.startMove("00", by(10)), { timeout: 60 });
     return taken.lease;
   });
   const { data } = await gateway.http.GET("/leases");

@@ -95,14 +95,19 @@ class Journal:
     _waiting: "SimpleQueue[Sequence[_Entry | _Question | None]]" = field(default_factory=SimpleQueue)
     _thread: threading.Thread | None = None
     _unsynced_since: float | None = None
-    failed: bool = False
-    """The file is not trusted again in this process."""
+    failure: DiskFailed | None = None
+    """Why the file is not trusted again in this process."""
     _owed: list[Write] = field(default_factory=list)
     """What nobody waited for and a full disk has not taken, in its order."""
     _counted_at: float = field(default_factory=lambda: time.monotonic())
     """Until when that is counted."""
     _forgot: bool = False
     """Some of that was too much: the next life has to begin as after a crash."""
+
+    @property
+    def failed(self) -> bool:
+        """Whether the file is not trusted again in this process."""
+        return self.failure is not None
 
     def start(self) -> None:
         """Begin to write, beside the event loop."""
@@ -238,14 +243,14 @@ class Journal:
             self._loop.call_soon_threadsafe(self._settle, entries, error)
 
     def _try(self, batch: Sequence[Write], *, durable: bool) -> OSError | None:
-        if self.failed:
-            return DiskFailed(self.trouble or "it has failed before")
+        if self.failure is not None:
+            return self.failure
         try:
             self.disk.commit([*self._owed, *batch], durable=durable)
         except NotWritable as error:
             return error
         except DiskFailed as error:
-            self.failed = True
+            self.failure = error
             return error
         self._owed.clear()
         return None
@@ -278,7 +283,7 @@ class Journal:
                 self.disk.check()
                 self.disk.tidy()
             except DiskFailed as gone:
-                self.failed, error = True, gone
+                self.failure = error = gone
         self._unsynced_since = None
         self._loop.call_soon_threadsafe(self._settle, [], error)
 

@@ -69,7 +69,7 @@ def open_journal(directory: Path, make_sense: Callable[[Beginning], object] = la
         log.error(  # noqa: TRY400  # one sentence says all
             "the journal in %s cannot be used: %s; only reads and stops are sent", directory, error
         )
-        return Opened(Journal(NoDisk(str(error)), trouble=str(error), failed=True), anew())
+        return Opened(Journal(NoDisk(str(error)), trouble=str(error), failure=DiskFailed(str(error))), anew())
     if disk.set_aside is not None:
         log.error(
             "the journal was broken: it is now %s, and a new one was begun; what was under way is not known",

@@ -198,6 +198,7 @@ async def test_requests_sent_ahead_are_done_one_after_the_other(front: Front) ->
     client = await front.client()
     for name in ("/wait", "/b", "/c"):
         client.ask(name, name.encode())
+    await front.until(lambda: bool(front.app.begun))
     await asyncio.sleep(SOON_S)
     assert front.app.begun == ["/wait"]
     front.app.go.set()
@@ -230,7 +231,7 @@ async def test_a_long_body_sent_ahead_hides_no_client_that_has_left(front: Front
     await front.until(lambda: bool(front.app.begun))
     await client.writer.drain()
     client.leave()
-    await asyncio.sleep(SOON_S)
+    await front.until(lambda: not front.connections)
     front.app.go.set()
     await front.until(lambda: bool(front.app.done))
     await asyncio.sleep(SOON_S)

@@ -6,7 +6,7 @@ from typing import Final
 
 from simulator.demo import GEOMETRY
 from simulator.demo import SCARA as START
-from tests.api.stand import Inline, Stand, Story, build_stand
+from tests.api.stand import Stand, Story, build_stand
 from tests.virtual_time import run_virtual
 
 BODIES: Final = [{"id": "02"}, {"id": "03"}, {"id": "04"}, {"id": "3F"}]
@@ -27,7 +27,6 @@ def on_cell(story: Story) -> Callable[[], None]:
 
     def test() -> None:
         async def run() -> None:
-            asyncio.get_running_loop().set_default_executor(Inline())
             async with build_stand({"arm": BODIES}, {}, scaras=[SCARA]) as stand:
                 await _teach(stand)
                 await story(stand)

@@ -16,7 +16,6 @@ from gateway.plant import Plant
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.speeds import GetMaximumSpeed, SetMaximumSpeed
 from simulator.rorze.world import EMS
-from tests.api.stand import Inline
 from tests.plants import SET_UP_S, Wire, in_virtual_time, rig
 from tests.world import World
 
@@ -36,13 +35,8 @@ async def work(plant: Plant) -> None:
     await stop(plant, PAT, "/bodies/00", "immediate")
 
 
-def with_threads_at_once() -> None:
-    asyncio.get_running_loop().set_default_executor(Inline())
-
-
 @in_virtual_time
 async def test_it_tells_who_did_what_with_which_outcome_over_restarts(tmp_path: Path) -> None:
-    with_threads_at_once()
     world = World(tmp_path / "data")
     async with world.gateway() as plant:
         await work(plant)
@@ -59,7 +53,6 @@ async def test_it_tells_who_did_what_with_which_outcome_over_restarts(tmp_path: 
 
 @in_virtual_time
 async def test_it_is_searched_by_caller_target_and_time_and_read_page_by_page(tmp_path: Path) -> None:
-    with_threads_at_once()
     async with World(tmp_path / "data").gateway() as plant:
         await work(plant)
         everything = await found(plant)
@@ -77,7 +70,6 @@ async def test_it_is_searched_by_caller_target_and_time_and_read_page_by_page(tm
 
 @in_virtual_time
 async def test_a_refusal_is_a_deed_too(tmp_path: Path) -> None:
-    with_threads_at_once()
     world = World(tmp_path / "data")
     async with world.gateway() as plant:
         await asyncio.sleep(SET_UP_S)

@@ -39,7 +39,7 @@ class Host:
         return area
 
     async def sees(self, flag: int, value: int) -> None:
-        async with asyncio.timeout(5):
+        async with asyncio.timeout(60):
             while self.peek(flag) != bytes([value]):
                 await anyio.lowlevel.checkpoint()
 
@@ -148,7 +148,7 @@ async def test_a_torn_message_is_whole_after_its_delay(tmp_path: Path) -> None:
     port.write(b"APS 1.5,-2\r")
     port.write(b"ACD\r")
     assert (host.peek(512), host.peek(513, 255)) == (b"\1", b"APS 1".ljust(255, b"\0"))
-    async with asyncio.timeout(5):
+    async with asyncio.timeout(60):
         while port.flags == (0, 1) and b"\r" not in host.peek(513, 255):
             await anyio.lowlevel.checkpoint()
     assert (await host.hears()).rstrip(b"\0") == b"APS 1.5,-2\r"
