@@ -93,7 +93,7 @@ async def list_lines(request: Request) -> Response:
 @router.get("/lines/{line_id}", Right.VIEW, response_model=AnyLineInfo)
 async def get_line(request: Request, line_id: LineId) -> Response:
     """Tell the state of a line; nothing is sent."""
-    return json_response(plant_of(request).info(line_id))
+    return content_response(plant_of(request).info(line_id))
 
 
 @router.post(
