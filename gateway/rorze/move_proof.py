@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, Final, NamedTuple, TypeVar
 
 from gateway.core.errors import (
     BodyBusy,
@@ -19,7 +19,7 @@ from gateway.core.errors import (
 from gateway.core.lanes import Lane
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.silence import Silence
-from gateway.rorze.bodies import Body, MotorState
+from gateway.rorze.bodies import STATUS, Body, MotorState
 from gateway.rorze.pace import background_of, is_crowded, is_prompt
 from gateway.rorze.plans import target_of
 from gateway.rorze.power import POWER_ON_POSITION, needs_place
@@ -28,7 +28,7 @@ from protocols.rorze.inputs_outputs import GetSensors
 from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.origin import CentreStallDog, GetHomingDistance, OriginSearch
 from protocols.rorze.row import RorzeCommand
-from protocols.rorze.status import END_CAUSE_BITS, SENSOR_BITS, GetControllerStatus, GetEndCause, names_of
+from protocols.rorze.status import END_CAUSE_BITS, SENSOR_BITS, GetEndCause, names_of
 from protocols.table import Reply
 
 STRAIGHT = ("relative", "absolute", "continuous", "jog")
@@ -47,6 +47,7 @@ OVERDUE_S = 2.0
 """A question whether the motor still runs waits this time behind those of clients, then goes before them."""
 SHARE_OF_OVERDUE = 4
 """After a question that went before clients, clients have this many times as long."""
+_END_CAUSE: Final = GetEndCause()
 
 T = TypeVar("T")
 
@@ -241,7 +242,7 @@ class Case:
 
     async def _ask(self, lane: Lane) -> MotorState:
         if lane is not Lane.PROOF and is_crowded(self.body.line):
-            status, _ = await self.body.ask(GetControllerStatus(), lane=lane)
+            status, _ = await self.body.ask(STATUS, lane=lane)
             seen = MotorState(status.bits or 0, self.move.position or 0)
             if seen.runs:
                 return seen
@@ -249,7 +250,7 @@ class Case:
         state = await self.body.look(lane)
         if state.runs:
             return state
-        cause, _ = await self.body.ask(GetEndCause(), lane=self._urgent_lane)
+        cause, _ = await self.body.ask(_END_CAUSE, lane=self._urgent_lane)
         return state._replace(cause=cause.bits)
 
     def _agree(self, one: MotorState, other: MotorState) -> bool:
