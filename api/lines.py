@@ -188,9 +188,9 @@ def _frames(news: traces.News) -> bytes:
 
 
 @router.websocket("/lines/{line_id}/trace/stream", Right.VIEW)
-async def follow_trace_by_socket(websocket: WebSocket, line_id: str) -> None:
+async def follow_trace_by_socket(websocket: WebSocket) -> None:
     """Send the line's records as they come, all that are new in one text frame, with how many were missed."""
-    plant, query = plant_of(websocket), websocket.query_params
+    plant, query, line_id = plant_of(websocket), websocket.query_params, websocket.path_params["line_id"]
     await websocket.accept()
     try:
         require_known(websocket, ("bodies", "request_id", "last", "after"))
