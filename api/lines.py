@@ -93,7 +93,7 @@ async def list_lines(request: Request) -> Response:
 @router.get("/lines/{line_id}", Right.VIEW, response_model=AnyLineInfo)
 async def get_line(request: Request, line_id: LineId) -> Response:
     """Tell the state of a line; nothing is sent."""
-    return json_response(plant_of(request).info(line_id))
+    return content_response(plant_of(request).info(line_id))
 
 
 @router.post(
@@ -188,9 +188,9 @@ def _frames(news: traces.News) -> bytes:
 
 
 @router.websocket("/lines/{line_id}/trace/stream", Right.VIEW)
-async def follow_trace_by_socket(websocket: WebSocket, line_id: str) -> None:
+async def follow_trace_by_socket(websocket: WebSocket) -> None:
     """Send the line's records as they come, all that are new in one text frame, with how many were missed."""
-    plant, query = plant_of(websocket), websocket.query_params
+    plant, query, line_id = plant_of(websocket), websocket.query_params, websocket.path_params["line_id"]
     await websocket.accept()
     try:
         require_known(websocket, ("bodies", "request_id", "last", "after"))

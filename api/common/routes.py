@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Final, TypeVar
 
 from fastapi.middleware.asyncexitstack import AsyncExitStackMiddleware
-from fastapi.routing import APIRoute, APIWebSocketRoute
-from starlette.routing import BaseRoute, Mount, Route
+from fastapi.routing import APIRoute
+from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api.common.access import CLOSE_NOT_AUTHENTICATED, Access, while_it_holds
@@ -59,8 +59,11 @@ class HttpRoute(Guarded, APIRoute):
         self.app = AsyncExitStackMiddleware(self.app)  # FastAPI's own handling cannot do without
 
 
-class SocketRoute(Guarded, APIWebSocketRoute):
-    """A WebSocket; who does not have its right is refused before it is opened."""
+class SocketRoute(Guarded, WebSocketRoute):
+    """A WebSocket; who does not have its right is refused before it is opened.
+
+    FastAPI would keep two exit stacks and a search for dependencies for as long as each client stays.
+    """
 
 
 class PageRoute(Guarded, Route):

@@ -5,9 +5,10 @@ import random
 from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Collection, Coroutine, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Literal, NamedTuple, Protocol
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol
 
-from pydantic import BaseModel, Field
+from pydantic import Field
+from typing_extensions import TypedDict
 
 from gateway.core import tables
 from gateway.core.alarms import Cause
@@ -96,22 +97,27 @@ class Seen(NamedTuple):
     now: Now
 
 
-class PortInfo(BaseModel):
+class PortInfo(TypedDict):
     """A line as it is now; a family adds what is on it."""
 
+    # No model: nothing of it comes from outside.
     line_id: str
-    address: str = Field(description="The port.")
+    address: Annotated[str, Field(description="The port.")]
     state: LineState
-    down_reason: str | None = Field(
-        description="Why the line is `down` or `silent`, and what to check; null while it is neither."
-    )
-    waiting: dict[str, int] = Field(description="Requests waiting in each lane.")
-    load: dict[str, float] = Field(
-        description="Percent of the last ten seconds that the line was taken up by clients, followers (they "
-        "see moves to their ends), health, live (values that somebody watches), probes (of the silent), "
-        "fences, stops and set_up."
-    )
-    counters: dict[str, int] = Field(description="What has happened on the line since the start.")
+    down_reason: Annotated[
+        str | None,
+        Field(description="Why the line is `down` or `silent`, and what to check; null while it is neither."),
+    ]
+    waiting: Annotated[dict[str, int], Field(description="Requests waiting in each lane.")]
+    load: Annotated[
+        dict[str, float],
+        Field(
+            description="Percent of the last ten seconds that the line was taken up by clients, followers "
+            "(they see moves to their ends), health, live (values that somebody watches), probes (of the "
+            "silent), fences, stops and set_up."
+        ),
+    ]
+    counters: Annotated[dict[str, int], Field(description="What has happened on the line since the start.")]
 
 
 class Family(ABC):
@@ -255,8 +261,8 @@ class Family(ABC):
         """End all work and close the lines; the motors keep doing what they do."""
 
 
-def facts_of(line: AnyLine) -> dict[str, Any]:
-    """Tell what every line has, in the words of `PortInfo`."""
+def facts_of(line: AnyLine) -> PortInfo:
+    """Tell what every line has."""
     return {
         "line_id": line.id,
         "address": line.transport.address,
@@ -264,5 +270,5 @@ def facts_of(line: AnyLine) -> dict[str, Any]:
         "down_reason": line.trouble,
         "waiting": line.waiting(),
         "load": line.load_percent(),
-        "counters": dict(line.counters),
+        "counters": line.counters,
     }

@@ -92,7 +92,8 @@ class Scheduler(Generic[X]):
 
     def waiting(self, lane: Lane) -> int:
         """How many exchanges wait in a lane."""
-        return sum(map(len, self.lanes[lane].values()))
+        turns = self.lanes[lane]
+        return sum(map(len, turns.values())) if turns else 0
 
     def submit(self, exchange: X) -> X:
         """Queue an exchange; an equal one that already waits takes over its waiters and is returned instead.

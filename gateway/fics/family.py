@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import Awaitable, Collection, Coroutine, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any, ClassVar, Final, Literal
+from typing import Annotated, Any, ClassVar, Final, Literal
 
 from pydantic import Field
 
@@ -66,8 +66,8 @@ class RobotLineInfo(PortInfo):
 
     protocol: Literal["fics"]
     robot_id: str
-    mode: int = Field(description="The robot's communication mode, 3 or 2 (C-HOST manual 1-1-1).")
-    online: bool = Field(description="Whether the robot can be asked now, as far as is known.")
+    mode: Annotated[int, Field(description="The robot's communication mode, 3 or 2 (C-HOST manual 1-1-1).")]
+    online: Annotated[bool, Field(description="Whether the robot can be asked now, as far as is known.")]
 
 
 class Fics(Family):
@@ -186,9 +186,13 @@ class Fics(Family):
     def info(self, line: FicsLine) -> RobotLineInfo:
         """Tell the state of a line."""
         (robot_id,) = (robot.id for robot in self.robots() if robot.line is line)
-        return RobotLineInfo(
-            **facts_of(line), protocol="fics", robot_id=robot_id, mode=line.mode, online=line.online
-        )
+        return {
+            **facts_of(line),
+            "protocol": "fics",
+            "robot_id": robot_id,
+            "mode": line.mode,
+            "online": line.online,
+        }
 
     @classmethod
     def facts(cls, row: Row) -> list[str]:

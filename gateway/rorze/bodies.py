@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import Any, Final, NamedTuple, TypeVar, cast
 
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NoReply
 from gateway.core.lanes import Lane
@@ -40,6 +40,9 @@ from protocols.table import Ack, Effect, Reply
 
 R = TypeVar("R", bound=Reply)
 
+STATUS: Final = GetControllerStatus()
+"""A question that is asked all the time is built once."""
+POSITION: Final = GetPosition()
 PULSES_RUNNING = 0x01
 """Bit of the controller status (9CD)."""
 PROGRAM_RUNS = 1
@@ -201,8 +204,8 @@ class Body:
         :raises GatewayError: it did not tell.
         """
         told = self.told
-        status, _ = await self.ask(GetControllerStatus(), lane=lane)
-        position, answer = await self.ask(GetPosition(), lane=lane)
+        status, _ = await self.ask(STATUS, lane=lane)
+        position, answer = await self.ask(POSITION, lane=lane)
         state = MotorState(status.bits or 0, position.pulses)
         self.rest = None if state.runs or self.told != told else state
         self.rest_at = answer.at
@@ -262,8 +265,8 @@ class Body:
             return False
         if not self.power.looks_switched_on(state.position, state.bits):
             return True
-        status, _ = await self.ask(GetControllerStatus(), lane=lane)
-        position, _ = await self.ask(GetPosition(), lane=lane)
+        status, _ = await self.ask(STATUS, lane=lane)
+        position, _ = await self.ask(POSITION, lane=lane)
         if not self.power.looks_switched_on(position.pulses, status.bits or 0):
             return True
         return await self.remembers_homing(lane)

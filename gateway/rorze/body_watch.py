@@ -6,12 +6,11 @@ from math import inf
 
 from gateway.core.errors import GatewayError
 from gateway.core.lanes import Lane
-from gateway.rorze.bodies import NO_PROGRAM_S, Body
+from gateway.rorze.bodies import NO_PROGRAM_S, STATUS, Body
 from gateway.rorze.line import Line
 from gateway.rorze.pace import HEALTH_POLL_S, IDLE_POLL_S, Health, background_of, is_prompt
 from gateway.rorze.sweep import Sweep
 from protocols.rorze.programs import GetProgramStatus
-from protocols.rorze.status import GetControllerStatus
 
 CLOCK_S = 0.001
 """A timer may be early by so much."""
@@ -61,7 +60,7 @@ class BodyWatch:
                     self._look_at = self._health.next_look(now)
                 await body.look(Lane.READ if wanted else background_of(body.line))
             elif self._is_unheard(now) and not self._stopping(body.line):
-                await body.ask(GetControllerStatus(), lane=background_of(body.line))
+                await body.ask(STATUS, lane=background_of(body.line))
         if self._mark_wanted(now):
             if self._is_over(self._mark_at, now):
                 self._mark_at = self._health.next_mark(now)
@@ -101,7 +100,7 @@ async def watch_sweep(health: Health, sweep: Sweep) -> None:
             await sweep.define()
             await asyncio.sleep(health.next_of_group(_now(), len(group.members)) - _now())
             if health.line.state == "ready" and not is_prompt(health.line):
-                await sweep.ask(group.members, GetControllerStatus(), Lane.BACKGROUND)
+                await sweep.ask(group.members, STATUS, Lane.BACKGROUND)
                 await _learn_programs(health, sweep, group.members)
 
 

@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import Awaitable, Collection, Coroutine, Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any, Final, Literal, TypeVar
+from typing import Annotated, Any, Final, Literal, TypeVar
 
 from pydantic import Field
 
@@ -78,16 +78,22 @@ class LineInfo(PortInfo):
     """A line: one port with an RC-400 and the bodies behind it."""
 
     protocol: Literal["rorze"]
-    controllers: str = Field(description="What the link master answered to XID.")
-    stop_mode: Literal["interject", "after_reply"] = Field(
-        description="Whether a stop goes out at the next frame boundary, or after the reply under way."
-    )
-    strict: bool = Field(
-        description="A reply came twice here lately: an acknowledgement counts only when a fence before and "
-        "one after it have shown that it was no copy."
-    )
+    controllers: Annotated[str, Field(description="What the link master answered to XID.")]
+    stop_mode: Annotated[
+        Literal["interject", "after_reply"],
+        Field(
+            description="Whether a stop goes out at the next frame boundary, or after the reply under way."
+        ),
+    ]
+    strict: Annotated[
+        bool,
+        Field(
+            description="A reply came twice here lately: an acknowledgement counts only when a fence before "
+            "and one after it have shown that it was no copy."
+        ),
+    ]
     bodies: list[str]
-    offline: list[str] = Field(description="Bodies that do not answer.")
+    offline: Annotated[list[str], Field(description="Bodies that do not answer.")]
     groups: list[str]
 
 
@@ -306,16 +312,16 @@ class Rorze(Family):
 
     def info(self, line: Line) -> LineInfo:
         """Tell the state of a line."""
-        return LineInfo(
+        return {
             **facts_of(line),
-            protocol="rorze",
-            controllers=line.controllers,
-            stop_mode="interject" if line.interject_stops else "after_reply",
-            strict=line.strict,
-            bodies=[body.address for body in self._bodies.values() if body.line is line],
-            offline=[f"{line.id}.{number:02X}" for number in sorted(line.offline)],
-            groups=[group.address for group in self._groups_on(line)],
-        )
+            "protocol": "rorze",
+            "controllers": line.controllers,
+            "stop_mode": "interject" if line.interject_stops else "after_reply",
+            "strict": line.strict,
+            "bodies": [body.address for body in self._bodies.values() if body.line is line],
+            "offline": [f"{line.id}.{number:02X}" for number in sorted(line.offline)],
+            "groups": [group.address for group in self._groups_on(line)],
+        }
 
     @classmethod
     def facts(cls, row: Row) -> list[str]:

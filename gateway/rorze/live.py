@@ -11,12 +11,11 @@ from gateway.core.event_types import IO, Signal, Signals
 from gateway.core.lanes import Lane
 from gateway.core.live import Live
 from gateway.core.sampler import IO_HZ, Source
-from gateway.rorze.bodies import Body, R
+from gateway.rorze.bodies import POSITION, Body, R
 from gateway.rorze.event_types import BodyPosition
 from gateway.rorze.sweep import Sweep, SweepAnswer
 from protocols.rorze.inputs_outputs import GetInputs, GetOutputs
 from protocols.rorze.modes import GetOperatingMode
-from protocols.rorze.position import GetPosition
 from protocols.rorze.row import RorzeCommand
 
 INPUTS, OUTPUTS = range(10), range(16)
@@ -77,7 +76,7 @@ class PositionSource(BodySource):
         if self._put_if_fresh():
             return [self]
         sources = self.company(due)
-        told = await self.ask(list(sources), GetPosition())
+        told = await self.ask(list(sources), POSITION)
         for body, (reply, at) in told.items():
             sources[body].put(reply.pulses, at)
         return [sources[body] for body in told]

@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, Final, NamedTuple, TypeVar
 
 from gateway.core.errors import (
     BodyBusy,
@@ -21,7 +21,7 @@ from gateway.core.errors import (
 from gateway.core.lanes import Lane
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.silence import Silence
-from gateway.rorze.bodies import Body, MotorState
+from gateway.rorze.bodies import STATUS, Body, MotorState
 from gateway.rorze.errors import IN_MOTION
 from gateway.rorze.pace import background_of, is_crowded, is_prompt
 from gateway.rorze.plans import target_of
@@ -31,7 +31,7 @@ from protocols.rorze.inputs_outputs import GetSensors
 from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.origin import CentreStallDog, GetHomingDistance, OriginSearch
 from protocols.rorze.row import RorzeCommand
-from protocols.rorze.status import END_CAUSE_BITS, SENSOR_BITS, GetControllerStatus, GetEndCause, names_of
+from protocols.rorze.status import END_CAUSE_BITS, SENSOR_BITS, GetEndCause, names_of
 from protocols.table import Reply
 
 STRAIGHT = ("relative", "absolute", "continuous", "jog")
@@ -50,6 +50,7 @@ STOPPING_S = 0.5
 """A question that waits for the stops of others is asked anew after this time."""
 SHARE_OF_OVERDUE = 4
 """After a question that went before clients, clients have this many times as long."""
+_END_CAUSE: Final = GetEndCause()
 
 T = TypeVar("T")
 
@@ -256,7 +257,7 @@ class Case:
 
     async def _ask(self, lane: Lane) -> MotorState:
         if lane is not Lane.PROOF and is_crowded(self.body.line):
-            status, _ = await self.body.ask(GetControllerStatus(), lane=lane)
+            status, _ = await self.body.ask(STATUS, lane=lane)
             seen = MotorState(status.bits or 0, self.move.position or 0)
             if seen.runs:
                 return seen
@@ -264,7 +265,7 @@ class Case:
         state = await self.body.look(lane)
         if state.runs:
             return state
-        cause, _ = await self.body.ask(GetEndCause(), lane=self._urgent_lane)
+        cause, _ = await self.body.ask(_END_CAUSE, lane=self._urgent_lane)
         return state._replace(cause=cause.bits)
 
     def _agree(self, one: MotorState, other: MotorState) -> bool:

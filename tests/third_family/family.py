@@ -35,7 +35,7 @@ class ToyTable(tables.Line):
 class ToyInfo(PortInfo):
     """A line with an axis."""
 
-    protocol: Literal["toy"] = "toy"
+    protocol: Literal["toy"]
     toy_id: str
 
 
@@ -237,7 +237,7 @@ class Toys(Family):
 
     def info(self, line: ToyLine) -> ToyInfo:
         (toy,) = (it.address for it in self.toys.values() if it.line is line)
-        return ToyInfo(**facts_of(line), toy_id=toy)
+        return {**facts_of(line), "protocol": "toy", "toy_id": toy}
 
     def was_left_alone(self) -> None:
         return

@@ -19,7 +19,8 @@ from gateway.core.journal.writes import Value, Write
 FILE = "journal.db"
 LOCK = "journal.lock"
 WAL_BYTES = 8 << 20
-"""A write-ahead log this long is folded into the file at the next quiet moment."""
+"""A write-ahead log longer than this is folded into the file at the next quiet moment, and written over: to
+lengthen a file costs a synchronised write a fifth more."""
 
 _NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 _READ_ONLY = frozenset({errno.EROFS, errno.EACCES, errno.EPERM})
@@ -196,7 +197,7 @@ class SqliteDisk:
         """Fold a long write-ahead log into the file."""
         with suppress(FileNotFoundError):
             if Path(f"{self.path}-wal").stat().st_size > WAL_BYTES:
-                self.rows("PRAGMA wal_checkpoint(TRUNCATE)")
+                self.rows("PRAGMA wal_checkpoint(RESTART)")
 
     def close(self) -> None:
         """Release the file and its lock."""
@@ -236,6 +237,7 @@ def _open(path: Path) -> sqlite3.Connection:
     try:
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA wal_autocheckpoint = 0")  # done in quiet moments: it takes milliseconds
+        connection.execute(f"PRAGMA journal_size_limit = {WAL_BYTES}")
         _require_sound(connection)
         migrate(connection)
     except BaseException:

@@ -88,6 +88,11 @@ MIGRATIONS: Final = (
     DROP INDEX intents_by_time;
     DROP INDEX keys_by_time;
     """,
+    """
+    -- Moves are found by their ids and events by their numbers: these were written and never read.
+    DROP INDEX moves_by_target;
+    DROP INDEX events_by_time;
+    """,
 )
 """One script for each version, applied in order; a script that was published never changes."""
 

@@ -7,6 +7,7 @@ import logging
 import struct
 
 import pytest
+from websockets.http11 import Request, Response
 
 from gateway.core.events import EventHub
 from tests.api.front_stand import HOST, PATIENCE_S, Client, Front, on_front
@@ -213,6 +214,15 @@ async def test_who_reads_again_is_sent_what_has_come_since(front: Front) -> None
     client.writer.transport.resume_reading()  # type: ignore[attr-defined]
     sequences = [json.loads(text)["sequence"] for text in await texts(client, 500)]
     assert sequences == [f"{number:012d}" for number in range(1, 501)]
+
+
+@on_front()
+async def test_an_open_socket_keeps_nothing_of_its_handshake(front: Front) -> None:
+    front.app.hub = EventHub()
+    await opened(front)
+    [socket] = front.server.server_state.connections
+    kept = vars(socket)
+    await front.until(lambda: not any(isinstance(it, Request | Response) for it in kept.values()))
 
 
 @on_front()

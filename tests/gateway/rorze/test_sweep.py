@@ -106,4 +106,4 @@ async def test_the_numbers_of_sweeps_are_nobody_elses() -> None:
         with pytest.raises(GatewayError, match="keeps for itself"):
             await it.plant.rorze.define_group("line1.95", ["00", "01"])
         line = it.plant.line("line1")
-        assert it.plant.rorze.info(line).groups == []
+        assert it.plant.rorze.info(line)["groups"] == []

@@ -107,3 +107,18 @@ def test_the_next_life_knows_how_the_last_one_ended(tmp_path: Path) -> None:
     assert third.was_clean
     assert (third.epoch, third.earlier) == (second.epoch, second.earlier)
     disk.close()
+
+
+def test_a_long_write_ahead_log_is_folded_and_then_written_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gateway.core.journal.disk.WAL_BYTES", limit := 100_000)
+    disk, log = SqliteDisk(tmp_path), tmp_path / "journal.db-wal"
+    disk.commit([writes.event(number, 1.0, "t", "s", "x" * 500) for number in range(1, 500)], durable=True)
+    assert log.stat().st_size > limit
+    disk.tidy()
+    for number in range(500, 510):
+        disk.commit([writes.event(number, 1.0, "t", "s", "x" * 500)], durable=True)
+        assert log.stat().st_size == limit
+    assert disk.read_apart("SELECT count(*) FROM events") == [(509,)]
+    disk.close()

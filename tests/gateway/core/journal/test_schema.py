@@ -12,7 +12,13 @@ from gateway.core.journal.beginning import begin
 from gateway.core.journal.disk import SqliteDisk
 from gateway.core.journal.schema import MIGRATIONS, VERSION, migrate
 
-PUBLISHED = ("08476699f59f362d", "f7671f1cd76cee71", "95315515a5981d22", "345e7e40ebe582ba")
+PUBLISHED = (
+    "08476699f59f362d",
+    "f7671f1cd76cee71",
+    "95315515a5981d22",
+    "345e7e40ebe582ba",
+    "8ca102626f7a58a4",
+)
 
 
 def file_of(version: int, directory: Path) -> None:
