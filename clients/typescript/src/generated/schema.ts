@@ -12414,6 +12414,8 @@ export interface components {
             method: "GET" | "POST" | "PUT";
             /** Path */
             path: string;
+            /** @description What its sender has to be allowed; that of its route. */
+            right: components["schemas"]["Right"];
             /**
              * Body
              * @description What it takes; left out for nothing, or where only the sender can know.
