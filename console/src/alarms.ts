@@ -40,7 +40,7 @@ function shown(alarm: Schemas["Alarm"]): Alarm {
     link: page ? { page, subject: who } : undefined,
     text: `${happened} ${motor} ${remedy}`,
     remedies: [
-      ...calls.map((call) => ({ label: call[language.now], deed: (gateway: Gateway) => gateway.call(call), why: () => obstacleTo(call, target) })),
+      ...calls.map((call) => ({ label: call[language.now].replace(/[.。]$/, ""), deed: (gateway: Gateway) => gateway.call(call), why: () => obstacleTo(call, target) })),
       { label: words().events.resetAlarm, deed: reset(alarm.id), why: () => obstacle("operate") },
     ],
   };

@@ -486,6 +486,29 @@ def test_who_may_not_move_is_told_so_and_may_stop(guarded: Guarded, open_console
     assert "Authorization: Bearer $MOTION_GATEWAY_KEY" in console.copied_as_curl("Step +100 pulse")
 
 
+def test_a_remedy_says_which_right_it_takes(guarded: Guarded, open_console: Open) -> None:
+    operator, chief = guarded.key("worker", "operator"), guarded.key("boss", "admin")
+    keys = {"viewer": guarded.key("guest", "viewer"), "operator": operator, "admin": chief}
+    consoles = {role: open_console(guarded.url, key=key) for role, key in keys.items()}
+    far = {"kind": "relative", "direction": "cw", "distance": {"value": FAR, "unit": "pulse"}}
+    header = {"Authorization": f"Bearer {operator}"}
+    httpx.post(f"{guarded.url}/bodies/01/moves", json=far, headers=header).raise_for_status()
+    guarded.line.tell("PUT", "/bodies/01/sensors/ems", on=True)
+    for role, console in consoles.items():
+        console.go("#/events")
+        alarm = console.page.locator(".alarm", has_text="The EMS input of line1.01 was on")
+        clear = alarm.get_by_role("button", name="Clear its error status (9CS)", exact=True)
+        reset = alarm.get_by_role("button", name="Reset the alarm", exact=True)
+        expect(clear).to_have_attribute("aria-disabled", "false" if role == "admin" else "true")
+        expect(reset).to_have_attribute("aria-disabled", "true" if role == "viewer" else "false")
+        if role != "admin":
+            why = f"Your role is {role}, and this takes the right “set up”."
+            expect(clear).to_have_attribute("title", why)
+    guarded.line.tell("PUT", "/bodies/01/sensors/ems", on=None)
+    clear.click()
+    console.shows("Clear its error status (9CS): done.")
+
+
 def test_a_key_for_one_body_sees_that_body_live(guarded: Guarded, open_console: Open) -> None:
     console = open_console(guarded.url, key=guarded.key("cell", "operator", "--scope", "line1.01"))
     console.shows("cell")
