@@ -29,7 +29,10 @@ from tests.e2e.processes import (
 from tests.open_access import OPEN
 
 CHROMIUM: Final = shutil.which("chromium") or shutil.which("chromium-browser")
-PATIENCE_MS: Final = 15_000
+PATIENCE_MS: Final = 60_000
+"""What a busy machine has not shown by then it never will."""
+SCAN_MS: Final = 240_000
+"""The silence of each of 120 body numbers is waited for; backups and restores ask as much."""
 AXE: Final = CONSOLE / "node_modules" / "axe-core" / "axe.min.js"
 
 expect.set_options(timeout=PATIENCE_MS)

@@ -5,7 +5,16 @@ from collections.abc import Callable, Iterator
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from tests.console.browser import CHROMIUM, Console, Guarded, Plant, demo_in, guarded_in, plant_in
+from tests.console.browser import (
+    CHROMIUM,
+    PATIENCE_MS,
+    Console,
+    Guarded,
+    Plant,
+    demo_in,
+    guarded_in,
+    plant_in,
+)
 from tests.e2e.conftest import no_program_outlives_its_tests, programs_words
 
 __all__ = ["no_program_outlives_its_tests", "programs_words"]
@@ -87,6 +96,7 @@ def open_console(browser: Browser) -> Iterator[Callable[..., Console]]:
             has_touch=tablet,
             permissions=["clipboard-read", "clipboard-write"],
         )
+        context.set_default_timeout(PATIENCE_MS)
         page = context.new_page()
         page.on("pageerror", lambda error: None if faulty else faults.append(str(error)))
         page.on("console", lambda said: faults.append(said.text) if "Content Security" in said.text else None)

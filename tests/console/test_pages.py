@@ -9,8 +9,8 @@ import httpx
 import pytest
 from playwright.sync_api import Route, expect
 
-from tests.console.browser import Console, Guarded, Plant, plant_in
-from tests.e2e.processes import until
+from tests.console.browser import SCAN_MS, Console, Guarded, Plant, plant_in
+from tests.e2e.processes import simulated_line, simulated_robot, until
 
 Open = Callable[..., Console]
 
@@ -448,7 +448,7 @@ def test_a_setting_is_changed_and_its_difference_to_a_backup_restored(
 ) -> None:
     console = open_console(plant.url, "#/settings/line1.01")
     console.page.get_by_role("combobox", name="Of", exact=True).select_option("/bodies/line1.01")
-    with console.page.expect_download(timeout=60_000):
+    with console.page.expect_download(timeout=SCAN_MS):
         console.button("Read and download").click()
     console.button("Read all").click()
     retries = console.page.get_by_label("homing_retries")
@@ -457,9 +457,9 @@ def test_a_setting_is_changed_and_its_difference_to_a_backup_restored(
     console.shows("Change homing_retries: done.")
     assert plant.gateway.get("/bodies/01/settings")["settings"]["homing_retries"] == 3
     console.button("Compare").click()
-    expect(console.page.get_by_text("1 differ")).to_be_visible(timeout=60_000)
+    expect(console.page.get_by_text("1 differ")).to_be_visible(timeout=SCAN_MS)
     console.button("Restore").click()
-    expect(console.page.get_by_text("verified, done")).to_be_visible(timeout=60_000)
+    expect(console.page.get_by_text("verified, done")).to_be_visible(timeout=SCAN_MS)
     assert plant.gateway.get("/bodies/01/settings")["settings"]["homing_retries"] == 0
 
 
@@ -571,12 +571,45 @@ def test_who_answers_a_scan_can_be_added(tmp_path: Path, open_console: Open) -> 
 def add_a_body(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url)
     console.button("Scan").click()
-    expect(console.page.get_by_text("4 found")).to_be_visible(timeout=60_000)
+    expect(console.page.get_by_text("4 found")).to_be_visible(timeout=SCAN_MS)
     assert console.faults() == []
     console.page.get_by_label("Name of line1.02").fill("gripper")
     console.button("Add to the configuration").click()
     expect(console.page.get_by_role("link", name="gripper")).to_contain_text("stands still")
     assert plant.gateway.get("/bodies/line1.02")["name"] == "gripper"
+
+
+@pytest.mark.long
+def test_who_answers_at_a_port_can_be_added(tmp_path: Path, open_console: Open) -> None:
+    anywhere = ("--listen", "tcp://127.0.0.1:0")
+    with (
+        plant_in(folder_in(tmp_path, "plant")) as plant,
+        simulated_line(folder_in(tmp_path, "line"), "05,06", *anywhere) as line,
+        simulated_robot(folder_in(tmp_path, "robot"), *anywhere) as robot,
+    ):
+        console = open_console(plant.url, "#/system")
+        add_from_port(console, line.place, "RC-400")
+        add_from_port(console, robot.place, "Fics")
+        console.go("#/")
+        for name in ("line2.05", "line2.06", "r2"):
+            expect(console.page.get_by_role("link", name=name)).to_contain_text("stands still")
+
+
+def folder_in(folder: Path, name: str) -> Path:
+    made = folder / name
+    made.mkdir()
+    return made
+
+
+def add_from_port(console: Console, place: str, kind: str) -> None:
+    found = console.page.get_by_role("region", name="Find controllers")
+    found.get_by_label("Port").fill(place)
+    console.button("Ask who is there").click()
+    add = console.button("Add to the configuration")
+    expect(found.get_by_text(kind).first).to_be_visible(timeout=SCAN_MS)
+    assert console.faults() == []
+    add.click()
+    expect(add).to_have_attribute("title", "It is added.")
 
 
 def test_a_key_is_made_shown_once_and_revoked(guarded: Guarded, open_console: Open) -> None:
@@ -605,7 +638,7 @@ def test_a_key_is_made_shown_once_and_revoked(guarded: Guarded, open_console: Op
 def test_what_somebody_needs_who_helps_is_gathered(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/system")
     console.shows("Everybody is let in here")
-    with console.page.expect_download(timeout=60_000) as download:
+    with console.page.expect_download(timeout=SCAN_MS) as download:
         console.button("Gather and download").click()
     told = json.loads(Path(download.value.path()).read_text("utf-8"))
     assert {it["body_id"] for it in told["bodies"]["bodies"]} == {"line1.00", "line1.01", "line1.3F"}
