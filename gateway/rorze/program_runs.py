@@ -13,7 +13,7 @@ from gateway.core.origin import current
 from gateway.core.records import Record
 from gateway.core.works import Works
 from gateway.rorze.bodies import Body
-from gateway.rorze.stored_program import RUNS, instruction_at, runs
+from gateway.rorze.stored_program import RUNS, addresses, instruction_at, runs
 from protocols.rorze.programs import GetProgramAddress, GetProgramStatus, RunProgram, StepProgram
 
 HISTORY = 100
@@ -150,17 +150,19 @@ class ProgramRuns(Works[ProgramRun]):
                 raise
 
     async def state(self, body: Body) -> ProgramState:
-        """Ask a body where its program is (URD, UND); errors as of `Body.ask`."""
+        """Ask a body where its program is (URD, UND, UED, UPD); errors as of `Body.ask`."""
         status, _ = await body.ask(GetProgramStatus())
         at, _ = await body.ask(GetProgramAddress())
+        running = bool(status.status & RUNS)
+        is_there = running or at.address in await addresses(body)
         run = self.find(body.address)
         return ProgramState(
             body_id=body.address,
-            running=bool(status.status & RUNS),
+            running=running,
             end_cause=cause_of(status.status),
             address=at.address,
             line=at.address + 1,
-            instruction=await instruction_at(body, at.address),
+            instruction=await instruction_at(body, at.address) if is_there else None,
             elapsed_s=None if run is None else _elapsed_s(run),
             run=run,
         )
