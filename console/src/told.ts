@@ -25,7 +25,7 @@ export function saidBy(event: Event): string {
 
 function plain(value: unknown): string {
   if (Array.isArray(value)) return value.map(plain).join(" ") || words().none;
-  return typeof value === "object" ? JSON.stringify(value) : String(value);
+  return typeof value === "object" ? JSON.stringify(value) : named(words().statusBits, String(value));
 }
 
 function saidByMove(move: AnyMove): string {
