@@ -1,13 +1,14 @@
 """The console as an operator uses it, in a real browser."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from time import monotonic
 
 import httpx
 import pytest
-from playwright.sync_api import Route, expect
+from playwright.sync_api import Locator, Route, expect
 
 from tests.console.browser import SCAN_MS, Console, Guarded, Plant, plant_in
 from tests.e2e.processes import simulated_line, simulated_robot, until
@@ -225,9 +226,15 @@ def lose_and_find(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/axis/line1.3F")
     plant.gateway.moving("3F", FAR)
     console.shows("moves")
+    place, moving = console.page.locator(".big b"), console.page.locator("summary .live")
+    expect(place).to_have_text(re.compile(r"\d\s\d"))
+    before = number_in(place)
     plant.gateway.kill()
     console.shows("No connection to the gateway. What is shown is from")
     console.shows("as last known")
+    assert number_in(place) >= before
+    for shown in (console.page.locator(".big"), moving):
+        expect(shown).to_have_css("text-decoration-line", "line-through")
     expect(console.page.get_by_role("progressbar")).to_have_count(0)
     console.button("Step +100 pulse").click(force=True)
     console.shows("There is no connection to the gateway.")
@@ -239,6 +246,10 @@ def lose_and_find(plant: Plant, open_console: Open) -> None:
     expect(console.page.locator(".connection .good")).to_be_visible()
     console.page.keyboard.press("Escape")
     console.shows("Everything stands still")
+
+
+def number_in(shown: Locator) -> int:
+    return int(re.sub(r"\D", "", shown.inner_text()))
 
 
 def test_faults_of_a_program_are_marked_and_a_good_one_runs(plant: Plant, open_console: Open) -> None:
@@ -334,6 +345,10 @@ def test_an_alarm_has_its_remedy_beside_it(plant: Plant, open_console: Open) -> 
     expect(lost).to_have_count(0)
     console.page.get_by_label("Type").fill("body.power_cycle")
     expect(console.page.locator("tbody tr").first).to_contain_text("body.power_cycle.acknowledged")
+    console.page.get_by_label("Type").fill("alarm.raised")
+    expect(console.page.locator("tbody tr td").nth(3)).to_have_text(
+        re.compile("^line1.00 has lost its power")
+    )
 
 
 def test_what_happened_before_the_page_was_opened_can_be_read(plant: Plant, open_console: Open) -> None:
