@@ -923,7 +923,7 @@ export interface paths {
         };
         /**
          * Get Program State
-         * @description Ask the controller whether its program runs, how it ended and where it is (URD, UND, UPD).
+         * @description Ask the controller whether its program runs, how it ended and where it is (URD, UND, UED, UPD).
          */
         get: operations["getProgramState"];
         put?: never;
