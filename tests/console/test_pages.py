@@ -504,13 +504,12 @@ def test_who_may_not_move_is_told_so_and_may_stop(guarded: Guarded, open_console
 def test_a_remedy_says_which_right_it_takes(guarded: Guarded, open_console: Open) -> None:
     operator, chief = guarded.key("worker", "operator"), guarded.key("boss", "admin")
     keys = {"viewer": guarded.key("guest", "viewer"), "operator": operator, "admin": chief}
-    consoles = {role: open_console(guarded.url, key=key) for role, key in keys.items()}
+    consoles = {role: open_console(guarded.url, "#/events", key=key) for role, key in keys.items()}
     far = {"kind": "relative", "direction": "cw", "distance": {"value": FAR, "unit": "pulse"}}
     header = {"Authorization": f"Bearer {operator}"}
     httpx.post(f"{guarded.url}/bodies/01/moves", json=far, headers=header).raise_for_status()
     guarded.line.tell("PUT", "/bodies/01/sensors/ems", on=True)
     for role, console in consoles.items():
-        console.go("#/events")
         alarm = console.page.locator(".alarm", has_text="The EMS input of line1.01 was on")
         clear = alarm.get_by_role("button", name="Clear its error status (9CS)", exact=True)
         reset = alarm.get_by_role("button", name="Reset the alarm", exact=True)
