@@ -533,13 +533,17 @@ def test_a_key_for_one_body_sees_that_body_live(guarded: Guarded, open_console: 
 
 
 def test_who_signs_out_cannot_go_on(guarded: Guarded, open_console: Open) -> None:
-    console = open_console(guarded.url, key=guarded.key("hanako", "operator"))
+    key = guarded.key("hanako", "operator")
+    console = open_console(guarded.url, "#/axis/line1.3F", key=key)
     other = console.page.context.new_page()
     other.goto(guarded.url)
     Console(other).button("Sign out").click()
     expect(other).to_have_title("Sign in to the motion gateway")
     console.shows("You are signed out")
-    expect(console.page.get_by_role("link", name="Sign in")).to_be_visible()
+    console.page.get_by_role("link", name="Sign in").click()
+    console.page.get_by_label("Key").fill(key)
+    console.button("Sign in").click()
+    expect(console.page.get_by_role("heading", level=1)).to_contain_text("line1.3F")
 
 
 def test_two_users_have_one_lease(guarded: Guarded, open_console: Open) -> None:
