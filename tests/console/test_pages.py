@@ -507,10 +507,12 @@ def test_a_remedy_says_which_right_it_takes(guarded: Guarded, open_console: Open
     consoles = {role: open_console(guarded.url, "#/events", key=key) for role, key in keys.items()}
     far = {"kind": "relative", "direction": "cw", "distance": {"value": FAR, "unit": "pulse"}}
     header = {"Authorization": f"Bearer {operator}"}
-    httpx.post(f"{guarded.url}/bodies/01/moves", json=far, headers=header).raise_for_status()
-    guarded.line.tell("PUT", "/bodies/01/sensors/ems", on=True)
+    body = httpx.Client(base_url=f"{guarded.url}/bodies/00", headers=header)
+    body.post("/moves", json=far).raise_for_status()
+    until(lambda: body.get("/status").json()["moving"], "the motor moves")
+    guarded.line.tell("PUT", "/bodies/00/sensors/ems", on=True)
     for role, console in consoles.items():
-        alarm = console.page.locator(".alarm", has_text="The EMS input of line1.01 was on")
+        alarm = console.page.locator(".alarm", has_text="The EMS input of line1.00 was on")
         clear = alarm.get_by_role("button", name="Clear its error status (9CS)", exact=True)
         reset = alarm.get_by_role("button", name="Reset the alarm", exact=True)
         expect(clear).to_have_attribute("aria-disabled", "false" if role == "admin" else "true")
@@ -518,7 +520,7 @@ def test_a_remedy_says_which_right_it_takes(guarded: Guarded, open_console: Open
         if role != "admin":
             why = f"Your role is {role}, and this takes the right “set up”."
             expect(clear).to_have_attribute("title", why)
-    guarded.line.tell("PUT", "/bodies/01/sensors/ems", on=None)
+    guarded.line.tell("PUT", "/bodies/00/sensors/ems", on=None)
     clear.click()
     console.shows("Clear its error status (9CS): done.")
 
