@@ -507,9 +507,9 @@ def test_a_remedy_says_which_right_it_takes(guarded: Guarded, open_console: Open
     consoles = {role: open_console(guarded.url, "#/events", key=key) for role, key in keys.items()}
     far = {"kind": "relative", "direction": "cw", "distance": {"value": FAR, "unit": "pulse"}}
     header = {"Authorization": f"Bearer {operator}"}
-    body = httpx.Client(base_url=f"{guarded.url}/bodies/00", headers=header)
-    body.post("/moves", json=far).raise_for_status()
-    until(lambda: body.get("/status").json()["moving"], "the motor moves")
+    with httpx.Client(base_url=f"{guarded.url}/bodies/00", headers=header) as body:
+        body.post("/moves", json=far).raise_for_status()
+        until(lambda: body.get("/status").json()["moving"], "the motor moves")
     guarded.line.tell("PUT", "/bodies/00/sensors/ems", on=True)
     for role, console in consoles.items():
         alarm = console.page.locator(".alarm", has_text="The EMS input of line1.00 was on")
