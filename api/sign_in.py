@@ -132,6 +132,7 @@ def _page(request: Request, following: str, *, refused: bool = False) -> Respons
     words = _JAPANESE if wants_japanese(request) else _ENGLISH
     access: Access = request.app.state.access
     at = escape(request.app.state.plant.config.server.root_path)
+    # A form without an action is sent to where it stands, and so keeps what stands behind # for afterwards.
     session = request.cookies.get(session_cookie(request.scope), "")
     out = f'<form method="post" action="{at}{SIGN_OUT}"><button>{words.sign_out}</button></form>'
     content = (
@@ -139,7 +140,7 @@ def _page(request: Request, following: str, *, refused: bool = False) -> Respons
         '<meta name="viewport" content="width=device-width">'
         f"<style>{_STYLE}</style><h1>{words.title}</h1>"
         f"{f'<p role=alert>{words.refused}</p>' if refused else ''}"
-        f'<form method="post" action="{at}{SIGN_IN}"><label>{words.key}'
+        f'<form method="post"><label>{words.key}'
         '<input type="password" name="key" autocomplete="current-password" required autofocus></label>'
         f'<input type="hidden" name="next" value="{escape(_local(following))}">'
         f"<button>{words.sign_in}</button></form>"

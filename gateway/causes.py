@@ -7,11 +7,12 @@ from gateway.core.alarms import Cause, Kind, words
 from gateway.core.family import AnyLine, Family
 from gateway.core.line_state import LineState
 from gateway.core.next_calls import ALARMS, LINE_STATE, READY, get, post
+from gateway.core.rights import Right
 
 AUDIT = get("/audit", "See who did what.", "誰が何を行ったかを確認します。")
 EVENTS = get("/events", "See what has happened.", "発生した事象を確認します。")
 
-RELOAD = post("/system/reload", "Read the configuration again.", "設定を再読み込みします。")
+RELOAD = post("/system/reload", Right.ADMIN, "Read the configuration again.", "設定を再読み込みします。")
 
 LINE_DOWN = "line.down"
 CONFIGURED_ANEW = "it is configured anew"

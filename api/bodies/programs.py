@@ -170,7 +170,7 @@ async def run_program(
 
 @router.get("/bodies/{body_id}/program/runs/current", Right.VIEW, response_model=ProgramState)
 async def get_program_state(request: Request, body_id: BodyId) -> Response:
-    """Ask the controller whether its program runs, how it ended and where it is (URD, UND, UPD)."""
+    """Ask the controller whether its program runs, how it ended and where it is (URD, UND, UED, UPD)."""
     return json_response(await programs.state(plant_of(request), origin(), body_id))
 
 

@@ -56,4 +56,5 @@ def _told(alarm: dict[str, Any]) -> str:
     words = alarm["en"]
     facts = (alarm["id"], alarm["raised_at"], alarm["cause"], alarm["subject"], state)
     sentences = filter(None, (words["happened"], words["motor"], words["remedy"]))
-    return "\n".join(["  ".join(facts), *(f"    {sentence}" for sentence in sentences)])
+    calls = (f"{call['method']} {call['path']} ({call['right']}): {call['en']}" for call in alarm["next"])
+    return "\n".join(["  ".join(facts), *(f"    {said}" for said in (*sentences, *calls))])

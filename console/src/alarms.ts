@@ -1,16 +1,16 @@
 /** What needs somebody, and what helps. */
 
 import type { Gateway } from "../../clients/typescript/src/gateway.ts";
-import type { Deed, Right, Schemas, Target } from "./gateway.ts";
-import { nameOf } from "./actions.svelte.ts";
+import { nameOf, obstacle, obstacleToMove } from "./actions.svelte.ts";
+import type { Deed, Schemas, Target } from "./gateway.ts";
 import { plant } from "./plant.svelte.ts";
 import { language, words } from "./words/index.svelte.ts";
 
 export interface Remedy {
   label: string;
-  right: Right;
-  target: Target | undefined;
   deed: Deed;
+  /** Why it cannot be done now. */
+  why: () => string | undefined;
 }
 
 export interface Alarm {
@@ -40,10 +40,15 @@ function shown(alarm: Schemas["Alarm"]): Alarm {
     link: page ? { page, subject: who } : undefined,
     text: `${happened} ${motor} ${remedy}`,
     remedies: [
-      ...calls.map((call) => ({ label: call[language.now], right: "operate" as const, target, deed: (gateway: Gateway) => gateway.call(call) })),
-      { label: words().events.resetAlarm, right: "operate" as const, target: undefined, deed: reset(alarm.id) },
+      ...calls.map((call) => ({ label: call[language.now].replace(/[.。]$/, ""), deed: (gateway: Gateway) => gateway.call(call), why: () => obstacleTo(call, target) })),
+      { label: words().events.resetAlarm, deed: reset(alarm.id), why: () => obstacle("operate") },
     ],
   };
+}
+
+function obstacleTo({ right, path }: Schemas["NextCall"], target: Target | undefined): string | undefined {
+  if (right === "stop") return obstacle(right);
+  return target && path.endsWith("/moves") ? obstacleToMove(target) : obstacle(right, target);
 }
 
 function reset(alarm_id: string): Deed {

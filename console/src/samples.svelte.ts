@@ -24,10 +24,10 @@ class Samples {
   /** The samples of one motor, oldest first; not reactive, the plot looks when it draws. */
   readonly trail: Sample[] = [];
 
-  /** The newest sample of a motor, unless it is old. */
+  /** The newest sample of a motor, unless there is something newer; without a connection there is not. */
   of(address: string): Sample | undefined {
     const sample = this.#newest[address];
-    return sample && plant.now - sample.at < OLD_MS ? sample : undefined;
+    return sample && (!plant.fresh || plant.now - sample.at < OLD_MS) ? sample : undefined;
   }
 
   /** Where the axes of a unit were when its robot last acted on it. */

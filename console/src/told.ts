@@ -1,6 +1,6 @@
 /** Events in words, and as lines of a table. */
 
-import type { AnyMove, Event } from "./gateway.ts";
+import type { AnyMove, Event, Schemas } from "./gateway.ts";
 import { language, named, words } from "./words/index.svelte.ts";
 
 /** What an event's type says: `body.move.started` is "body: move, started". */
@@ -19,13 +19,19 @@ export function addressOf({ subject }: Event): string {
 export function saidBy(event: Event): string {
   const data = event.data as Record<string, unknown>;
   if ("event_cursor" in data) return saidByMove(data as unknown as AnyMove);
+  if (event.type.startsWith("alarm.")) return saidByAlarm(data as unknown as Schemas["Alarm"]);
   const told = Object.entries(data).filter(([, value]) => value !== null && value !== "");
   return told.map(([name, value]) => `${name}: ${plain(value)}`).join(", ");
 }
 
 function plain(value: unknown): string {
   if (Array.isArray(value)) return value.map(plain).join(" ") || words().none;
-  return typeof value === "object" ? JSON.stringify(value) : String(value);
+  return typeof value === "object" ? JSON.stringify(value) : named(words().statusBits, String(value));
+}
+
+function saidByAlarm(alarm: Schemas["Alarm"]): string {
+  const { happened, motor } = alarm[language.now];
+  return [happened, motor, alarm.reset_by].filter(Boolean).join(" ");
 }
 
 function saidByMove(move: AnyMove): string {

@@ -16,9 +16,10 @@ from pydantic import Field
 from gateway.core.errors import GatewayError, NotFound
 from gateway.core.events import Event, EventHub
 from gateway.core.move_log import new_id
-from gateway.core.next_calls import ALARMS, NextCall, filled_in
+from gateway.core.next_calls import ALARMS, NextCall, filled_in, post
 from gateway.core.origin import current
 from gateway.core.records import Record
+from gateway.core.rights import Right
 
 HISTORY: Final = 1000
 """Alarms that are over and reset are kept until so many newer ones exist."""
@@ -356,7 +357,7 @@ class Alarms:
 def reset_of(alarm: Alarm) -> NextCall:
     """The call that resets an alarm."""
     path = f"/alarms/{alarm.id}/reset"
-    return NextCall(method="POST", path=path, en="Reset the alarm.", ja="アラームを解除します。")
+    return post(path, Right.OPERATE, "Reset the alarm.", "アラームを解除します。")
 
 
 # stops

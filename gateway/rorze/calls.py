@@ -5,6 +5,8 @@ from typing import Final
 
 from gateway.core.errors import GatewayError, calls_for
 from gateway.core.next_calls import ACKNOWLEDGE, ALARMS, LINE_STATE, STOP, NextCall, get, post
+from gateway.core.rights import RIGHT_OF, Right
+from protocols.rorze.commands import BY_NAME
 
 STATUS: Final = get(
     "{subject}/status", "Read its controller status.", "コントローラ・ステータスを読み出します。"
@@ -14,7 +16,9 @@ MOVE: Final = get("{subject}/moves/{move_id}", "See the record of the move.", "�
 MOVES: Final = get(
     "{subject}/moves", "See its moves, the newest first.", "新しい順に移動の記録を確認します。"
 )
-HOME: Final = post("{subject}/moves", "Search the origin.", "原点サーチを行います。", kind="home")
+HOME: Final = post(
+    "{subject}/moves", Right.OPERATE, "Search the origin.", "原点サーチを行います。", kind="home"
+)
 PROGRAM_RUN: Final = get(
     "{subject}/program/runs/current",
     "See the run of its user program.",
@@ -33,7 +37,7 @@ COMMANDS: Final = get("/commands", "See what each command takes.", "各コマン
 
 
 def _command(name: str, en: str, ja: str) -> NextCall:
-    return post(f"{{subject}}/commands/{name}", en, ja)
+    return post(f"{{subject}}/commands/{name}", RIGHT_OF[BY_NAME[name].effect], en, ja)
 
 
 CLEAR_STATUS: Final = _command(

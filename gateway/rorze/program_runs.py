@@ -13,7 +13,7 @@ from gateway.core.origin import current
 from gateway.core.records import Record
 from gateway.core.works import Works
 from gateway.rorze.bodies import Body
-from gateway.rorze.stored_program import RUNS, as_written, instruction_at, runs
+from gateway.rorze.stored_program import RUNS, addresses, as_written, instruction_at, runs
 from protocols.rorze.programs import (
     AddressReply,
     GetProgramAddress,
@@ -161,7 +161,7 @@ class ProgramRuns(Works[ProgramRun]):
                 raise
 
     async def state(self, body: Body) -> ProgramState:
-        """Ask a body where its program is (URD, UND); errors as of `Body.ask`."""
+        """Ask a body where its program is (URD, UND, UED, UPD); errors as of `Body.ask`."""
         run = self.find(body.address)
         status, _ = await body.ask(GetProgramStatus())
         at, _ = await body.ask(GetProgramAddress())
@@ -169,7 +169,8 @@ class ProgramRuns(Works[ProgramRun]):
         if run is not None and not running:
             self._end(body, run, status, at)
         is_another = running and run is not None and run.status != "running"
-        there = await instruction_at(body, at.address)
+        is_there = running or at.address in await addresses(body)
+        there = await instruction_at(body, at.address) if is_there else None
         return ProgramState(
             body_id=body.address,
             running=running,

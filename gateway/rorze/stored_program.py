@@ -59,17 +59,22 @@ async def read_instructions(body: Body, on_read: Callable[[], None] = lambda: No
 
     Each is asked for by its address, which the answer repeats: so none can be mistaken for another.
     """
-    end, _ = await body.ask(GetLastProgramAddress())
-    if end.address == 0:
-        return []
-    # A full program ends at the last address, where one with an instruction less ends too.
-    addresses = range(end.address + (end.address == LAST_ADDRESS))
     found: list[str] = []
-    async for text in closely(instruction_at(body, address) for address in addresses):
+    written = await addresses(body)
+    async for text in closely(instruction_at(body, address) for address in written):
         if text is not None:
             found.append(text)
         on_read()
     return found
+
+
+async def addresses(body: Body) -> range:
+    """Ask at which addresses something stands (UED): a question for another one is a command error.
+
+    A full program ends at the last address, where one with an instruction less ends too.
+    """
+    end, _ = await body.ask(GetLastProgramAddress())
+    return range(end.address + (end.address == LAST_ADDRESS))
 
 
 async def instruction_at(body: Body, address: int, lane: Lane | None = None) -> str | None:

@@ -32,6 +32,8 @@ from tests.open_access import OPEN
 CHROMIUM: Final = shutil.which("chromium") or shutil.which("chromium-browser")
 PATIENCE_MS: Final = 60_000
 """What has not happened by then on a busy machine never will."""
+SCAN_MS: Final = 240_000
+"""The silence of each of 120 body numbers is waited for; backups and restores ask as much."""
 AXE: Final = CONSOLE / "node_modules" / "axe-core" / "axe.min.js"
 
 expect.set_options(timeout=PATIENCE_MS)

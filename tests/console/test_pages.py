@@ -1,16 +1,17 @@
 """The console as an operator uses it, in a real browser."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
-from playwright.sync_api import Route, expect
+from playwright.sync_api import Locator, Route, expect
 
-from tests.console.browser import Console, Guarded, Plant, plant_in
-from tests.e2e.processes import LONGEST_WAIT_S, until
+from tests.console.browser import SCAN_MS, Console, Guarded, Plant, plant_in
+from tests.e2e.processes import LONGEST_WAIT_S, simulated_line, simulated_robot, until
 
 Open = Callable[..., Console]
 
@@ -232,9 +233,15 @@ def lose_and_find(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/axis/line1.3F")
     plant.gateway.moving("3F", FAR)
     console.shows("moves")
+    place, moving = console.page.locator(".big b"), console.page.locator("summary .live")
+    expect(place).to_have_text(re.compile(r"\d\s\d"))
+    before = number_in(place)
     plant.gateway.kill()
     console.shows("No connection to the gateway. What is shown is from")
     console.shows("as last known")
+    assert number_in(place) >= before
+    for shown in (console.page.locator(".big"), moving):
+        expect(shown).to_have_css("text-decoration-line", "line-through")
     expect(console.page.get_by_role("progressbar")).to_have_count(0)
     console.button("Step +100 pulse").click(force=True)
     console.shows("There is no connection to the gateway.")
@@ -246,6 +253,10 @@ def lose_and_find(plant: Plant, open_console: Open) -> None:
     expect(console.page.locator(".connection .good")).to_be_visible()
     console.page.keyboard.press("Escape")
     console.shows("Everything stands still")
+
+
+def number_in(shown: Locator) -> int:
+    return int(re.sub(r"\D", "", shown.inner_text()))
 
 
 def test_faults_of_a_program_are_marked_and_a_good_one_runs(plant: Plant, open_console: Open) -> None:
@@ -343,6 +354,10 @@ def test_an_alarm_has_its_remedy_beside_it(plant: Plant, open_console: Open) -> 
     expect(lost).to_have_count(0)
     console.page.get_by_label("Type").fill("body.power_cycle")
     expect(console.page.locator("tbody tr").first).to_contain_text("body.power_cycle.acknowledged")
+    console.page.get_by_label("Type").fill("alarm.raised")
+    expect(console.page.locator("tbody tr td").nth(3)).to_have_text(
+        re.compile("^line1.00 has lost its power")
+    )
 
 
 def test_what_happened_before_the_page_was_opened_can_be_read(plant: Plant, open_console: Open) -> None:
@@ -457,7 +472,7 @@ def test_a_setting_is_changed_and_its_difference_to_a_backup_restored(
 ) -> None:
     console = open_console(plant.url, "#/settings/line1.01")
     console.page.get_by_role("combobox", name="Of", exact=True).select_option("/bodies/line1.01")
-    with console.page.expect_download(timeout=60_000):
+    with console.page.expect_download(timeout=SCAN_MS):
         console.button("Read and download").click()
     console.button("Read all").click()
     retries = console.page.get_by_label("homing_retries")
@@ -466,9 +481,9 @@ def test_a_setting_is_changed_and_its_difference_to_a_backup_restored(
     console.shows("Change homing_retries: done.")
     assert plant.gateway.get("/bodies/01/settings")["settings"]["homing_retries"] == 3
     console.button("Compare").click()
-    expect(console.page.get_by_text("1 differ")).to_be_visible(timeout=60_000)
+    expect(console.page.get_by_text("1 differ")).to_be_visible(timeout=SCAN_MS)
     console.button("Restore").click()
-    expect(console.page.get_by_text("verified, done")).to_be_visible(timeout=60_000)
+    expect(console.page.get_by_text("verified, done")).to_be_visible(timeout=SCAN_MS)
     assert plant.gateway.get("/bodies/01/settings")["settings"]["homing_retries"] == 0
 
 
@@ -495,6 +510,30 @@ def test_who_may_not_move_is_told_so_and_may_stop(guarded: Guarded, open_console
     assert "Authorization: Bearer $MOTION_GATEWAY_KEY" in console.copied_as_curl("Step +100 pulse")
 
 
+def test_a_remedy_says_which_right_it_takes(guarded: Guarded, open_console: Open) -> None:
+    operator, chief = guarded.key("worker", "operator"), guarded.key("boss", "admin")
+    keys = {"viewer": guarded.key("guest", "viewer"), "operator": operator, "admin": chief}
+    consoles = {role: open_console(guarded.url, "#/events", key=key) for role, key in keys.items()}
+    far = {"kind": "relative", "direction": "cw", "distance": {"value": FAR, "unit": "pulse"}}
+    header = {"Authorization": f"Bearer {operator}"}
+    with httpx.Client(base_url=f"{guarded.url}/bodies/00", headers=header) as body:
+        body.post("/moves", json=far).raise_for_status()
+        until(lambda: body.get("/status").json()["moving"], "the motor moves")
+    guarded.line.tell("PUT", "/bodies/00/sensors/ems", on=True)
+    for role, console in consoles.items():
+        alarm = console.page.locator(".alarm", has_text="The EMS input of line1.00 was on")
+        clear = alarm.get_by_role("button", name="Clear its error status (9CS)", exact=True)
+        reset = alarm.get_by_role("button", name="Reset the alarm", exact=True)
+        expect(clear).to_have_attribute("aria-disabled", "false" if role == "admin" else "true")
+        expect(reset).to_have_attribute("aria-disabled", "true" if role == "viewer" else "false")
+        if role != "admin":
+            why = f"Your role is {role}, and this takes the right “set up”."
+            expect(clear).to_have_attribute("title", why)
+    guarded.line.tell("PUT", "/bodies/00/sensors/ems", on=None)
+    clear.click()
+    console.shows("Clear its error status (9CS): done.")
+
+
 def test_a_key_for_one_body_sees_that_body_live(guarded: Guarded, open_console: Open) -> None:
     console = open_console(guarded.url, key=guarded.key("cell", "operator", "--scope", "line1.01"))
     console.shows("cell")
@@ -505,13 +544,17 @@ def test_a_key_for_one_body_sees_that_body_live(guarded: Guarded, open_console: 
 
 
 def test_who_signs_out_cannot_go_on(guarded: Guarded, open_console: Open) -> None:
-    console = open_console(guarded.url, key=guarded.key("hanako", "operator"))
+    key = guarded.key("hanako", "operator")
+    console = open_console(guarded.url, "#/axis/line1.3F", key=key)
     other = console.page.context.new_page()
     other.goto(guarded.url)
     Console(other).button("Sign out").click()
     expect(other).to_have_title("Sign in to the motion gateway")
     console.shows("You are signed out")
-    expect(console.page.get_by_role("link", name="Sign in")).to_be_visible()
+    console.page.get_by_role("link", name="Sign in").click()
+    console.page.get_by_label("Key").fill(key)
+    console.button("Sign in").click()
+    expect(console.page.get_by_role("heading", level=1)).to_contain_text("line1.3F")
 
 
 def test_two_users_have_one_lease(guarded: Guarded, open_console: Open) -> None:
@@ -557,12 +600,45 @@ def test_who_answers_a_scan_can_be_added(tmp_path: Path, open_console: Open) -> 
 def add_a_body(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url)
     console.button("Scan").click()
-    expect(console.page.get_by_text("4 found")).to_be_visible(timeout=60_000)
+    expect(console.page.get_by_text("4 found")).to_be_visible(timeout=SCAN_MS)
     assert console.faults() == []
     console.page.get_by_label("Name of line1.02").fill("gripper")
     console.button("Add to the configuration").click()
     expect(console.page.get_by_role("link", name="gripper")).to_contain_text("stands still")
     assert plant.gateway.get("/bodies/line1.02")["name"] == "gripper"
+
+
+@pytest.mark.long
+def test_who_answers_at_a_port_can_be_added(tmp_path: Path, open_console: Open) -> None:
+    anywhere = ("--listen", "tcp://127.0.0.1:0")
+    with (
+        plant_in(folder_in(tmp_path, "plant")) as plant,
+        simulated_line(folder_in(tmp_path, "line"), "05,06", *anywhere) as line,
+        simulated_robot(folder_in(tmp_path, "robot"), *anywhere) as robot,
+    ):
+        console = open_console(plant.url, "#/system")
+        add_from_port(console, line.place, "RC-400")
+        add_from_port(console, robot.place, "Fics")
+        console.go("#/")
+        for name in ("line2.05", "line2.06", "r2"):
+            expect(console.page.get_by_role("link", name=name)).to_contain_text("stands still")
+
+
+def folder_in(folder: Path, name: str) -> Path:
+    made = folder / name
+    made.mkdir()
+    return made
+
+
+def add_from_port(console: Console, place: str, kind: str) -> None:
+    found = console.page.get_by_role("region", name="Find controllers")
+    found.get_by_label("Port").fill(place)
+    console.button("Ask who is there").click()
+    add = console.button("Add to the configuration")
+    expect(found.get_by_text(kind).first).to_be_visible(timeout=SCAN_MS)
+    assert console.faults() == []
+    add.click()
+    expect(add).to_have_attribute("title", "It is added.")
 
 
 def test_a_key_is_made_shown_once_and_revoked(guarded: Guarded, open_console: Open) -> None:
@@ -591,7 +667,7 @@ def test_a_key_is_made_shown_once_and_revoked(guarded: Guarded, open_console: Op
 def test_what_somebody_needs_who_helps_is_gathered(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/system")
     console.shows("Everybody is let in here")
-    with console.page.expect_download(timeout=60_000) as download:
+    with console.page.expect_download(timeout=SCAN_MS) as download:
         console.button("Gather and download").click()
     told = json.loads(Path(download.value.path()).read_text("utf-8"))
     assert {it["body_id"] for it in told["bodies"]["bodies"]} == {"line1.00", "line1.01", "line1.3F"}

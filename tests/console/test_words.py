@@ -5,11 +5,39 @@ from typing import Final
 
 import pytest
 
+from gateway.access.posture import weakened
+from gateway.config import parse
 from gateway.event_types import EVENT_TYPES
 from tests.console.console import CONSOLE
 
 PARTS: Final = re.compile(r"^    parts: \{\n(.*?)^    \}", re.MULTILINE | re.DOTALL)
 WORD: Final = re.compile(r'^      (\w+): "(?=[^"])', re.MULTILINE)
+
+WEAKENINGS: Final = re.compile(r"^    weakenings: \{\n(.*?)^    \}", re.MULTILINE | re.DOTALL)
+WEAK: Final = """
+[server]
+raw_commands = true
+allow_endless_moves = true
+max_connections = 50_000
+[access]
+lease_mode = "off"
+subscribers_per_key = 1000
+requests_per_key = 1000
+moves_per_key_and_s = 1000
+"""
+LINE: Final = """
+[[lines]]
+id = "line1"
+address = "tcp://127.0.0.1:1"
+bodies = [{ id = "3F", power_comment = 0, needs_origin = false }]
+"""
+OPEN: Final = '[access]\nmode = "open"\n'
+NETWORK: Final = """
+[server]
+host = "0.0.0.0"
+trusted_proxies = ["10.0.0.1"]
+allowed_origins = ["https://mes.example"]
+"""
 
 
 @pytest.mark.parametrize("language", ["en", "ja"])
@@ -18,3 +46,11 @@ def test_every_part_of_an_events_type_has_a_word(language: str) -> None:
     assert found
     needed = {part for name in EVENT_TYPES for part in name.split(".")}
     assert needed <= set(WORD.findall(found[1]))
+
+
+def test_every_weakened_default_has_a_sentence_in_japanese() -> None:
+    found = WEAKENINGS.search((CONSOLE / "src" / "words" / "ja.ts").read_text("utf-8"))
+    assert found
+    configs = [parse(text + LINE, "test.toml") for text in (WEAK, OPEN, NETWORK)]
+    settings = {it.setting for config in configs for it in weakened(config)}
+    assert {name.rpartition(".")[2] for name in settings} == set(WORD.findall(found[1]))

@@ -199,17 +199,18 @@ class SimulatedLine:
 class SimulatedRobot:
     """A simulated Fics in a process of its own, with its truth log."""
 
-    def __init__(self, folder: Path) -> None:
-        self.place, self._truth = folder / "robot", folder / "robot.jsonl"
-        options = ("--axes", "XYZ", "--pty", str(self.place), "--truth", str(self._truth))
-        self.program = Program(folder / "robot.log", "simulate", "fics", *options)
-        self.program.said("Fics with 1 unit")
+    def __init__(self, folder: Path, *options: str) -> None:
+        self._truth = folder / "robot.jsonl"
+        place = () if "--listen" in options else ("--pty", str(folder / "robot"))
+        start = ("simulate", "fics", "--axes", "XYZ", "--truth", str(self._truth), *place, *options)
+        self.program = Program(folder / "robot.log", *start)
+        self.place = self.program.said(r"Fics with 1 unit .* at (\S+)\n")[1]
         self._begin = 0
 
     @property
     def address(self) -> str:
         """Where a gateway finds it."""
-        return f"serial://{self.place}?baud=115200"
+        return self.place if self.place.startswith("tcp://") else f"serial://{self.place}?baud=115200"
 
     def begin_anew(self) -> None:
         """From now on tell only what happens later."""
@@ -343,9 +344,9 @@ def simulated_line(folder: Path, bodies: str = BODIES, *options: str) -> Iterato
 
 
 @contextmanager
-def simulated_robot(folder: Path) -> Iterator[SimulatedRobot]:
+def simulated_robot(folder: Path, *options: str) -> Iterator[SimulatedRobot]:
     """Run a simulated robot, and end it with the block."""
-    robot = SimulatedRobot(folder)
+    robot = SimulatedRobot(folder, *options)
     try:
         yield robot
     finally:

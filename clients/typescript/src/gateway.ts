@@ -323,13 +323,18 @@ export class Gateway {
     return this.call({ method: "POST", path, body });
   }
 
-  /** Ask with patience: for as long as was asked to wait, and the usual time on top. */
+  /** Ask with patience: for as long as was asked to wait, and the usual time on top. The answer is there to its end. */
   async #ask(request: Request): Promise<Response> {
     const wait = Number(new URL(request.url).searchParams.get("wait") ?? 0);
     const patience = AbortSignal.timeout((this.#timeout + wait) * 1000);
     const asked = new Request(request, { signal: AbortSignal.any([request.signal, patience]) });
     if (this.#tokens.size) asked.headers.set("Lease-Token", [...this.#tokens].join(", "));
-    return this.#answered(asked);
+    const answer = await this.#answered(asked);
+    try {
+      return new Response(answer.body && (await answer.arrayBuffer()), answer);
+    } catch (error) {
+      throw new NoAnswer(request.method, error);
+    }
   }
 
   async #answered(request: Request): Promise<Response> {

@@ -103,6 +103,19 @@ test("a move is never sent twice, a stop is", async () => {
   assert.deepEqual(sent, ["POST /bodies/3F/moves Bearer k", ...Array(3).fill("POST /groups/80/stop Bearer k")]);
 });
 
+test("an answer that breaks off is none", async () => {
+  let sent = 0;
+  const fetch = (): Promise<Response> => {
+    sent++;
+    const body = new ReadableStream({ pull: (it) => it.error(new TypeError("terminated")) });
+    return Promise.resolve(new Response(body));
+  };
+  const broken = new Gateway({ url: "http://gateway", key: "k", fetch });
+  await assert.rejects(broken.http.GET("/bodies"), NoAnswer);
+  await assert.rejects(broken.stop("80"), NoAnswer);
+  assert.equal(sent, 1 + 3);
+});
+
 test("what never reached the gateway moved nothing", async () => {
   const cable = await Cable.to("http://127.0.0.1:1");
   const { url } = cable;

@@ -278,6 +278,7 @@ export const en = {
     unit: (unit: number) => `Unit ${unit}`,
     coordinates: "Coordinates",
     systems: { user: "user", motor: "motor" } as Record<string, string>,
+    motorAxes: "Motor axes:",
     reasons: {
       not_homed: "not homed",
       homing: "homing",
@@ -675,6 +676,8 @@ export const en = {
     network: "Reached from other machines",
     weakened: "Weakened defaults",
     noneWeakened: "No default is weakened.",
+    /** The gateway says them in English. */
+    weakenings: {} as Record<string, string>,
     setting: "Setting",
     meaning: "Meaning",
     value: "Value",

@@ -14,6 +14,7 @@ ALARM = {
     "ended_at": None,
     "reset_at": None,
     "en": {"happened": "It is gone.", "motor": "It stands.", "remedy": "Look."},
+    "next": [{"method": "POST", "path": "/bodies/a.3F/stop", "right": "stop", "en": "Stop it."}],
 }
 OVER = {**ALARM, "id": "al2", "ended_at": "2026-01-01T00:00:01Z"}
 RESET = {**OVER, "id": "al3", "reset_at": "2026-01-01T00:00:02Z"}
@@ -28,6 +29,7 @@ def test_alarms_say_what_happened_and_what_to_do(monkeypatch: pytest.MonkeyPatch
         "    It is gone.",
         "    It stands.",
         "    Look.",
+        "    POST /bodies/a.3F/stop (stop): Stop it.",
     ]
     assert [it.splitlines()[0].split()[-1] for it in (second, third)] == ["over", "reset"]
 

@@ -184,3 +184,14 @@ async def test_no_program_is_started_while_the_gateway_moves_the_motor() -> None
         await start(it, MoveClockwise(distance=500_000))
         with pytest.raises(BodyBusy, match="no program was started"):
             await it.plant.rorze.runs.start(it.body(), RunProgram())
+
+
+@in_virtual_time
+async def test_a_body_without_a_program_is_not_asked_what_it_would_refuse() -> None:
+    async with rig(bodies=(0x3F,), groups={}) as it:
+        state = await it.plant.rorze.runs.state(it.body())
+        assert (state.running, state.instruction) == (False, None)
+        assert not [frame for frame in it.wire.frames() if frame.startswith("&3FUPD")]
+        it.axis().program = ("END",)
+        state = await it.plant.rorze.runs.state(it.body())
+        assert (state.running, state.instruction) == (False, "END")

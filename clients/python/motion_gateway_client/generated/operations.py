@@ -735,7 +735,7 @@ class Operations(Protocol):
         return answer
 
     def get_program_state(self, body_id: str) -> ProgramState:
-        """Ask the controller whether its program runs, how it ended and where it is (URD, UND, UPD)."""
+        """Ask the controller whether its program runs, how it ended and where it is (URD, UND, UED, UPD)."""
         answer: ProgramState = self.call(
             "GET", filled("/bodies/{body_id}/program/runs/current", body_id=body_id)
         )

@@ -3959,6 +3959,8 @@ class NextCall(TypedDict):
 
     method: Literal["GET", "POST", "PUT"]
     path: str
+    right: Right
+    """What its sender has to be allowed; that of its route."""
     body: NotRequired[dict[str, JsonValue] | None]
     """What it takes; left out for nothing, or where only the sender can know."""
     en: str

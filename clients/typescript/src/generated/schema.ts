@@ -923,7 +923,7 @@ export interface paths {
         };
         /**
          * Get Program State
-         * @description Ask the controller whether its program runs, how it ended and where it is (URD, UND, UPD).
+         * @description Ask the controller whether its program runs, how it ended and where it is (URD, UND, UED, UPD).
          */
         get: operations["getProgramState"];
         put?: never;
@@ -12461,6 +12461,8 @@ export interface components {
             method: "GET" | "POST" | "PUT";
             /** Path */
             path: string;
+            /** @description What its sender has to be allowed; that of its route. */
+            right: components["schemas"]["Right"];
             /**
              * Body
              * @description What it takes; left out for nothing, or where only the sender can know.
