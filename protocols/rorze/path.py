@@ -23,10 +23,10 @@ NUDGE_UM = 1e-3
 FINEST_UM = 1.0
 """Where an axis would have to jump, it turns as far while the path goes on by this much."""
 
-TOLERANCE_PULSES = 0.05
+TOLERANCE_PULSES = 0.1
 """By how much a straight stretch between two knots may miss an axis's true position."""
 
-LEAST_HALVINGS = 3
+LEAST_HALVINGS = 2
 
 JUMP = 1e-3
 """Radians: what the heading turns by more between two pieces is no rounding."""
@@ -269,11 +269,11 @@ class Path:
         knots = [Knot(0.0, 0.0)]
         for piece in self._pieces:
             at = partial(self._knot, axis, piece)
-            first = at(piece.first)
+            first, last = at(piece.offset + piece.first), at(piece.offset + piece.last)
             if abs(first.pulses - knots[-1].pulses) > TOLERANCE_PULSES:
-                first = at(min(piece.first + FINEST_UM, (piece.first + piece.last) / 2))
+                first = at(min(first.along + FINEST_UM, (first.along + last.along) / 2))
                 knots.append(first)
-            knots += _refined(at, first, at(piece.last), piece.offset, LEAST_HALVINGS)
+            knots += _refined(at, first, at((first.along + last.along) / 2), last, LEAST_HALVINGS)
         return knots
 
     def pulses(self) -> tuple[int, ...]:
@@ -290,8 +290,8 @@ class Path:
         return tuple(floor(there - here + 0.5) for there, here in zip(ends, starts, strict=True))
 
     def _knot(self, axis: int, piece: _Piece, along: float) -> Knot:
-        pose = self._pose(piece, along)
-        return Knot(piece.offset + along, self._pulses(pose, axis) - self._pulses(self._start, axis))
+        pose = self._pose(piece, along - piece.offset)
+        return Knot(along, self._pulses(pose, axis) - self._pulses(self._start, axis))
 
     def _pose(self, piece: _Piece, along: float) -> Pose:
         lead, heading = piece.polar(along)
@@ -303,13 +303,26 @@ class Path:
 
 
 def _refined(
-    at: Callable[[float], Knot], first: Knot, last: Knot, offset: float, halvings: int
+    at: Callable[[float], Knot], first: Knot, middle: Knot, last: Knot, halvings: int
 ) -> Iterator[Knot]:
-    """The knots after the first, so many that straight lines between them come near enough."""
-    middle = at((first.along + last.along) / 2 - offset)
-    missed = abs(middle.pulses - (first.pulses + last.pulses) / 2)
-    if halvings <= 0 and (missed <= TOLERANCE_PULSES or last.along - first.along <= FINEST_UM):
+    """The knots after the first, so many that straight lines between them come near enough.
+
+    A curve may bend both ways, and cross its straight line in the middle: the quarters have to be near, too.
+    """
+    quarter, three_quarters = at((first.along + middle.along) / 2), at((middle.along + last.along) / 2)
+    straight = halvings <= 0 and _join(first, quarter, middle, three_quarters, last)
+    if straight or last.along - first.along <= FINEST_UM:
         yield last
         return
-    yield from _refined(at, first, middle, offset, halvings - 1)
-    yield from _refined(at, middle, last, offset, halvings - 1)
+    yield from _refined(at, first, quarter, middle, halvings - 1)
+    yield from _refined(at, middle, three_quarters, last, halvings - 1)
+
+
+def _join(first: Knot, *between_and_last: Knot) -> bool:
+    """Whether a straight line from the first to the last, of even steps, comes near those between."""
+    *between, last = between_and_last
+    step = (last.pulses - first.pulses) / len(between_and_last)
+    return all(
+        abs(it.pulses - first.pulses - number * step) <= TOLERANCE_PULSES
+        for number, it in enumerate(between, 1)
+    )
