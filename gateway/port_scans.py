@@ -146,11 +146,12 @@ class PortScans(Works[PortScan]):
 def require_device(address: str) -> None:
     """Refuse a port that is a file: what is written to a dual-port RAM would spoil it.
 
-    :raises InvalidRequest: it is neither below /dev or /sys nor on the network; nothing was sent.
+    :raises InvalidRequest: it is no device below /dev or /sys, nor on the network; nothing was sent.
     """
     it = Address.parse(address)
     place = Path(it.path).resolve()
-    if it.scheme == "tcp" or any(map(place.is_relative_to, DEVICES)):
+    a_file = place.is_relative_to("/dev") and place.is_file()  # such as those of /dev/shm
+    if it.scheme == "tcp" or (any(map(place.is_relative_to, DEVICES)) and not a_file):
         return
     raise InvalidRequest(
         f"{it.path} is no device of the gateway's machine, below {' or '.join(DEVICES)}; nothing was sent.",

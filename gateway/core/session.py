@@ -320,9 +320,9 @@ class Session(ABC, Generic[X, F]):
         """An exchange has its reply."""
         self.counters["replies"] += 1
         self._let_go(exchange)
+        self._note_order(exchange)
         self._note_load(now)
         self.heard_out = self.heard_out or (self.answers_all and exchange.number == self._written)
-        self._note_order(exchange)
         self.learn(exchange, outcome, frame, now)
         if exchange is self._fence_query:
             if self.is_refusal_of_fence(frame):

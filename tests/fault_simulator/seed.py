@@ -199,7 +199,6 @@ class Seed:
 
     async def _client(self, life: Life, until: int) -> None:
         while self._left > until:
-            self._left -= 1
             chance = self._dice.random()
             if chance < 0.04:
                 await self._stop(life)
@@ -211,7 +210,6 @@ class Seed:
 
     async def _hasten(self, life: Life) -> None:
         """Want something, and stop it before it can have been done."""
-        self._left -= 1
         wanted = asyncio.create_task(self._want(life))
         try:
             await asyncio.sleep(self._dice.uniform(0.0, 0.03))
@@ -221,6 +219,7 @@ class Seed:
             wanted.cancel()
 
     async def _want(self, life: Life) -> None:
+        self._left -= 1
         wish = self.family.wish(self._dice)
         deed = Deed(f"d{len(self.history.deeds)}", wish.path, wish.command, self._now())
         self.history.deeds[deed.id] = deed
@@ -243,6 +242,7 @@ class Seed:
                     await log.wait(move_id, 20.0)
 
     async def _stop(self, life: Life) -> None:
+        self._left -= 1
         origin, mode = Origin("client", "stop"), self._dice.choice(("immediate", "decelerate"))
         everything = frozenset().union(*map(self.family.reach, self.family.targets))
         if self._dice.random() < 0.3:

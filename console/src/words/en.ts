@@ -537,6 +537,8 @@ export const en = {
       refused: "refused",
       foreign: "by somebody else",
       online: "answers again",
+      order: "order of replies",
+      violated: "violated",
       offline: "does not answer",
       unreadable: "its state could not be read",
       status: "status",

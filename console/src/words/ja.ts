@@ -545,6 +545,8 @@ export const ja: typeof en = {
       power_cycled: "電源断",
       power_cycle: "電源断",
       acknowledged: "確認済み",
+      order: "応答の順序",
+      violated: "異常",
       power_mark: "電源の目印",
       missing: "なし",
       controller_event: "コントローラの報告",

@@ -162,7 +162,7 @@ def test_whenever_the_power_is_cut_a_restore_is_verified_or_tells_what_differs(s
     ("lines", "place", "reason"),
     [
         ("[robot r2]\n[variables]", 1, "nothing of robot r1, but of r2"),
-        ("[robot r1]\n[unit 3 settings]", 1, "no section [unit 3 settings]"),
+        ("[robot r1]\n[unit 3 settings]", 2, "no section [unit 3 settings]"),
         ("[robot r1]\n[variables]\nV100 1", 3, "V00 to V99"),
         ("[robot r1]\n[variables]\nV01 much", 3, "'much' is no number"),
         ("[robot r1]\n[variables]\nV01 1\nV01 2", 4, "comes twice"),
