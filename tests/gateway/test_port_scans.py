@@ -116,9 +116,11 @@ async def test_a_port_that_a_line_has_is_left_alone(tmp_path: Path) -> None:
 
 @in_virtual_time
 async def test_a_file_is_no_port(tmp_path: Path) -> None:
-    with NamedTemporaryFile(dir="/dev/shm") as shared:  # a file below /dev
-        with pytest.raises(InvalidRequest, match="no device of the gateway's machine"):
-            require_device(f"dpram://{shared.name}")
+    with (
+        NamedTemporaryFile(dir="/dev/shm") as below_dev,
+        pytest.raises(InvalidRequest, match="no device of the gateway's machine"),
+    ):
+        require_device(f"dpram://{below_dev.name}")
     for place in (tmp_path / "journal.db", tmp_path / "link", Path("/dev/../etc/passwd")):
         with pytest.raises(InvalidRequest, match="no device of the gateway's machine"):
             require_device(f"dpram://{place}")
