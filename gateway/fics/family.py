@@ -120,7 +120,14 @@ class Fics(Family):
             bits=Bits(it.status_bits, it.sensor_bits),
             macros=Macros(it.macros or {}),
         )
+        self._recall(self._robots[it.id])
         return line
+
+    def _recall(self, robot: Robot) -> None:
+        """Go on from what an earlier robot of this name knew of its power."""
+        known, power = self.site.known, robot.power
+        power.recall(known.of(robot.id))
+        power.on_memory = lambda: known.note(robot.id, power.memory())
 
     async def remove(self, line: FicsLine) -> None:
         """Close a line, and forget its robot."""

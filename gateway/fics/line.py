@@ -92,7 +92,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
         """Called with an answer that nobody has asked for."""
         session.on_stray = lambda frame: self.on_stray(frame)
         self._known = False
-        """Whether the robot has been set up in this life of the gateway."""
+        """Whether the robot has been set up before."""
         self._was_away = False
         """Whether it was silent, or its port gone, since."""
         self._missing = False
@@ -220,6 +220,10 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
         if isinstance(outcome, Answered) and isinstance(version := outcome.replies[0], SystemVersion):
             return HostMode.VER_2 if version.c_host is None else HostMode.VER_3
         return None
+
+    def was_set_up(self) -> None:
+        """The gateway has left it in its mode before: if it is in that of power-on, it has lost its power."""
+        self._known = True
 
     def change_mode(self, mode: int) -> None:
         """Keep the robot in another mode from now on; nothing else is said to it until it is (2-37)."""

@@ -4,6 +4,8 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+from pydantic import BaseModel, ValidationError
+
 from gateway.core.errors import ControllerRefused, NoReply, NotSent, PowerCycled
 from gateway.fics.axes import Coordinates, UnitAxes, unit_of
 from gateway.fics.commander import Commander
@@ -36,6 +38,17 @@ Speeds = dict[str, float]
 """Percent by axis."""
 
 
+class Memory(BaseModel):
+    """What a gateway has to remember of a robot over restarts."""
+
+    mode: int
+    """In which it was left: a robot that is in the mode of power-on afterwards has lost its power."""
+    cycled: bool
+    certain: bool
+    due: set[int]
+    speeds: dict[int, dict[Coordinates, Speeds]]
+
+
 @dataclass(eq=False)
 class Power:
     """What a loss of power takes from a robot: its mode, its unit, its homing, its speed percentages."""
@@ -58,6 +71,32 @@ class Power:
     _certain: bool = True
     """Whether the loss that nobody has acknowledged is certain."""
     _origins: Origins = field(default_factory=Origins)
+    on_memory: Callable[[], None] = lambda: None
+    """Called when there may be something else to remember."""
+
+    # over restarts
+
+    def memory(self) -> str:
+        """Give what is to be remembered."""
+        mode, speeds = self._commander.line.mode, self._speeds
+        kept = Memory(mode=mode, cycled=self.cycled, certain=self._certain, due=self._due, speeds=speeds)
+        return kept.model_dump_json()
+
+    def recall(self, memory: str | None) -> None:
+        """Go on from what was remembered, as far as its units and axes are configured."""
+        try:
+            told = Memory.model_validate_json(memory or "")
+        except ValidationError:
+            return
+        if told.mode == self._commander.line.mode:
+            self._commander.line.was_set_up()
+        self.cycled, self._certain = told.cycled, told.certain
+        for unit in self._units:
+            for coordinates in _ROWS:
+                speeds = told.speeds.get(unit.number, {}).get(coordinates, {})
+                known = {axis: speeds[axis] for axis in unit.names(coordinates) if axis in speeds}
+                self._speeds.setdefault(unit.number, {})[coordinates] = known
+        self._due = told.due & {*self._speeds}
 
     def lost(self, *, certain: bool) -> None:
         """It was switched off and on, or seems to: keep it from moving until a person acknowledges that."""
@@ -68,12 +107,14 @@ class Power:
             self.cycled, self._certain = True, certain
             self._errors.forget()
             self._tell("robot.power_cycled", {"certain": certain, **self._speeds_told()})
+        self.on_memory()
 
     def acknowledge(self) -> None:
         """Let the robot move again."""
         if self.cycled:
             self.cycled = False
             self._tell("robot.power_cycle.acknowledged", {})
+            self.on_memory()
 
     def require_known(self, what: str) -> None:
         """Refuse motion until a person knows of the loss.
@@ -202,6 +243,7 @@ class Power:
         for axis, percent in zip(unit.names(coordinates), found.percents, strict=False):
             # What was set counts: a robot tells 100 % after a loss of power nobody has seen yet.
             known.setdefault(axis, percent)
+        self.on_memory()
 
     def _note_set(
         self, unit: UnitAxes, command: SetSpeedPercent | SetMotorSpeedPercent, outcome: Outcome
@@ -214,6 +256,7 @@ class Power:
                 speeds[axis] = percent
             elif isinstance(outcome, NoReply):
                 speeds.pop(axis, None)
+        self.on_memory()
 
     def _speeds_of(self, unit: UnitAxes, coordinates: Coordinates) -> Speeds:
         return self._speeds.setdefault(unit.number, {}).setdefault(coordinates, {})
@@ -244,6 +287,7 @@ class Power:
                 await self._set_again(unit, coordinates)
             self._due.discard(number)
         self._tell("robot.speeds.restored", self._speeds_told())
+        self.on_memory()
 
     async def verify(self, unit: UnitAxes, coordinates: Coordinates, proof: Proof) -> None:
         """In Ver.2, where the mode tells of no loss of power: see that origins and speeds are as they were.

@@ -246,6 +246,8 @@ class Robot:
         elif what.startswith("robot."):
             self.publish(what, dict(facts))
         else:
+            if what == "line.up":
+                self.power.on_memory()
             self._publish(what, f"/lines/{self.line.id}", dict(facts), None)
 
     def _note_stray(self, frame: ReplyFrame) -> None:

@@ -14,9 +14,11 @@ from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.move_record import Move, MoveStatus
 from gateway.fics.move_record import RobotMove
 from gateway.rorze.jogs import BodyJogRequest
+from protocols.fics.axis_settings import SpeedPercents
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute, MoveRelative
 from protocols.fics.row import FicsCommand
+from protocols.fics.speeds import GetSpeedPercent, SetSpeedPercent
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.moves import MoveClockwise, MoveTo
 from protocols.rorze.origin import Home
@@ -399,6 +401,59 @@ def test_a_move_of_a_robot_goes_on_in_its_own_record(mode: int, units: int, tmp_
             assert (end.status, end.end_cause) == (MoveStatus.SUCCEEDED, "normal")
             assert any("restarted" in sentence for sentence in end.evidence)
         assert len([it for it in world.wire.frames() if it.startswith("LMA")]) == 1
+
+    story()
+
+
+async def set_up(plant: TestedPlant) -> None:
+    while plant.robot("r1").line.state != "ready":  # noqa: ASYNC110
+        await asyncio.sleep(0.1)
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_loss_of_a_robots_power_while_no_gateway_ran_is_seen_and_its_speed_set_again(
+    mode: int, tmp_path: Path
+) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        world = World.of_robot(tmp_path / "data", mode)
+        async with world.gateway() as plant:
+            await set_up(plant)
+            await plant.robot("r1").ask(SetSpeedPercent(percents=[20.0]), 1)
+            await asyncio.sleep(0.1)
+        assert isinstance(world.wire, Cable)
+        world.wire.machine.power_off(asyncio.get_running_loop().time())
+        world.wire.machine.power_on(asyncio.get_running_loop().time())
+        async with world.gateway() as plant:
+            await set_up(plant)
+            assert plant.robot("r1").power_cycled is (mode == 3), "in mode 2 no mode tells"
+            with pytest.raises(PowerCycled, match="switched off and on"):
+                await _begun(plant, HomeRobot())
+        async with world.gateway() as plant:
+            await set_up(plant)
+            assert plant.robot("r1").power_cycled, "nobody has acknowledged it yet"
+            plant.robot("r1").power.acknowledge()
+            await _made(plant, HomeRobot())
+            told = await plant.robot("r1").ask(GetSpeedPercent(), 1)
+            assert isinstance(told, SpeedPercents)
+            assert told.percents[0] == 20.0
+
+    story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_robot_that_has_kept_its_power_moves_in_the_next_life(mode: int, tmp_path: Path) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        world = World.of_robot(tmp_path / "data", mode)
+        async with world.gateway() as plant:
+            await set_up(plant)
+            await plant.robot("r1").ask(SetSpeedPercent(percents=[20.0]), 1)
+            await _made(plant, HomeRobot())
+        async with world.gateway() as plant:
+            await set_up(plant)
+            assert not plant.robot("r1").power_cycled
+            await _made(plant, MoveAbsolute(coordinates=[None, None, 20.0]))
 
     story()
 
