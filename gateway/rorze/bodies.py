@@ -425,7 +425,7 @@ class Body:
         self.position, self.position_at = pulses, at
         if self.trajectory is not None:
             self.trajectory.add(at, pulses)
-        if self.power.contradicts(pulses, 0xFF, self.position_tolerance):
+        if not self.moving and self.power.contradicts(pulses, 0xFF, self.position_tolerance):
             self.look_due.set()
 
     def _saw_status(self, bits: int) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from gateway.rorze.pace import HEALTH_POLL_S, MARK_POLL_S, is_prompt
+from gateway.rorze.pace import HEALTH_POLL_S, IDLE_POLL_S, MARK_POLL_S, is_prompt
 from protocols.rorze.position import GetPosition
 from simulator.faults import Direction
 from tests.gateway.rorze.test_body_power import brown_out, now
@@ -52,6 +52,20 @@ async def test_a_body_that_was_told_offline_too_soon_is_online_as_soon_as_it_ans
         await it.body().ask(GetPosition())
         assert it.types("body.o") == ["body.offline", "body.online"]
         assert it.body().online
+
+
+@in_virtual_time
+async def test_a_body_that_others_move_when_the_line_is_back_is_not_asked_flat_out() -> None:
+    async with rig(baud=9600, body_options="power_comment = 0") as it:
+        await asyncio.sleep(15.0)
+        it.wire.unplug()
+        it.axis().execute("1+MZ", now())
+        it.wire.plugged_in = True
+        await asyncio.sleep(5.0)
+        sent = len(it.wire.sent)
+        await asyncio.sleep(10.0)
+        assert it.body().moving
+        assert len(it.wire.sent) - sent < 3 * 10.0 / IDLE_POLL_S * 2
 
 
 @in_virtual_time
