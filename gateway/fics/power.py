@@ -240,10 +240,12 @@ class Power:
 
     def _note_read(self, unit: UnitAxes, coordinates: Coordinates, found: SpeedPercents) -> None:
         known = self._speeds_of(unit, coordinates)
+        before = len(known)
         for axis, percent in zip(unit.names(coordinates), found.percents, strict=False):
             # What was set counts: a robot tells 100 % after a loss of power nobody has seen yet.
             known.setdefault(axis, percent)
-        self.on_memory()
+        if len(known) > before:
+            self.on_memory()
 
     def _note_set(
         self, unit: UnitAxes, command: SetSpeedPercent | SetMotorSpeedPercent, outcome: Outcome
