@@ -1,6 +1,23 @@
 """What is known of controllers that nothing but a gateway can know: kept over reloads and restarts."""
 
+import logging
 from collections.abc import Callable, Mapping
+from typing import Protocol
+
+log = logging.getLogger(__name__)
+
+
+class Remembering(Protocol):
+    """What knows something of a controller that is worth to be kept."""
+
+    def memory(self) -> str:
+        """Give what is to be kept, in words of its own."""
+
+    def recall(self, memory: str) -> None:
+        """Go on from what was kept.
+
+        :raises ValueError: it cannot be read; nothing was taken from it.
+        """
 
 
 class Known:
@@ -15,12 +32,16 @@ class Known:
         """Go on from what an earlier life knew."""
         self._facts.update(facts)
 
-    def of(self, address: str) -> str | None:
-        """Give what is known of a controller; None where nothing is."""
-        return self._facts.get(address)
+    def keep(self, address: str, knower: Remembering) -> Callable[[], None]:
+        """Let it go on from what is known of its controller; what is given back keeps what it knows then."""
+        if (fact := self._facts.get(address)) is not None:
+            try:
+                knower.recall(fact)
+            except ValueError:
+                log.warning("what was known of %s cannot be read, and is forgotten: %r", address, fact)
+        return lambda: self._note(address, knower.memory())
 
-    def note(self, address: str, fact: str) -> None:
-        """Know something of a controller from now on."""
+    def _note(self, address: str, fact: str) -> None:
         if self._facts.get(address) != fact:
             self._facts[address] = fact
             self.on_change(address, fact)

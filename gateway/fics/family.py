@@ -110,7 +110,7 @@ class Fics(Family):
         line.gate.add(motion_without_proof)
         line.gate.add(amid_a_restore(partial(self._amid_a_restore, it.id)))
         self._tables[it.id] = table
-        self._robots[it.id] = Robot(
+        self._robots[it.id] = robot = Robot(
             it.id,
             it.name or "",
             line,
@@ -120,14 +120,8 @@ class Fics(Family):
             bits=Bits(it.status_bits, it.sensor_bits),
             macros=Macros(it.macros or {}),
         )
-        self._recall(self._robots[it.id])
+        robot.power.on_memory = self.site.known.keep(it.id, robot.power)
         return line
-
-    def _recall(self, robot: Robot) -> None:
-        """Go on from what an earlier robot of this name knew of its power."""
-        known, power = self.site.known, robot.power
-        power.recall(known.of(robot.id))
-        power.on_memory = lambda: known.note(robot.id, power.memory())
 
     async def remove(self, line: FicsLine) -> None:
         """Close a line, and forget its robot."""

@@ -4,7 +4,7 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 
 from gateway.core.errors import ControllerRefused, NoReply, NotSent, PowerCycled
 from gateway.fics.axes import Coordinates, UnitAxes, unit_of
@@ -82,12 +82,12 @@ class Power:
         kept = Memory(mode=mode, cycled=self.cycled, certain=self._certain, due=self._due, speeds=speeds)
         return kept.model_dump_json()
 
-    def recall(self, memory: str | None) -> None:
-        """Go on from what was remembered, as far as its units and axes are configured."""
-        try:
-            told = Memory.model_validate_json(memory or "")
-        except ValidationError:
-            return
+    def recall(self, memory: str) -> None:
+        """Go on from what was remembered, as far as its units and axes are configured.
+
+        :raises ValueError: it cannot be read.
+        """
+        told = Memory.model_validate_json(memory)
         if told.mode == self._commander.line.mode:
             self._commander.line.was_set_up()
         self.cycled, self._certain = told.cycled, told.certain

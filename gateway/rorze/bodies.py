@@ -296,6 +296,15 @@ class Body:
             await self.mark.ensure(Lane.PROOF)
             await self.look(Lane.PROOF)
 
+    def require_power(self, command: RorzeCommand[Any]) -> None:
+        """Refuse a motion to a place that it has lost with its power.
+
+        :raises PowerCycled: it has.
+        """
+        refusal = self.power.refusal(self.address, command)
+        if refusal is not None:
+            raise refusal
+
     async def acknowledge_power_cycle(self) -> None:
         """Let it go to places again; a loss of power from now on will be seen.
 

@@ -186,16 +186,10 @@ class Rorze(Family):
             power=Power(it.power_comment, it.needs_origin),
         )
         body.on_news = partial(self._on_news, body)
-        self._recall(body)
+        body.power.on_memory = self.site.known.keep(body.address, body.power)
         self._bodies[body.address] = body
         if it.events is not None:
             self._events[body] = it.events
-
-    def _recall(self, body: Body) -> None:
-        """Go on from what an earlier body of this address knew of its power."""
-        known, power = self.site.known, body.power
-        power.recall(known.of(body.address))
-        power.on_memory = lambda: known.note(body.address, power.memory())
 
     async def remove(self, line: Line) -> None:
         """Close a line, and forget its bodies and groups."""

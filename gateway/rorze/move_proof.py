@@ -178,9 +178,7 @@ class Case:
         if self._needs_proof and await self.body.mark.stands(Lane.PROOF) is not True:
             await self.body.mark.ensure(Lane.PROOF)
         self._mark, self._losses = power.mark, power.losses
-        refusal = power.refusal(self.body.address, command)
-        if refusal is not None:
-            raise refusal
+        self.body.require_power(command)
 
     # while it may run
 

@@ -104,7 +104,8 @@ class Moves:
         self.require_end(command)
         target.line.admission.require()
         bodies = _idle_bodies_of(target)
-        _require_power(bodies, command)
+        for body in bodies:
+            body.require_power(command)
         epoch = target.line.gate.epoch(target.number)
         flight = _Flight(
             target,
@@ -407,14 +408,6 @@ def _idle_bodies_of(target: Body | Group) -> list[Body]:
                 "Wait for it or stop it.",
             )
     return bodies
-
-
-def _require_power(bodies: list[Body], command: RorzeCommand[Any]) -> None:
-    """Refuse a motion to a place that a body has lost with its power."""
-    for body in bodies:
-        refusal = body.power.refusal(body.address, command)
-        if refusal is not None:
-            raise refusal
 
 
 def kind_of(command: RorzeCommand[Any]) -> MoveKind:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Any, Final, Literal
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 
 from gateway.core.errors import GatewayError, NotSent, PowerCycled
 from protocols.rorze.commands import COMMANDS
@@ -153,12 +153,12 @@ class Power:
         kept = Memory(comment=self.comment, mark=mark, cycled=self.cycled, certain=self.certain, homed=homed)
         return kept.model_dump_json()
 
-    def recall(self, memory: str | None) -> None:
-        """Go on from what was remembered; what the mark does not prove is believed when it does."""
-        try:
-            told = Memory.model_validate_json(memory or "")
-        except ValidationError:
-            return
+    def recall(self, memory: str) -> None:
+        """Go on from what was remembered; what the mark does not prove is believed when it does.
+
+        :raises ValueError: it cannot be read.
+        """
+        told = Memory.model_validate_json(memory)
         if told.comment == self.comment and self.comment:
             self.mark, self._vouched = told.mark, True
             self._was_homed = told.homed if told.mark else None

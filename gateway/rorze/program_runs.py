@@ -108,7 +108,7 @@ class ProgramRuns(Works[ProgramRun]):
             raise BodyBusy(
                 f"{body.address} still has the move {body.move.id}; no program was started.", "Wait for it."
             )
-        _require_power(body, command)
+        body.require_power(command)
         last, epoch = self.find(body.address), body.line.gate.epoch(body.number)
         if last is not None and last.status == "running" and await self._look(body, last):
             raise BodyBusy(
@@ -141,7 +141,7 @@ class ProgramRuns(Works[ProgramRun]):
             )
         if body.power.needs_origin:
             await body.prove_power()
-            _require_power(body, command)
+            body.require_power(command)
         if body.line.gate.epoch(body.number) != epoch:
             raise body.line.gate.overtaken(body.number)
         body.in_program = True
@@ -213,12 +213,6 @@ class ProgramRuns(Works[ProgramRun]):
             run.status, run.detail = "ended", None
             run.end_cause, run.ended_at_address = cause_of(status.status), at.address
         self._publish("ended", run)
-
-
-def _require_power(body: Body, command: RunProgram | StepProgram) -> None:
-    refusal = body.power.refusal(body.address, command)
-    if refusal is not None:
-        raise refusal
 
 
 def _elapsed_s(run: ProgramRun) -> float:

@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 
 from gateway.core.errors import NotFound, NotSent, PowerCycled
-from gateway.core.journal.disk import Disk
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.move_record import Move, MoveStatus
 from gateway.fics.move_record import RobotMove
@@ -76,9 +75,7 @@ def lose_power(world: World) -> None:
 
 @pytest.mark.parametrize("crash", [False, True])
 @in_virtual_time
-async def test_a_loss_of_power_that_nobody_has_acknowledged_is_remembered(
-    crash: bool, world: World, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_a_loss_of_power_that_nobody_has_acknowledged_is_remembered(crash: bool, world: World) -> None:
     async with world.gateway() as plant:
         await marked(plant)
         lose_power(world)
@@ -86,8 +83,7 @@ async def test_a_loss_of_power_that_nobody_has_acknowledged_is_remembered(
             await asyncio.sleep(0.1)
         await marked(plant)
         if crash:
-            monkeypatch.setattr(Disk, "commit", lambda *_, **__: None)
-    monkeypatch.undo()
+            world.crash()
     async with world.gateway() as plant:
         await marked(plant)
         assert plant.body("3F").power.homed == "no"
@@ -131,16 +127,15 @@ async def test_a_body_that_has_kept_its_power_keeps_its_mark_and_is_still_homed(
 
 @in_virtual_time
 async def test_a_mark_that_may_be_in_flash_memory_is_not_believed_in_another_life(
-    world: World, monkeypatch: pytest.MonkeyPatch
+    world: World,
 ) -> None:
     async with world.gateway() as plant:
         await marked(plant)
         mark = plant.body("3F").power.mark
         saving = asyncio.create_task(plant.body("3F").ask(SaveSettings()))
         await asyncio.sleep(DISK_S + 0.001)
-        monkeypatch.setattr(Disk, "commit", lambda *_, **__: None)
+        world.crash()
         await saving
-    monkeypatch.undo()
     async with world.gateway() as plant:
         assert plant.body("3F").power.mark is None
         await marked(plant)

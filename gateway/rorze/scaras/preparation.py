@@ -166,6 +166,4 @@ async def prove_power(scara: Scara) -> None:
 
 def _require_power(scara: Scara) -> None:
     for body in scara.members:
-        refusal = body.power.refusal(body.address, StartInterpolation())
-        if refusal is not None:
-            raise refusal
+        body.require_power(StartInterpolation())
