@@ -1,8 +1,8 @@
-"""What a plant remembers over restarts: its events and moves, and what was under way when it ended."""
+"""What a plant remembers over restarts: events, moves, long work, and what was under way when it ended."""
 
 import logging
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from datetime import UTC, datetime
 from functools import partial
 from typing import Any, Union
@@ -18,6 +18,7 @@ from gateway.core.journal.beginning import Beginning
 from gateway.core.journal.intents import Intents
 from gateway.core.journal.opening import Opened
 from gateway.core.journal.writes import Write
+from gateway.core.kept_works import Dated, KeptWorks
 from gateway.core.known import Known
 from gateway.core.move_record import MoveRecord, MoveStatus
 from gateway.families import FAMILIES
@@ -58,8 +59,11 @@ class Memory:
         """Write down what a line does with an effect."""
         line.intents = Intents(self.journal, line.address_of)
 
-    def start(self) -> None:
-        """Begin to write, tell how the last life ended, and take its moves over; the lines are built."""
+    def start(self, works: Mapping[str, KeptWorks[Any]]) -> None:
+        """Begin to write, tell how the last life ended, and take over its moves and `works`, by their kinds.
+
+        The lines are built.
+        """
         self.journal.start()
         self._alarms.resume(map(Alarm.model_validate_json, self._past.alarms))
         self._alarms.on_change = self._keep_alarm
@@ -75,6 +79,9 @@ class Memory:
             for moves in family.move_logs():
                 moves.on_change = self._keep_move
             family.resume(records, self._past.begun)
+        for kind, those in works.items():
+            those.on_change = partial(self._keep_work, kind, those)
+            those.resume(record for its_kind, record in self._past.works if its_kind == kind)
 
     async def close(self) -> None:
         """Write what waits; this life has ended well."""
@@ -88,6 +95,9 @@ class Memory:
 
     def _keep_move(self, move: MoveRecord) -> None:
         self.journal.note_newest(move.id, partial(_written, move))
+
+    def _keep_work(self, kind: str, works: KeptWorks[Any], record: Dated) -> None:
+        self.journal.note_newest(record.id, partial(_written_work, kind, works, record))
 
     def _keep_alarm(self, alarm: Alarm) -> None:
         self.journal.note(
@@ -136,6 +146,11 @@ class Memory:
 def _written(move: MoveRecord) -> Write:
     at, final = move.created_at.timestamp(), move.status.final
     return writes.move(move.id, at, move.body_id, move.model_dump_json(), final=final)
+
+
+def _written_work(kind: str, works: KeptWorks[Any], record: Dated) -> Write:
+    text = works.as_kept(record).model_dump_json()
+    return writes.work(record.id, kind, record.started_at.timestamp(), text, over=record.ended_at is not None)
 
 
 def _note_preparation(record: dict[str, Any], frames: Sequence[str]) -> None:

@@ -5,7 +5,7 @@ import logging
 import random
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from gateway import logbook
 from gateway.access.territory import Territory
@@ -23,6 +23,7 @@ from gateway.core.events import EventHub
 from gateway.core.family import AnyLine, Family, PortInfo, Site
 from gateway.core.journal.journal import Journal
 from gateway.core.journal.opening import Opened
+from gateway.core.kept_works import KeptWorks
 from gateway.core.lease_tokens import LeaseTokens
 from gateway.core.leases import End, Lease, Leases, Tokens
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
@@ -139,11 +140,17 @@ class Plant:
     async def start(self) -> None:
         """Open the lines; ports that are missing are tried again and again."""
         if self._memory is not None:
-            self._memory.start()
+            self._memory.start(self._works())
         for line_id in self._ports:
             self._start(line_id)
         with acting(POLL):
             self._watch_of_alarms = asyncio.create_task(self._watch_alarms(), name="watch of alarms")
+
+    def _works(self) -> dict[str, KeptWorks[Any]]:
+        works: dict[str, KeptWorks[Any]] = {"position_upload": self.position_uploads}
+        for family in self.families.values():
+            works |= family.works()
+        return works
 
     def _start(self, line_id: str) -> None:
         line = self._ports[line_id]

@@ -15,6 +15,7 @@ from gateway.core.alarms import Cause
 from gateway.core.errors import NotFound
 from gateway.core.event_types import EventType
 from gateway.core.events import EventHub
+from gateway.core.kept_works import KeptWorks
 from gateway.core.known import Known
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
@@ -205,6 +206,10 @@ class Family(ABC):
     def move_logs(self) -> Iterable[MoveLog[Any]]:
         """Where its moves are remembered."""
         return ()
+
+    def works(self) -> Mapping[str, KeptWorks[Any]]:
+        """Its long work of which the records outlive the gateway, by names that nothing else has."""
+        return {}
 
     def resume(  # noqa: B027  # a family without moves has nothing to take over
         self, records: Sequence[Mapping[str, Any]], begun: Collection[str]

@@ -49,6 +49,8 @@ PROBE = Origin("gateway: probe", work="probes")
 POLL = Origin("gateway: poll", work="health")
 SET_UP = Origin("gateway: set-up", work="set_up")
 LIVE = Origin("gateway: live", work="live")
+RESTART = Origin("gateway: restart")
+"""What goes on from an earlier life of the gateway."""
 
 ORIGIN: ContextVar[Origin] = ContextVar("origin", default=GATEWAY)
 

@@ -9,7 +9,7 @@ from typing import Protocol, TypeVar
 
 from gateway.core.backup_record import BackupError, Reading, Status
 from gateway.core.errors import BodyBusy, Cancelled, GatewayError, ShuttingDown
-from gateway.core.works import Works
+from gateway.core.kept_works import CUT_OFF, GATEWAY_ENDED, KeptWorks
 
 HISTORY = 10
 PROGRESS_S = 1.0
@@ -48,23 +48,24 @@ class _Followed:
             self.publish("progress")
 
 
-class Readings(Works[R]):
+class Readings(KeptWorks[R]):
     """The readings of one kind, one at a time of each target."""
 
     noun: str
     doing = "being read"
 
     def __init__(self, publish: Callable[[str, R], None]) -> None:
-        super().__init__(HISTORY, self.noun, lambda it: it.target)
-        self._publish = publish
+        super().__init__(
+            HISTORY, self.noun, lambda it: it.target, lambda what, record: publish(what, _told(record))
+        )
         self._closed = False
 
     def follow(self, record: R, read: Callable[[Progress], Awaitable[None]]) -> R:
         """Keep a record, and fill it by what is read."""
-        followed = _Followed(record, lambda what: self._tell(what, record))
+        followed = _Followed(record, lambda what: self.tell(what, record))
         task = self.begin(record, self._run(record, partial(read, followed)), self.noun)
         task.add_done_callback(partial(self._ended, record))
-        self._tell("started", record)
+        self.tell("started", record)
         return record
 
     def require_none(self, target: str) -> None:
@@ -106,9 +107,21 @@ class Readings(Works[R]):
     def _end(self, record: R, status: Status, error: GatewayError | None) -> None:
         record.status, record.ended_at = status, datetime.now(UTC)
         record.error = None if error is None else BackupError.of(error)
-        self._tell(status, record)
+        self.tell(status, record)
 
-    def _tell(self, what: str, record: R) -> None:
-        """Publish the record without what was read: that is long."""
-        results = {name for name, it in type(record).model_fields.items() if it.default is None}
-        self._publish(what, record.model_copy(update=dict.fromkeys(results - Reading.model_fields.keys())))
+    def as_kept(self, record: R) -> R:
+        """What an event tells of it."""
+        return _told(record)
+
+    def cut_off(self, record: R) -> None:
+        """Say how far it had come, as far as is known."""
+        record.status, record.ended_at = "failed", datetime.now(UTC)
+        detail = f"{CUT_OFF}. When that was noted last, {self.left_by(record)}."
+        record.error = BackupError(type=GATEWAY_ENDED, detail=detail, remedy="Begin anew.")
+        self.tell("failed", record)
+
+
+def _told(record: R) -> R:
+    """A record without what was read: that is long."""
+    results = {name for name, it in type(record).model_fields.items() if it.default is None}
+    return record.model_copy(update=dict.fromkeys(results - Reading.model_fields.keys()))

@@ -7,9 +7,9 @@ from datetime import UTC, datetime
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from gateway.core.errors import BodyBusy, Cancelled, GatewayError, NotFound, ShuttingDown, StoppedFirst
+from gateway.core.kept_works import CUT_OFF, GATEWAY_ENDED, KeptWorks
 from gateway.core.move_log import new_id
 from gateway.core.restore_record import Difference, Phase, Restore, RestoreError, RestorePlan, Status
-from gateway.core.works import Works
 
 HISTORY = 20
 TOLD = 20
@@ -106,7 +106,7 @@ class _Work:
     """A restore under way."""
 
     record: Restore
-    publish: Callable[[str, Restore], None]
+    works: KeptWorks[Restore]
     unwanted: bool = False
     told_at: float = field(default_factory=lambda: asyncio.get_running_loop().time())
 
@@ -124,20 +124,24 @@ class _Work:
 
     def begin(self, phase: Phase) -> None:
         self.record.phase = phase
+        self.works.on_change(self.record)
 
     def _progress(self) -> None:
         now = asyncio.get_running_loop().time()
         if now - self.told_at >= PROGRESS_S:
             self.told_at = now
-            self.publish("progress", self.record)
+            self.works.tell("progress", self.record)
 
 
-class Restores(Works[Restore], Generic[C]):
+class Restores(KeptWorks[Restore], Generic[C]):
     """The restores of a family, one at a time for each controller."""
 
+    record_type = Restore
+
     def __init__(self, publish: Callable[[str, Restore], None]) -> None:
-        super().__init__(HISTORY, "restore", lambda it: it.target)
-        self._publish: Callable[[str, Restore], None] = lambda what, record: publish(what, _short(record))
+        super().__init__(
+            HISTORY, "restore", lambda it: it.target, lambda what, record: publish(what, _short(record))
+        )
         self._current: dict[str, tuple[_Work, C]] = {}
         """By the address of each controller."""
 
@@ -176,7 +180,7 @@ class Restores(Works[Restore], Generic[C]):
             power_cycle=power_cycle,
             started_at=now,
         )
-        work = _Work(record, self._publish)
+        work = _Work(record, self)
         self._current |= {it.address: (work, it) for it in controllers}
         try:
             for controller in controllers:
@@ -185,7 +189,7 @@ class Restores(Works[Restore], Generic[C]):
             self._forget(work)
             raise
         self.begin(record, self._run(work, controllers), "restore")
-        self._publish("started", record)
+        self.tell("started", record)
         return record
 
     def is_under_way(self, address: str) -> bool:
@@ -260,7 +264,19 @@ class Restores(Works[Restore], Generic[C]):
         if status == "verified":
             record.phase = "done"
         self._forget(work)
-        self._publish(status, record)
+        self.tell(status, record)
+
+    def cut_off(self, record: Restore) -> None:
+        """Say how far it had come, as far as is known."""
+        record.status, record.ended_at = "failed", datetime.now(UTC)
+        some = f"{record.written} of {record.commands} commands had been written, perhaps more"
+        far = some if record.written else "No command is known to have been written"
+        record.error = RestoreError(
+            type=GATEWAY_ENDED,
+            detail=f"{CUT_OFF}. {far}; nobody knows what {', '.join(record.controllers)} holds now.",
+            remedy="Restore the backup again: what differs is written, and all is read back.",
+        )
+        self.tell("failed", record)
 
 
 def _short(record: Restore) -> Restore:

@@ -36,12 +36,17 @@ class Works(Generic[W]):
     def begin(self, record: W, work: Coroutine[Any, Any, None], name: str) -> "asyncio.Task[None]":
         """Keep a record, and do its work in a task of this name."""
         task = asyncio.create_task(work, name=f"{name} {record.id}")
-        self._records[record.id], self._tasks[record.id] = record, task
+        self._tasks[record.id] = task
         task.add_done_callback(lambda _: self._tasks.pop(record.id))
+        self._keep(record)
+        return task
+
+    def _keep(self, record: W) -> None:
+        """Keep a record, and let go the oldest of those that are over and too many."""
+        self._records[record.id] = record
         over = [it for it in self._records if it not in self._tasks]
         for record_id in over[: max(len(self._records) - self._history, 0)]:
             del self._records[record_id]
-        return task
 
     def under_way(self) -> Iterator[W]:
         """The records of what is not over, oldest first."""

@@ -21,6 +21,7 @@ from gateway.core.family import (
     is_within,
     why_it_moves,
 )
+from gateway.core.kept_works import KeptWorks
 from gateway.core.lanes import Lane
 from gateway.core.move_log import MoveLog
 from gateway.core.parts import Part
@@ -225,6 +226,10 @@ class Fics(Family):
     def move_logs(self) -> Iterator[MoveLog[RobotMove]]:
         """That of all robots."""
         yield self.moves.log
+
+    def works(self) -> Mapping[str, KeptWorks[Any]]:
+        """Restores."""
+        return {"robot_restore": self.restores}
 
     def resume(self, records: Sequence[Mapping[str, Any]], begun: Collection[str]) -> None:
         """Take over the moves of robots that are still configured."""

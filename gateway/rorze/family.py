@@ -21,9 +21,10 @@ from gateway.core.family import (
     is_within,
     why_it_moves,
 )
+from gateway.core.kept_works import KeptWorks
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import Move, MoveStatus
-from gateway.core.origin import Origin, acting
+from gateway.core.origin import RESTART, acting
 from gateway.core.parts import Part
 from gateway.core.restore_record import Restore
 from gateway.core.restores import Restores
@@ -65,10 +66,8 @@ from protocols.rorze.link_master import SetGroup
 from protocols.rorze.row import MODE_NAMES, LinkMasterCommand
 from transports.base import Transport
 
-RESTART = Origin("gateway: restart")
-"""Nobody may be there any more who wanted a move without an end: it is stopped."""
 UNATTENDED: Final = ("continuous", "jog")
-"""Moves that must not go on when the gateway ends: nobody else would stop them."""
+"""Moves that must not go on when the gateway ends, or has ended: nobody else would stop them."""
 BODY = Place("/bodies/{body_id}", Move)
 LINE = Place("/lines/{line_id}")
 GROUP = Place("/groups/{group_id}", Move, suffix="_to_group", members=True)
@@ -137,7 +136,7 @@ class Rorze(Family):
         self.stops.on_begin = self.jogs.body_stops
         self.scans = Scans(site.events)
         self.uploads = ProgramUploads(self._publish_upload)
-        self.runs = ProgramRuns(self._publish_run)
+        self.runs = ProgramRuns(self._publish_run, self.body)
         self.restores: Restores[BodyRestore] = Restores(self._publish_restore)
 
     # building
@@ -375,6 +374,14 @@ class Rorze(Family):
     def move_logs(self) -> Iterator[MoveLog[Any]]:
         """That of all bodies, and that of all SCARA robots."""
         yield from (self.moves.log, self.scara_moves.log)
+
+    def works(self) -> Mapping[str, KeptWorks[Any]]:
+        """Programs that were uploaded and run, and restores."""
+        return {
+            "program_upload": self.uploads,
+            "program_run": self.runs,
+            "body_restore": self.restores,
+        }
 
     def resume(self, records: Sequence[Mapping[str, Any]], begun: Collection[str]) -> None:
         """Take over the moves of bodies and of SCARA robots that are still configured."""

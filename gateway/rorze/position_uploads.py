@@ -25,6 +25,7 @@ class TableUpload(Reading):
 class TableUploads(Readings[TableUpload]):
     """The uploads of position tables, one at a time to each body."""
 
+    record_type = TableUpload
     noun = "table of positions"
     doing = "being stored"
 

@@ -7,11 +7,11 @@ from typing import Literal
 
 from pydantic import Field
 
-from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply
+from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply, NotFound
+from gateway.core.kept_works import CUT_OFF, KeptWorks
 from gateway.core.move_log import new_id
-from gateway.core.origin import current
+from gateway.core.origin import RESTART, acting, current
 from gateway.core.records import Record
-from gateway.core.works import Works
 from gateway.rorze.bodies import Body
 from gateway.rorze.stored_program import RUNS, addresses, as_written, instruction_at, runs
 from protocols.rorze.programs import (
@@ -87,12 +87,14 @@ def cause_of(status: int) -> str | None:
     return "+".join(name for bit, name in END_CAUSES.items() if status & bit) or "normal"
 
 
-class ProgramRuns(Works[ProgramRun]):
+class ProgramRuns(KeptWorks[ProgramRun]):
     """The runs of all bodies."""
 
-    def __init__(self, publish: Callable[[str, ProgramRun], None]) -> None:
-        super().__init__(HISTORY, "program run", lambda it: it.body_id)
-        self._publish = publish
+    record_type = ProgramRun
+
+    def __init__(self, publish: Callable[[str, ProgramRun], None], find_body: Callable[[str], Body]) -> None:
+        super().__init__(HISTORY, "program run", lambda it: it.body_id, publish)
+        self._find_body = find_body
 
     async def start(self, body: Body, command: RunProgram | StepProgram) -> ProgramRun:
         """Run a program, or one instruction of it.
@@ -126,7 +128,7 @@ class ProgramRuns(Works[ProgramRun]):
             started_at=now,
         )
         self.begin(run, self._follow(body, run), "program run")
-        self._publish("started", run)
+        self.tell("started", run)
         return run
 
     async def _order(self, body: Body, command: RunProgram | StepProgram, epoch: int) -> None:
@@ -212,7 +214,32 @@ class ProgramRuns(Works[ProgramRun]):
         else:
             run.status, run.detail = "ended", None
             run.end_cause, run.ended_at_address = cause_of(status.status), at.address
-        self._publish("ended", run)
+        self.tell("ended", run)
+
+    def cut_off(self, run: ProgramRun) -> None:
+        """Follow on what runs without the gateway; of a body that is not there any more nobody knows."""
+        try:
+            body = self._find_body(run.body_id)
+        except NotFound:
+            run.status, run.detail, run.ended_at = "unknown", f"{CUT_OFF}.", datetime.now(UTC)
+            self.tell("ended", run)
+            return
+        body.in_program = True
+        with acting(RESTART):
+            self.begin(run, self._take_over(body, run), "program run")
+
+    async def _take_over(self, body: Body, run: ProgramRun) -> None:
+        """Follow a run of an earlier life, once it is known whether the body has kept its power."""
+        proved = not body.power.needs_origin
+        while not proved:
+            await asyncio.sleep(POLL_S)
+            try:
+                await body.prove_power()
+            except GatewayError as error:
+                run.detail = error.detail
+            else:
+                proved = True
+        await self._follow(body, run)
 
 
 def _elapsed_s(run: ProgramRun) -> float:

@@ -19,12 +19,12 @@ from gateway.core.errors import (
     ShuttingDown,
     StoppedFirst,
 )
+from gateway.core.kept_works import CUT_OFF, GATEWAY_ENDED, KeptWorks
 from gateway.core.lanes import Lane
 from gateway.core.move_log import new_id
 from gateway.core.origin import current
 from gateway.core.records import Record
 from gateway.core.sequence_lock import Series
-from gateway.core.works import Works
 from gateway.rorze.bodies import Body
 from gateway.rorze.errors import ProgramDiffers, SaveUncertain
 from gateway.rorze.exchange import RorzeExchange
@@ -53,6 +53,8 @@ CANCELLED_WITHIN_S = 10.0
 
 KEPT_OUT = (ClearProgram, AddProgramInstruction, LoadProgram, SaveProgram, EraseFlash)
 """What would divide an upload, besides everything that moves the motor or runs a program."""
+
+FLASH_AS_IT_WAS = "Flash memory is as it was."
 
 UNSURE = (NoReply, ControllerRefused, ProgramDiffers, SaveUncertain)
 """After these the last instruction may be stored or not: a refusal may be that of a garbled question."""
@@ -132,12 +134,13 @@ class _Work:
         return lines[address] if address < len(lines) else (lines[-1] if lines else 0) + 1
 
 
-class ProgramUploads(Works[ProgramUpload]):
+class ProgramUploads(KeptWorks[ProgramUpload]):
     """The uploads of all bodies, one at a time for each."""
 
+    record_type = ProgramUpload
+
     def __init__(self, publish: Callable[[str, ProgramUpload], None]) -> None:
-        super().__init__(HISTORY, "program upload", lambda it: it.body_id)
-        self._publish = publish
+        super().__init__(HISTORY, "program upload", lambda it: it.body_id, publish)
         self._current: dict[Body, _Work] = {}
 
     async def start(self, body: Body, program: Assembled, *, flash: bool = False) -> ProgramUpload:
@@ -166,7 +169,7 @@ class ProgramUploads(Works[ProgramUpload]):
             del self._current[body]
             raise
         self.begin(record, self._run(work), "program upload")
-        self._publish("started", record)
+        self.tell("started", record)
         return record
 
     def require_none(self, body: Body) -> None:
@@ -227,24 +230,40 @@ class ProgramUploads(Works[ProgramUpload]):
         record.status, record.ended_at = status, datetime.now(UTC)
         record.error = None if error is None else UploadError.of(error)
         del self._current[work.body]
-        self._publish(status, record)
+        self.tell(status, record)
+
+    def cut_off(self, record: ProgramUpload) -> None:
+        """Say what the body holds, as far as is known."""
+        record.status, record.ended_at = "failed", datetime.now(UTC)
+        record.stored = _left(record)
+        record.error = UploadError(
+            type=GATEWAY_ENDED,
+            detail=f"{CUT_OFF}: the program is not to be run.",
+            remedy="Upload the program again.",
+            line=None,
+        )
+        self.tell("failed", record)
 
     async def _transfer(self, work: _Work) -> None:
         record = work.record
         async with work.body.line.undivided([work.body.number]) as work.series:
             await _clear(work)
-        record.phase = "writing"
+        self._enter(record, "writing")
         for part in blocks(list(enumerate(work.program.texts())), WRITTEN_DOWN):
             commands = [AddProgramInstruction(instruction=text) for _, text in part]
             with work.body.line.sending(work.body.number, commands):
                 await self._write(work, part)
-        record.phase = "verifying"
+        self._enter(record, "verifying")
         await self._verify(work)
         if record.flash:
-            record.phase = "saving"
+            self._enter(record, "saving")
             async with work.body.line.undivided([work.body.number]) as work.series:
                 await _save(work)
             record.saved = True
+
+    def _enter(self, record: ProgramUpload, phase: Phase) -> None:
+        record.phase = phase
+        self.on_change(record)
 
     async def _write(self, work: _Work, part: Sequence[tuple[int, str]]) -> None:
         for block in blocks(part, BLOCK):
@@ -275,7 +294,7 @@ class ProgramUploads(Works[ProgramUpload]):
         now = asyncio.get_running_loop().time()
         if now - work.told_at >= PROGRESS_S:
             work.told_at = now
-            self._publish("progress", work.record)
+            self.tell("progress", work.record)
 
 
 async def require_rest(body: Body) -> None:
@@ -390,9 +409,17 @@ async def _require_same(work: _Work, address: int) -> None:
         )
 
 
+def _left(record: ProgramUpload) -> str:
+    """What a body holds of an upload that was cut off: the record may be behind by a second."""
+    if record.phase != "writing":
+        return f"When the gateway ended: {_stored(record, unsure=True)}"
+    some = f"{record.written} of {record.instructions} instructions"
+    return f"When the gateway ended, RAM held the first {some}, and perhaps more. {FLASH_AS_IT_WAS}"
+
+
 def _stored(record: ProgramUpload, *, unsure: bool) -> str:
     """What a body holds when an upload ends in its present phase."""
-    flash = "Flash memory is as it was."
+    flash = FLASH_AS_IT_WAS
     whole = f"RAM holds the program: {record.instructions} instructions"
     match record.phase:
         case "clearing" if unsure:

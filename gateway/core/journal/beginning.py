@@ -62,6 +62,9 @@ class Beginning(NamedTuple):
     """For how long gateways have run on this journal."""
     known: Mapping[str, str] = MappingProxyType({})
     """By address, what only a gateway can know of a controller."""
+    works: Sequence[tuple[str, str]] = ()
+    """The kinds and the newest records of long work, as JSON, those that were not over among them, in their
+    order."""
 
 
 def begin(disk: Disk) -> Beginning:
@@ -75,7 +78,11 @@ def begin(disk: Disk) -> Beginning:
 
 
 def left_in(
-    disk: Disk, most_events: int = 100_000, most_moves: int = 1000, most_alarms: int = 1000
+    disk: Disk,
+    most_events: int = 100_000,
+    most_moves: int = 1000,
+    most_alarms: int = 1000,
+    most_works: int = 200,
 ) -> Beginning:
     """Read what the last life has left."""
     known: dict[str, str] = dict(disk.rows("SELECT name, value FROM meta"))
@@ -104,6 +111,7 @@ def left_in(
             for name, fact in known.items()
             if name.startswith(writes.KNOWN)
         },
+        works=_works(disk, most_works),
     )
 
 
@@ -133,6 +141,12 @@ def _alarms(disk: Disk, most: int) -> list[str]:
     newest = "SELECT id FROM alarms WHERE reset_at IS NOT NULL ORDER BY id DESC LIMIT ?"
     sql = f"SELECT record FROM alarms WHERE reset_at IS NULL OR id IN ({newest}) ORDER BY id"  # noqa: S608  # no input
     return [record for (record,) in disk.rows(sql, (most,))]
+
+
+def _works(disk: Disk, most: int) -> list[tuple[str, str]]:
+    newest = "SELECT id FROM works WHERE over = 1 ORDER BY id DESC LIMIT ?"
+    sql = f"SELECT kind, record FROM works WHERE over = 0 OR id IN ({newest}) ORDER BY id"  # noqa: S608  # no input
+    return [(kind, record) for kind, record in disk.rows(sql, (most,))]
 
 
 def _events(disk: Disk, last: int, most: int) -> list[PastEvent]:

@@ -11,7 +11,7 @@ from gateway.core.journal.retention import Retention, forget
 from gateway.core.journal.schema import VERSION
 from gateway.core.journal.writes import RAN_S
 
-TABLES: Final = ("meta", "intents", "moves", "events", "keys", "alarms")
+TABLES: Final = ("meta", "intents", "moves", "events", "keys", "alarms", "works")
 
 
 def verify(directory: Path) -> list[str]:

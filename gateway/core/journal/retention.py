@@ -21,7 +21,7 @@ class Retention:
     """How much is kept. What is not over yet is always kept."""
 
     days: float = 30.0
-    """Moves, intents and alarms that are over; days in which gateways ran."""
+    """Moves, intents, alarms and long work that are over; days in which gateways ran."""
     events: int = 100_000
     moves: int = 100_000
     keys_days: float = 1.0
@@ -62,6 +62,10 @@ def forget(ran_s: float, kept: Retention) -> list[Write]:
         Write(
             "DELETE FROM alarms WHERE id IN "
             "(SELECT id FROM alarms WHERE reset_at IS NOT NULL AND ran_s <= ? LIMIT ?)",
+            (over, SLICE),
+        ),
+        Write(
+            "DELETE FROM works WHERE id IN (SELECT id FROM works WHERE over = 1 AND ran_s <= ? LIMIT ?)",
             (over, SLICE),
         ),
     ]

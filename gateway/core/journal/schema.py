@@ -93,6 +93,18 @@ MIGRATIONS: Final = (
     DROP INDEX moves_by_target;
     DROP INDEX events_by_time;
     """,
+    """
+    -- Long work that changes controllers: uploads of programs and positions, runs of programs, restores.
+    CREATE TABLE works (
+        id TEXT PRIMARY KEY,
+        kind TEXT NOT NULL,
+        over INTEGER NOT NULL,
+        at REAL NOT NULL,
+        record TEXT NOT NULL,
+        ran_s REAL NOT NULL
+    ) WITHOUT ROWID;
+    CREATE INDEX works_open ON works (over) WHERE over = 0;
+    """,
 )
 """One script for each version, applied in order; a script that was published never changes."""
 

@@ -71,6 +71,12 @@ def move(move_id: str, at: float, target: str, record: str, *, final: bool) -> W
     return Write(sql, (move_id, target, final, at, record))
 
 
+def work(work_id: str, kind: str, at: float, record: str, *, over: bool) -> Write:
+    """The record of long work, as it is now."""
+    sql = f"INSERT OR REPLACE INTO works VALUES (?, ?, ?, ?, ?, {_NOW})"  # noqa: S608  # no input
+    return Write(sql, (work_id, kind, over, at, record))
+
+
 def event(number: int, at: float, type_: str, subject: str, text: str) -> Write:
     """An event, as clients read it."""
     return Write("INSERT OR REPLACE INTO events VALUES (?, ?, ?, ?, ?)", (number, at, type_, subject, text))
