@@ -69,7 +69,11 @@ class Disk(Protocol):
         """
 
     def tidy(self) -> None:
-        """Do what can wait for a quiet moment."""
+        """Do what can wait for a quiet moment.
+
+        :raises NotWritable: there is no room for it; nothing is lost.
+        :raises DiskFailed: the file is not sound.
+        """
 
     def close(self) -> None:
         """Release the file."""
@@ -195,9 +199,13 @@ class SqliteDisk:
 
     def tidy(self) -> None:
         """Fold a long write-ahead log into the file."""
-        with suppress(FileNotFoundError):
+        try:
             if Path(f"{self.path}-wal").stat().st_size > WAL_BYTES:
                 self.rows("PRAGMA wal_checkpoint(RESTART)")
+        except FileNotFoundError:
+            return
+        except sqlite3.Error as error:
+            raise _fault(error, self.path) from None
 
     def close(self) -> None:
         """Release the file and its lock."""

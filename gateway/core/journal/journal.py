@@ -249,11 +249,18 @@ class Journal:
             self.disk.commit([*self._owed, *batch], durable=durable)
         except NotWritable as error:
             return error
-        except DiskFailed as error:
-            self.failure = error
-            return error
+        except Exception as fault:  # a thread that ended would leave everybody waiting
+            return self._distrust(fault)
         self._owed.clear()
         return None
+
+    def _distrust(self, fault: Exception) -> DiskFailed:
+        """Trust the file no more, whatever happened to it."""
+        if not isinstance(fault, DiskFailed):
+            log.error("the journal has failed in a way that nobody has foreseen", exc_info=fault)
+            fault = DiskFailed(f"{type(fault).__name__}: {fault}")
+        self.failure = fault
+        return fault
 
     def _owe(self, batch: Sequence[Write]) -> None:
         room = MOST_OWED - len(self._owed)
@@ -282,8 +289,10 @@ class Journal:
             try:
                 self.disk.check()
                 self.disk.tidy()
-            except DiskFailed as gone:
-                self.failure = error = gone
+            except NotWritable as full:
+                log.warning("the journal could not be tidied: %s", full)
+            except Exception as fault:  # as above
+                error = self._distrust(fault)
         self._unsynced_since = None
         self._loop.call_soon_threadsafe(self._settle, [], error)
 

@@ -1,5 +1,6 @@
 """The file of the journal: one owner, sound or set aside, all or nothing."""
 
+import resource
 import sqlite3
 from contextlib import closing
 from pathlib import Path
@@ -8,7 +9,7 @@ import pytest
 
 from gateway.core.journal import schema, writes
 from gateway.core.journal.beginning import OpenIntent, begin
-from gateway.core.journal.disk import DiskFailed, InUse, SqliteDisk
+from gateway.core.journal.disk import DiskFailed, InUse, NotWritable, SqliteDisk
 from gateway.core.journal.schema import TooNew
 
 TOLD = {"command": "home", "effect": "motion", "frame": "&3FHMF\\r", "caller": "test"}
@@ -121,4 +122,22 @@ def test_a_long_write_ahead_log_is_folded_and_then_written_over(
         disk.commit([writes.event(number, 1.0, "t", "s", "x" * 500)], durable=True)
         assert log.stat().st_size == limit
     assert disk.read_apart("SELECT count(*) FROM events") == [(509,)]
+    disk.close()
+
+
+def test_where_there_is_no_room_to_fold_the_log_nothing_is_lost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gateway.core.journal.disk.WAL_BYTES", 100_000)
+    disk = SqliteDisk(tmp_path)
+    disk.commit([writes.event(number, 1.0, "t", "s", "x" * 500) for number in range(1, 500)], durable=True)
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, ((tmp_path / "journal.db").stat().st_size, hard))
+    try:
+        with pytest.raises(NotWritable, match="No space left"):
+            disk.tidy()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert disk.rows("SELECT count(*) FROM events") == [(499,)]
+    disk.tidy()
     disk.close()

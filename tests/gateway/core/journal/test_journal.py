@@ -28,7 +28,9 @@ class ShakyDisk:
 
     def __init__(self) -> None:
         self.commits: list[tuple[int, bool]] = []
-        self.troubles: list[OSError] = []
+        self.troubles: list[Exception] = []
+        self.untidy: Exception | None = None
+        self.tidied = 0
         self.may_go_on = Event()
         self.may_go_on.set()
 
@@ -48,7 +50,9 @@ class ShakyDisk:
         return
 
     def tidy(self) -> None:
-        return
+        self.tidied += 1
+        if self.untidy is not None:
+            raise self.untidy
 
     def close(self) -> None:
         return
@@ -72,6 +76,41 @@ def intent(number: int = 1) -> Write:
 async def recovery(journal: Journal) -> None:
     while journal.trouble is not None:  # noqa: ASYNC110
         await asyncio.sleep(0.002)
+
+
+async def test_a_fault_that_nobody_has_foreseen_is_told_at_once_and_the_writer_lives_on() -> None:
+    disk = ShakyDisk()
+    disk.troubles.append(FileNotFoundError("journal.db-wal"))
+    async with journal_on(disk) as journal:
+        for _ in range(2):
+            with pytest.raises(JournalUnavailable, match=r"FileNotFoundError: journal\.db-wal"):
+                await journal.write(intent())
+        assert await journal.rows("SELECT 1") == [("SELECT 1",)]
+        assert journal.failed
+
+
+async def test_a_disk_without_room_to_tidy_is_written_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "LOOK_S", 0.002)
+    disk = ShakyDisk()
+    disk.untidy = NotWritable("no room")
+    async with journal_on(disk) as journal:
+        while disk.tidied < 2:  # noqa: ASYNC110
+            await asyncio.sleep(0.002)
+        await journal.write(intent())
+        assert journal.trouble is None
+
+
+async def test_a_file_that_is_found_broken_while_it_is_tidied_is_trusted_no_more(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(module, "LOOK_S", 0.002)
+    disk = ShakyDisk()
+    disk.untidy = sqlite3.DatabaseError("malformed")
+    async with journal_on(disk) as journal:
+        while not journal.failed or journal.trouble is None:  # noqa: ASYNC110
+            await asyncio.sleep(0.002)
+        with pytest.raises(JournalUnavailable, match="DatabaseError: malformed"):
+            await journal.write(intent())
 
 
 async def test_what_was_written_is_there_for_the_next_life(tmp_path: Path) -> None:
