@@ -29,6 +29,7 @@ from gateway.core.leases import End, Lease, Leases, Tokens
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
 from gateway.core.names import Names
 from gateway.core.origin import POLL, Origin, acting
+from gateway.core.own_faults import carry_on
 from gateway.core.parts import Part
 from gateway.core.targets import Target
 from gateway.families import FAMILIES
@@ -144,7 +145,8 @@ class Plant:
         for line_id in self._ports:
             self._start(line_id)
         with acting(POLL):
-            self._watch_of_alarms = asyncio.create_task(self._watch_alarms(), name="watch of alarms")
+            looking = carry_on("the watch of alarms", self._watch_alarms)
+            self._watch_of_alarms = asyncio.create_task(looking, name="watch of alarms")
 
     def _works(self) -> dict[str, KeptWorks[Any]]:
         works: dict[str, KeptWorks[Any]] = {"position_upload": self.position_uploads}
@@ -155,13 +157,12 @@ class Plant:
     def _start(self, line_id: str) -> None:
         line = self._ports[line_id]
         line.start()
+        what = f"a watch of line {line_id}"
         with acting(POLL):
             self._watches[line_id] = [
-                asyncio.create_task(watch, name=f"watch of line {line_id}")
+                asyncio.create_task(carry_on(what, watch), name=what)
                 for watch in self._family_of(line_id).watches(line)
             ]
-        for task in self._watches[line_id]:
-            task.add_done_callback(_tell_of_fault)
 
     async def _unwatch(self, line_id: str) -> None:
         watches = self._watches.pop(line_id, [])
@@ -380,9 +381,3 @@ def _what(subject: str) -> str:
     """What a path is of: `body` for `/bodies/line1.3F`."""
     kind = subject.split("/")[1]
     return {"bodies": "body"}.get(kind, kind.removesuffix("s"))
-
-
-def _tell_of_fault(watch: "asyncio.Task[None]") -> None:
-    """A watch that fails is a fault of the gateway, and would be missed in silence."""
-    if not watch.cancelled() and (fault := watch.exception()) is not None:
-        log.error("the %s has failed and is not carried on", watch.get_name(), exc_info=fault)

@@ -3,7 +3,7 @@
 import asyncio
 import random
 from abc import ABC, abstractmethod
-from collections.abc import Awaitable, Collection, Coroutine, Iterable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Collection, Coroutine, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol
 
@@ -81,6 +81,10 @@ def why_it_moves(*, stopped: bool, moving: bool | None, under_way: bool) -> str 
     if not moving:
         return None
     return ENDS_ITSELF if under_way else NOT_OURS
+
+
+Watch = Callable[[], Coroutine[Any, Any, None]]
+"""Looks after something until it is cancelled; after a fault of the gateway itself it is begun again."""
 
 
 class Now(Protocol):
@@ -222,7 +226,7 @@ class Family(ABC):
 
     # life
 
-    def watches(self, _line: Any) -> Iterable[Coroutine[Any, Any, None]]:
+    def watches(self, _line: Any) -> Iterable[Watch]:
         """What looks after the controllers of one of its lines for as long as that is there."""
         return ()
 

@@ -307,10 +307,17 @@ class PortLoop(ABC):
 
     def _wake(self) -> None:
         self._timer = None
-        deadline = self._pass_deadlines(self._loop.time())
-        if deadline is not None:
-            self._wake_at(deadline)
+        try:
+            deadline = self._pass_deadlines(self._loop.time())
+            if deadline is not None:
+                self._wake_at(deadline)
+        except Exception as fault:
+            self._survive(fault)
         self._pump()
+
+    def _survive(self, fault: Exception) -> None:
+        """After a fault of the gateway itself nothing under way is believed, and the port is opened anew."""
+        self._went_down(f"a fault of the gateway itself, {type(fault).__name__}: {fault}", fault)
 
 
 class LineDriver(PortLoop, Generic[X, W, F]):
@@ -334,6 +341,8 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         self._reader = reader()
         self.intents: Intents[X] | None = None
         """Where what has an effect is written down first, if anywhere."""
+        self._promised: dict[asyncio.Future[Any], X] = {}
+        """What somebody waits for."""
         self._expiry: asyncio.TimerHandle | None = None
         self._expiry_at = 0.0
         self.load = session.load
@@ -399,15 +408,25 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     def _pump(self) -> None:
         """Write whatever may go now; a frame at a time, so that a stop leaves at the next frame boundary."""
-        while self._open and self._session.has_something():
-            now = self._loop.time()
-            self.admission.revise()  # what was asked for before a suspension is not written
-            if not self._port_is_free(now):
-                return
-            exchange = self._session.next(now, ready=self._ready)
-            if exchange is None:
-                return
-            self._write(exchange, now)
+        try:
+            while self._open and self._session.has_something():
+                now = self._loop.time()
+                self.admission.revise()  # what was asked for before a suspension is not written
+                if not self._port_is_free(now):
+                    return
+                exchange = self._session.next(now, ready=self._ready)
+                if exchange is None:
+                    return
+                self._write(exchange, now)
+        except Exception as fault:
+            self._survive(fault)
+
+    def _survive(self, fault: Exception) -> None:
+        """Tell those, too, whose exchange the fault has dropped: they would wait for ever."""
+        super()._survive(fault)
+        for exchange in list(self._promised.values()):
+            lost = f"{exchange.sent}, or not: {self.down_reason}."
+            exchange.settle(NoReply(lost, exchange.remedy, exchange.command))
 
     def _write(self, exchange: X, now: float) -> None:
         """Write for the one who asked: what that begins belongs to the same origin."""
@@ -429,11 +448,14 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def data_received(self, data: bytes) -> None:
         """Bytes from the port."""
         self._last_rx_at = self._loop.time()
-        for frame in self._reader.feed(data):
-            if isinstance(frame, Garbage):
-                self._hear_noise(frame.why)
-            else:
-                self._take(frame)
+        try:
+            for frame in self._reader.feed(data):
+                if isinstance(frame, Garbage):
+                    self._hear_noise(frame.why)
+                else:
+                    self._take(frame)
+        except Exception as fault:
+            self._survive(fault)
 
     def _pass_deadlines(self, now: float) -> float | None:
         resumes_at = self._last_rx_at + GAP_S if self._reader.pending() else None
@@ -452,6 +474,8 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def _promise(self, exchange: X) -> "asyncio.Future[Any]":
         future: asyncio.Future[Any] = self._loop.create_future()
         exchange.waiters[future] = exchange.expires_at
+        self._promised[future] = exchange
+        future.add_done_callback(self._promised.pop)
         return future
 
     def _queue(self, exchange: X) -> "asyncio.Future[Any]":

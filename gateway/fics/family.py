@@ -1,7 +1,7 @@
 """Fics robots: all of a plant, each alone on its line, with their moves."""
 
 import asyncio
-from collections.abc import Awaitable, Collection, Coroutine, Iterator, Mapping, Sequence
+from collections.abc import Awaitable, Collection, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Annotated, Any, ClassVar, Final, Literal
 
@@ -17,6 +17,7 @@ from gateway.core.family import (
     PortInfo,
     Seen,
     Site,
+    Watch,
     facts_of,
     is_within,
     why_it_moves,
@@ -242,12 +243,12 @@ class Fics(Family):
 
     # life
 
-    def watches(self, line: FicsLine) -> Iterator[Coroutine[Any, Any, None]]:
+    def watches(self, line: FicsLine) -> Iterator[Watch]:
         """Look after the robot on a line."""
         live = self.site.events.live
         for robot in self.robots():
             if robot.line is line:
-                yield watch(robot)
+                yield partial(watch, robot)
                 table = self._tables[robot.id]
                 units = (UnitSource(robot, unit, live, table.move_samples_per_s) for unit in robot.units)
                 yield Sampler(
@@ -255,7 +256,7 @@ class Fics(Family):
                     live,
                     [*units, ChannelSource(robot, live, table.input_edges_per_s)],
                     table.live_share,
-                ).run()
+                ).run
 
     def at_work(self, line: FicsLine) -> Iterator[str]:
         """The robot, while positions are written into it, or a backup restored."""

@@ -10,6 +10,7 @@ from pydantic import Field
 from gateway.core.errors import GatewayError, NotSent
 from gateway.core.lanes import Lane
 from gateway.core.origin import current
+from gateway.core.own_faults import carry_on
 from gateway.core.records import Record
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState, StopsUnderWay
 from gateway.core.waiting import happens
@@ -109,7 +110,7 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
         No move may begin before this one is recorded.
         """
         try:
-            await stop.see_through()
+            await carry_on(f"the stop of {stop.report.robot_id}", stop.see_through)
         finally:
             del self._running[stop.mode]
         self._motion.confirm_stop()

@@ -1,7 +1,7 @@
 """RC-420 bodies behind RC-400 link masters: all of a plant, with their groups, moves, stops and scans."""
 
 import asyncio
-from collections.abc import Awaitable, Collection, Coroutine, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Awaitable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Annotated, Any, Final, Literal, TypeVar
 
@@ -17,6 +17,7 @@ from gateway.core.family import (
     PortInfo,
     Seen,
     Site,
+    Watch,
     facts_of,
     is_within,
     why_it_moves,
@@ -403,16 +404,16 @@ class Rorze(Family):
 
     # life
 
-    def watches(self, line: Line) -> Iterator[Coroutine[Any, Any, None]]:
+    def watches(self, line: Line) -> Iterator[Watch]:
         """Look after the bodies and the groups of a line."""
         health, sweep = self._health[line.id], self.sweeps[line.id]
         for body in self.bodies_of(line):
-            yield BodyWatch(body, health, sweep, self.stops.on_line).run()
+            yield BodyWatch(body, health, sweep, self.stops.on_line).run
             if body in self._events:
-                yield watch_events(body, self._events[body])
-        yield watch_sweep(health, sweep)
-        yield watch_groups(line, partial(self._groups_on, line))
-        yield self._sampler(line).run()
+                yield partial(watch_events, body, self._events[body])
+        yield partial(watch_sweep, health, sweep)
+        yield partial(watch_groups, line, partial(self._groups_on, line))
+        yield self._sampler(line).run
 
     def _sampler(self, line: Line) -> Sampler:
         live, sweep, table = self.site.events.live, self.sweeps[line.id], self._tables[line.id]

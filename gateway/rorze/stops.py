@@ -11,6 +11,7 @@ from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSen
 from gateway.core.events import EventHub
 from gateway.core.lanes import Lane
 from gateway.core.origin import current, working
+from gateway.core.own_faults import carry_on
 from gateway.core.records import Record
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, REPEAT_S, Stopping, StopState, StopsUnderWay
 from gateway.core.stops import StopMode as StopMode
@@ -162,7 +163,7 @@ class Stops(StopsUnderWay["_BodyStop"]):
     async def _see_through(self, stop: "_BodyStop") -> None:
         """Repeat it until it is confirmed; from then on another stop is one of its own."""
         with working("stops"):
-            await stop.see_through()
+            await carry_on(f"the stop of {stop.body.address}", stop.see_through)
         stop.withdraw()
         self._forget(stop)
         stop.body.being_stopped = any(it is not stop and it.body is stop.body for it in self._tasks)

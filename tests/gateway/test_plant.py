@@ -554,12 +554,18 @@ async def test_only_a_body_that_was_asked_itself_is_suspected_of_having_lost_its
 
 
 @in_virtual_time
-async def test_a_watch_that_fails_is_told_at_once(
+async def test_a_watch_that_fails_is_told_at_once_and_goes_on(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
+    begun = []
+
     async def broken(_: object) -> None:
+        begun.append(asyncio.get_running_loop().time())
         raise ZeroDivisionError
 
     monkeypatch.setattr(Sampler, "run", broken)
     async with rig():
-        assert "the watch of line line1 has failed and is not carried on" in caplog.text
+        told = "a watch of line line1 has met a fault of the gateway itself, and goes on in 0.5 s"
+        assert told in caplog.text
+        await asyncio.sleep(5.0)
+    assert len(begun) > 3
