@@ -4,6 +4,7 @@ import asyncio
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 from gateway.core.errors import Expired, GatewayError
@@ -49,6 +50,7 @@ class Motions:
 
     def __post_init__(self) -> None:
         self.line = self.commander.line
+        self._select = partial(self.selection.make, afresh=True)
 
     def require_fit(self, command: FicsCommand[Any]) -> None:
         """Refuse motion while the robot is not fit for it.
@@ -56,9 +58,8 @@ class Motions:
         :raises NotSent: power was lost, or an error stands.
         :raises RobotBusy: something moves, or a stop is not confirmed.
         """
-        name = command.wire_name()
-        self.power.require_known(name)
-        self.errors.require_none(name)
+        self.power.require_known(command)
+        self.errors.require_none(command)
         self.state.require_still(command)
 
     async def begin(
@@ -88,8 +89,7 @@ class Motions:
             doubt: NotProved | None = None
             while True:
                 try:
-                    async with in_time(expires_at):
-                        proof = await self._prove(command, axes, epoch)
+                    proof = await in_time(expires_at, self._prove(command, axes, epoch))
                     written = await self.commander.start(
                         command, epoch=epoch, expires_at=expires_at, proof=proof, on_written=note
                     )
@@ -119,13 +119,9 @@ class Motions:
         else:
             await self.power.restore(self._select)
             await self._select(unit.number)
-            await self.power.verify(unit, unit.coordinates_of(command), proof)
-            await self.power.see(proof)
+            await self.power.see_kept(command, unit, proof)
         self.require_fit(command)
         return proof
-
-    async def _select(self, number: int) -> None:
-        await self.selection.make(number, afresh=True)
 
     def sending(self, command: FicsCommand[Any], unit: int) -> AbstractContextManager[None]:
         """Wait for the disk once, for a motion command and for all that has to go before it."""

@@ -100,8 +100,7 @@ class MoveRun:
                 preparing(self._move.robot_id, self._command),
                 self._motions.sending(self._command, self._unit.number),
             ):
-                async with in_time(expires_at):
-                    await self._wait_to_know_the_way()
+                await in_time(expires_at, self._wait_to_know_the_way())
                 accepted = await self._motions.begin(
                     self._command,
                     self._unit.number,

@@ -87,7 +87,7 @@ class Robot:
         self.errors = errors = SystemErrors(commander, self.publish)
         self.power = power = Power(units, commander, errors, self.publish)
         self.selection = Selection([unit.number for unit in units], commander, motion, power, self.publish)
-        edges = Edges({unit.number: unit for unit in units}, self.publish)
+        edges = Edges(self.publish)
         self.asking = Asking(units, commander, motion, self.selection, power, errors, edges)
         self.units = [RobotUnit(axes, self.asking, motion) for axes in units]
         self.tables = Tables(commander, motion, self.selection, self.asking)

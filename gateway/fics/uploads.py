@@ -32,7 +32,7 @@ async def upload(commander: Commander, runs: list[Run], epoch: int) -> None:
             async with _open(commander, first, epoch):
                 begun = True
                 for number, command in enumerate(commands, first):
-                    commander.answered(command, await commander.say(command, epoch))
+                    await commander.ask(command, epoch)
                     sent = number
         except GatewayError as error:
             if sent or (begun and isinstance(error, OVERTAKEN)):
