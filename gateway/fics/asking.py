@@ -86,8 +86,8 @@ class Asking:
         self._by_number = {unit.number: unit for unit in self._units}
         power, edges = self._power, self._edges
         self._learners: Mapping[type[Reply], Sequence[Callable[[UnitAxes, FicsCommand[Any], Any], None]]] = {
-            AxisCoordinates: [power.note_origins],
-            AxisStatuses: [power.note_origins, edges.note_status],
+            AxisCoordinates: [power.origins.note],
+            AxisStatuses: [power.origins.note, edges.note_status],
             SensorStates: [edges.note_sensors],
             SpeedPercents: [power.note_speeds],
         }

@@ -1,11 +1,11 @@
 """Saying one command and finding out what became of it: in Ver.3 the robot tells, in Ver.2 ERR does."""
 
 import asyncio
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Awaitable, Callable
 from contextlib import suppress
-from typing import Any, TypeVar
+from typing import Any
 
-from gateway.core.errors import Expired, GatewayError, NoReply, NotSent
+from gateway.core.errors import GatewayError, NoReply, NotSent
 from gateway.core.lanes import Lane
 from gateway.core.session import READ_REPEATS
 from gateway.fics.bits import BITS_TOLD_BY, Bits
@@ -24,8 +24,6 @@ from protocols.fics.link import Failure, Refusal
 from protocols.fics.positions import EndPositionUpload
 from protocols.fics.row import FicsCommand, WhenAnswered
 from protocols.fics.system import HostMode
-
-T = TypeVar("T")
 
 ALARM_STANDS = "E02"
 """The refusal of a motion because an error of the system stands (C-HOST manual 2-12)."""
@@ -135,7 +133,7 @@ class Commander:
         exchange.on_written = note
         outcome = self.line.submit(exchange)
         try:
-            await _either(written, outcome)
+            await asyncio.wait({written, outcome}, return_when=asyncio.FIRST_COMPLETED)
         except asyncio.CancelledError:
             self.line.forsake(exchange)
             raise
@@ -272,18 +270,6 @@ class Commander:
         return future
 
 
-async def in_time(expires_at: float, preparation: Coroutine[Any, Any, T]) -> T:
-    """Do what has to be done before a command is written, until that would come too late.
-
-    :raises Expired: it took too long.
-    """
-    try:
-        async with asyncio.timeout_at(expires_at):
-            return await preparation
-    except TimeoutError:
-        raise Expired("robot") from None
-
-
 def _reset_told_by(error: str) -> Outcome:
     """What became of DRT, which nothing forbids: whether an error stands tells (C-HOST manual 1-7, 2-14).
 
@@ -301,8 +287,3 @@ def _nobody_knows(command: FicsCommand[Any]) -> NoReply:
         "Read back what it should have changed, and the errors of the robot.",
         command,
     )
-
-
-async def _either(*futures: "asyncio.Future[Any]") -> None:
-    """Wait for the first of several."""
-    await asyncio.wait(futures, return_when=asyncio.FIRST_COMPLETED)

@@ -1,16 +1,16 @@
 """Motion commands: written at most once, when all they depend on is proved, and ended."""
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Coroutine, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from gateway.core.errors import Expired, GatewayError
 from gateway.core.lanes import Lane
 from gateway.fics.axes import UnitAxes, unit_of
-from gateway.fics.commander import Commander, in_time
+from gateway.fics.commander import Commander
 from gateway.fics.errors import NotProved
 from gateway.fics.exchange import FicsExchange, Outcome, Proof
 from gateway.fics.motion_state import MOVES_ALL_UNITS, MotionState
@@ -21,6 +21,8 @@ from gateway.fics.system_errors import SystemErrors
 from protocols.fics.link import Refusal
 from protocols.fics.row import FicsCommand
 from protocols.fics.system import HostMode, SelectUnit
+
+T = TypeVar("T")
 
 
 class Accepted(NamedTuple):
@@ -159,3 +161,15 @@ class Motions:
         """Set the speeds again that were lost with the power; errors as of `Power.restore`."""
         async with self.line.sequence_lock.held(Lane.COMMAND):
             await self.power.restore(self._select)
+
+
+async def in_time(expires_at: float, preparation: Coroutine[Any, Any, T]) -> T:
+    """Do what has to be done before a command is written, until that would come too late.
+
+    :raises Expired: it took too long.
+    """
+    try:
+        async with asyncio.timeout_at(expires_at):
+            return await preparation
+    except TimeoutError:
+        raise Expired("robot") from None

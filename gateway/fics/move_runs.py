@@ -24,7 +24,6 @@ from gateway.core.move_record import MoveStatus
 from gateway.core.origin import working
 from gateway.core.silence import Silence
 from gateway.fics.axes import at_rest, in_trouble
-from gateway.fics.commander import in_time
 from gateway.fics.durations import PATIENCE, PATIENCE_S, Durations
 from gateway.fics.errors import (
     CANNOT_BE_CARRIED_OUT,
@@ -36,7 +35,7 @@ from gateway.fics.errors import (
 )
 from gateway.fics.exchange import Answered, Outcome
 from gateway.fics.motion_state import Tell
-from gateway.fics.motions import Accepted, Motions
+from gateway.fics.motions import Accepted, Motions, in_time
 from gateway.fics.move_record import RobotMove
 from gateway.fics.proofs import Finding
 from gateway.fics.stops import OF_THE_END_BEFORE

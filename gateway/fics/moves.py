@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 from gateway.core.errors import GatewayError, RestartedFirst
+from gateway.core.events import Event
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import START_WITHIN_S, MoveError, MoveStatus
 from gateway.core.trajectories import Trajectories
@@ -129,12 +130,12 @@ class RobotMoves:
             coordinates=coordinates,
             units=unit.counted_in(coordinates),
             command=command.wire_name(),
-            frame=unit.frame_of(command),
+            frame=robot.line.frame_of(command),
             created_at=now,
         )
         self.log.add(move)
         robot.motion.begin_move(unit.number, move)
-        move.event_cursor = _publish("queued", robot, unit, move)
+        move.event_cursor = _publish("queued", robot, unit, move).cursor
         self.log.on_change(move)
         return move
 
@@ -154,7 +155,7 @@ class RobotMoves:
         if status is MoveStatus.SENT:
             move.sent_at = datetime.now(UTC)
             self._begin_way(unit, move, move.sent_at)
-        if status.final:
+        elif status.final:
             move.ended_at = datetime.now(UTC)
             unit.trajectory = None
             self._on_trajectory()
@@ -175,5 +176,5 @@ def _command_of(move: RobotMove) -> FicsCommand[Any]:
     return read(move.command, arguments.strip())
 
 
-def _publish(news: str, robot: Robot, unit: RobotUnit, move: RobotMove) -> str:
-    return robot.publish(f"robot.move.{news}", move.model_dump(mode="json"), unit, move.id)
+def _publish(news: str, robot: Robot, unit: RobotUnit, move: RobotMove) -> Event:
+    return robot.publish(f"robot.move.{news}", move, unit, move.id)

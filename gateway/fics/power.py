@@ -70,9 +70,11 @@ class Power:
     """The units whose speeds have to be set again before any move."""
     _certain: bool = True
     """Whether the loss that nobody has acknowledged is certain."""
-    _origins: Origins = field(default_factory=Origins)
     on_memory: Callable[[], None] = lambda: None
     """Called when there may be something else to remember."""
+
+    def __post_init__(self) -> None:
+        self.origins = Origins(self._origins_lost)
 
     # over restarts
 
@@ -207,15 +209,11 @@ class Power:
 
     def forget_origins(self) -> None:
         """Something of ours begins that may home the robot."""
-        self._origins.forget()
+        self.origins.forget()
 
-    def note_origins(self, unit: UnitAxes, query: FicsCommand[Any], reply: Reply) -> None:
-        """A unit has told its places or its status.
-
-        In Ver.2 a loss of power shows in homed motors without places (C-HOST manual 4-4).
-        """
-        self._origins.note(unit, query, reply)
-        if self._commander.line.mode == HostMode.VER_2 and self._origins.are_lost(unit):
+    def _origins_lost(self) -> None:
+        """In Ver.2 a loss of power shows in homed motors without places (C-HOST manual 4-4)."""
+        if self._commander.line.mode == HostMode.VER_2:
             self.lost(certain=False)
 
     async def look_at_origins(self, unit: UnitAxes, proof: Proof | None = None) -> None:
@@ -224,8 +222,8 @@ class Power:
         :raises NotSent: it did not tell.
         """
         for question in (PLACES, STATUS, PLACES):
-            self.note_origins(unit, question, await self._ask(question, unit.address, proof))
-            if not self._origins.are_doubtful(unit):
+            self.origins.note(unit, question, await self._ask(question, unit.address, proof))
+            if not self.origins.are_doubtful(unit):
                 return
 
     # speeds
@@ -301,7 +299,7 @@ class Power:
             await self.see(proof)
             return
         coordinates = unit.coordinates_of(command)
-        if self._origins.are_known(unit):
+        if self.origins.are_known(unit):
             await self._look_at_speeds(unit, coordinates, proof)
             await self.look_at_origins(unit, proof)
         else:

@@ -6,6 +6,7 @@ from functools import partial
 from typing import Any
 
 from gateway.core.errors import InvalidRequest
+from gateway.core.events import Data, Event
 from gateway.core.lanes import Lane
 from gateway.core.stops import StopMode
 from gateway.fics.asking import Asking, Told, deadline_of, told_now
@@ -46,8 +47,8 @@ from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import GetCommunicationMode, GetUnit, SetCommunicationMode
 from protocols.table import Reply
 
-Publish = Callable[[str, str, dict[str, Any], str | None], str]
-"""Type, subject, data and correlation of an event; gives its cursor."""
+Publish = Callable[[str, str, Data, str | None], Event]
+"""Type, subject, data and correlation of an event."""
 
 _KEPT_BACK: dict[type[FicsCommand[Any]], str] = {
     BeginPositionUpload: "Upload positions as a whole: an open upload takes no stop.",
@@ -221,9 +222,9 @@ class Robot:
     # news
 
     def publish(
-        self, kind: str, data: dict[str, Any], unit: UnitAxes | None = None, correlation: str | None = None
-    ) -> str:
-        """Tell what has happened to the robot, or to a unit; gives the event's cursor."""
+        self, kind: str, data: Data, unit: UnitAxes | None = None, correlation: str | None = None
+    ) -> Event:
+        """Tell what has happened to the robot, or to a unit."""
         return self._publish(kind, f"/robots/{unit.address if unit else self.id}", data, correlation)
 
     def was_left_alone(self) -> None:

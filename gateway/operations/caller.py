@@ -59,7 +59,7 @@ def require(plant: Plant, right: Right, *targets: object, leased: bool = True) -
     :raises NotPermitted: the role or the scope does not allow it; nothing was sent.
     :raises LeaseRefused: somebody else has a lease there, or the caller's is over; nothing was sent.
     """
-    who, addresses = principal.current(), [address_of(str(target)) for target in targets]
+    addresses, who = [address_of(str(target)) for target in targets], principal.current()
     plant.territory.require(who, right, *addresses)
     if leased and right in LEASED and plant.leases.mode != "off":
         origin = ORIGIN.get()
