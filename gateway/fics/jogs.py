@@ -97,14 +97,14 @@ class Jogs:
         self._line.admission.require()
         self._require_settled(unit, axis)
         loop = asyncio.get_running_loop()
-        command = StartJog(axis=axis, direction=direction)
+        axes, command = unit_of(self._units, unit), StartJog(axis=axis, direction=direction)
         session = JogSession(unit=unit, axis=axis, direction=direction)
         self._unsettled[session.id] = session
         try:
-            with preparing(self._robot_id, command), self._motions.sending(command, unit):
+            with preparing(self._robot_id, command), self._motions.sending(command, axes):
                 accepted = await self._motions.begin(
                     command,
-                    unit,
+                    axes,
                     epoch=self._line.stop_epoch,
                     expires_at=loop.time() + START_WITHIN_S,
                     on_written=lambda _: self._begun(session),

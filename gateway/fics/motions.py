@@ -1,7 +1,7 @@
 """Motion commands: written at most once, when all they depend on is proved, and ended."""
 
 import asyncio
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Callable, Coroutine
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from gateway.core.errors import Expired, GatewayError
 from gateway.core.lanes import Lane
-from gateway.fics.axes import UnitAxes, unit_of
+from gateway.fics.axes import UnitAxes
 from gateway.fics.commander import Commander
 from gateway.fics.errors import NotProved
 from gateway.fics.exchange import FicsExchange, Outcome, Proof
@@ -41,7 +41,6 @@ class Accepted(NamedTuple):
 class Motions:
     """The motion commands of one robot."""
 
-    _units: Sequence[UnitAxes]
     commander: Commander
     state: MotionState
     selection: Selection
@@ -67,7 +66,7 @@ class Motions:
     async def begin(
         self,
         command: FicsCommand[Any],
-        unit: int,
+        unit: UnitAxes,
         *,
         epoch: int,
         expires_at: float,
@@ -78,10 +77,9 @@ class Motions:
         :raises NotSent: it was not written; the error says why.
         :raises ControllerRefused: the mode, the speeds or the unit could not be made sure of.
         """
-        axes = unit_of(self._units, unit)
 
         def note(now: float) -> None:
-            self.state.begin(command, unit)
+            self.state.begin(command, unit.number)
             if isinstance(command, MOVES_ALL_UNITS):
                 self.power.forget_origins()
                 self.commander.bits.compare_again()
@@ -91,7 +89,7 @@ class Motions:
             doubt: NotProved | None = None
             while True:
                 try:
-                    proof = await in_time(expires_at, self._prove(command, axes, epoch))
+                    proof = await in_time(expires_at, self._prove(command, unit, epoch))
                     written = await self.commander.start(
                         command, epoch=epoch, expires_at=expires_at, proof=proof, on_written=note
                     )
@@ -125,9 +123,9 @@ class Motions:
         self.require_fit(command)
         return proof
 
-    def sending(self, command: FicsCommand[Any], unit: int) -> AbstractContextManager[None]:
+    def sending(self, command: FicsCommand[Any], unit: UnitAxes) -> AbstractContextManager[None]:
         """Wait for the disk once, for a motion command and for all that has to go before it."""
-        return self.line.sending(lambda: [*self.power.restoring(), SelectUnit(unit=unit), command])
+        return self.line.sending(lambda: [*self.power.restoring(), SelectUnit(unit=unit.number), command])
 
     def end(self, accepted: Accepted | None = None) -> None:
         """The motion command that was begun is over; an answer it still owes is no longer waited for."""

@@ -97,12 +97,12 @@ class MoveRun:
         try:
             with (
                 preparing(self._move.robot_id, self._command),
-                self._motions.sending(self._command, self._unit.number),
+                self._motions.sending(self._command, self._unit),
             ):
                 await in_time(expires_at, self._wait_to_know_the_way())
                 accepted = await self._motions.begin(
                     self._command,
-                    self._unit.number,
+                    self._unit,
                     epoch=self._epoch,
                     expires_at=expires_at,
                     on_written=self._sent,

@@ -53,7 +53,11 @@ class RobotMoves:
         return await self.log.wait(move_id, timeout_s)
 
     async def start(
-        self, robot: Robot, unit: int, command: FicsCommand[Any], start_within_s: float = START_WITHIN_S
+        self,
+        robot: Robot,
+        unit: RobotUnit,
+        command: FicsCommand[Any],
+        start_within_s: float = START_WITHIN_S,
     ) -> RobotMove:
         """Send a motion command, and give its move when the robot has not refused it.
 
@@ -63,17 +67,16 @@ class RobotMoves:
             or was held up; nothing was sent.
         """
         robot.line.admission.require()
-        axes = robot.unit(unit)
-        check(axes, command)
+        check(unit, command)
         robot.motions.require_fit(command)
         if not robot.motion.idle.is_set():
             raise RobotBusy(f"A move of {robot.id} is not over; nothing was sent.", "Wait for it or stop it.")
-        move = self._new(robot, axes, command)
-        run = self._run(robot, axes, command, move)
+        move = self._new(robot, unit, command)
+        run = self._run(robot, unit, command, move)
         self._keep(run, run.make(start_within_s), move)
         refusal = await asyncio.shield(run.begun)
         if refusal is not None:
-            await name_limits(axes, move.coordinates, move.target_position, refusal)
+            await name_limits(unit, move.coordinates, move.target_position, refusal)
             raise refusal
         return move
 
@@ -108,10 +111,10 @@ class RobotMoves:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
-    def _run(self, robot: Robot, axes: RobotUnit, command: FicsCommand[Any], move: RobotMove) -> MoveRun:
-        advance = partial(self.advance, robot, axes)
-        publish = partial(robot.publish, unit=axes, correlation=move.id)
-        return MoveRun(axes, command, move, robot.motions, robot.durations, advance, publish)
+    def _run(self, robot: Robot, unit: RobotUnit, command: FicsCommand[Any], move: RobotMove) -> MoveRun:
+        advance = partial(self.advance, robot, unit)
+        publish = partial(robot.publish, unit=unit, correlation=move.id)
+        return MoveRun(unit, command, move, robot.motions, robot.durations, advance, publish)
 
     def _keep(self, run: MoveRun, making: Coroutine[Any, Any, None], move: RobotMove) -> None:
         task = asyncio.create_task(making, name=f"move {move.id}")

@@ -92,7 +92,7 @@ class Robot:
         self.asking = Asking(units, commander, motion, self.selection, power, errors, edges)
         self.units = [RobotUnit(axes, self.asking, motion) for axes in units]
         self.tables = Tables(commander, motion, self.selection, self.asking)
-        self.motions = Motions(units, commander, motion, self.selection, power, errors, poll_interval_s)
+        self.motions = Motions(commander, motion, self.selection, power, errors, poll_interval_s)
         self.durations = Durations(self.asking)
         self.jogs = Jogs(self.units, self.motions, self.publish, partial(self.stop, "immediate"))
         self.stops = RobotStops(self.units, self.motions, self.jogs, self.publish)
