@@ -11,7 +11,7 @@ from gateway.fics.axes import UnitAxes, unit_of
 from gateway.fics.commander import Commander
 from gateway.fics.edges import Edges
 from gateway.fics.errors import ErrorRemains, NotReadBack, RobotFailed, preparing
-from gateway.fics.exchange import Answered, Outcome
+from gateway.fics.exchange import Answered, Outcome, answered
 from gateway.fics.motion_state import MOVES_ALL_UNITS, MotionState
 from gateway.fics.power import Power
 from gateway.fics.read_back import read_back
@@ -237,7 +237,7 @@ class Asking:
                 self._note(command, number, outcome)
         if isinstance(outcome, Failure):
             await self._errors.look()
-        return self._commander.answered(command, outcome)
+        return answered(self._commander.robot_id, command, outcome)
 
     def _note(self, command: FicsCommand[Any], number: int | None, outcome: Outcome) -> None:
         """Note what an action may have changed."""

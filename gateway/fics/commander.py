@@ -9,8 +9,8 @@ from gateway.core.errors import GatewayError, NoReply, NotSent
 from gateway.core.lanes import Lane
 from gateway.core.session import READ_REPEATS
 from gateway.fics.bits import BITS_TOLD_BY, Bits
-from gateway.fics.errors import NotProved, RobotFailed, refused
-from gateway.fics.exchange import Answered, FicsExchange, Outcome, Proof
+from gateway.fics.errors import NotProved
+from gateway.fics.exchange import Answered, FicsExchange, Outcome, Proof, answered
 from gateway.fics.line import FicsLine
 from protocols.fics.alarms import (
     CurrentError,
@@ -104,7 +104,7 @@ class Commander:
         :raises GatewayError: it was refused, it failed, or it was not sent.
         """
         outcome = await self.say(command, epoch, within_s=within_s, fresh=fresh, proof=proof)
-        return self.answered(command, outcome)
+        return answered(self.robot_id, command, outcome)
 
     async def start(
         self,
@@ -159,7 +159,7 @@ class Commander:
             asked_after = self.line.unheard
 
         exchange.on_written = written
-        reply = self.answered(exchange.command, await self.line.say(exchange)).replies[0]
+        reply = answered(self.robot_id, exchange.command, await self.line.say(exchange)).replies[0]
         self._asked_after = asked_after
         error = reply.error if isinstance(reply, CurrentError) else "E00"
         self._older_may_hide = lookup(error).kind is ErrorKind.FICS
@@ -187,7 +187,7 @@ class Commander:
         """
         query = GetErrorDetail()
         outcome = await self.line.say(self.line.exchange(query, Lane.READ))
-        reply = self.answered(query, outcome).replies[0]
+        reply = answered(self.robot_id, query, outcome).replies[0]
         return reply if isinstance(reply, ErrorDetail) else None
 
     async def clear_error(self) -> None:
@@ -211,16 +211,6 @@ class Commander:
                 "refuses the command; nothing was sent.",
                 "Try again.",
             ) from None
-
-    def answered(self, command: FicsCommand[Any], outcome: Outcome) -> Answered:
-        """Turn everything that is no answer into its error."""
-        if isinstance(outcome, Refusal):
-            raise refused(self.robot_id, command, outcome.error)
-        if isinstance(outcome, Failure):
-            raise RobotFailed(self.robot_id, command.wire_name(), outcome.error)
-        if isinstance(outcome, GatewayError):
-            raise outcome
-        return outcome
 
     async def _verdict(self, exchange: FicsExchange) -> Outcome:
         """Ask for the error, in Ver.2 the only way to hear of a refusal (C-HOST manual 1-1-1, 2-12).

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply, PowerCycled
 from gateway.fics.commander import Commander
 from gateway.fics.errors import RobotBusy, UnitMissing, UnitNotSelected
-from gateway.fics.exchange import Outcome
+from gateway.fics.exchange import Outcome, answered
 from gateway.fics.motion_state import MotionState, Tell
 from gateway.fics.power import Power
 from gateway.fics.questions import UNIT
@@ -167,7 +167,7 @@ class Selection:
         if isinstance(outcome, NoReply):
             await self._blame_power()
         else:
-            self._commander.answered(command, outcome)
+            answered(self._robot_id, command, outcome)
 
     def _missed(self, number: int) -> UnitMissing:
         """Note that the robot has no such unit, and give the error that says so."""

@@ -47,7 +47,7 @@ async def _open(commander: Commander, first: int, epoch: int) -> AsyncIterator[N
     Where its end is not heard, the line sees to that before anything else is said.
     """
     try:
-        commander.answered(UPLOAD, await commander.say(BeginPositionUpload(first=first), epoch))
+        await commander.ask(BeginPositionUpload(first=first), epoch)
         yield
     finally:
         if commander.line.uploading:
