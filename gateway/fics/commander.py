@@ -132,8 +132,9 @@ class Commander:
 
         exchange.on_written = note
         outcome = self.line.submit(exchange)
+        either: set[asyncio.Future[Any]] = {written, outcome}
         try:
-            await asyncio.wait({written, outcome}, return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait(either, return_when=asyncio.FIRST_COMPLETED)
         except asyncio.CancelledError:
             self.line.forsake(exchange)
             raise

@@ -50,7 +50,7 @@ class Selection:
     def doubt(self) -> None:
         """Another unit may have been selected, but not while one moves (C-HOST manual 1-7)."""
         self._holds_until = 0.0
-        if not self._motion.keeps_unit:
+        if self._motion.kept is None:
             self.forget()
 
     def trust(self) -> None:
@@ -81,16 +81,15 @@ class Selection:
         known = self.unit == number or self._only(number)
         if known and (self._motion.command is not None or not afresh):
             return
-        kept = self._motion.unit if self._motion.keeps_unit else None
-        is_kept = kept not in (None, number)
+        other_moves = self._motion.kept not in (None, number)
         before = self.unit
-        if before is not None and is_kept:
+        if before is not None and other_moves:
             raise self._moves(number)
         found = await self._found() if afresh else None
         if found is not None and before is not None and found != before:
             self._tell("robot.unit.changed", {"expected": before, "found": found})
         if found != number:
-            if is_kept:
+            if other_moves:
                 raise self._moves(number)
             await self._change_to(number)
             found = await self._found()
