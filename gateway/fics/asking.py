@@ -37,6 +37,8 @@ _TURN_WITHIN_S: Final[Mapping[Lane, float]] = dict.fromkeys((Lane.COMMAND, Lane.
 T = TypeVar("T")
 Question = tuple[int | None, str]
 """A unit, or none, and the text of a query."""
+Learn = Callable[[UnitAxes, FicsCommand[Any], Any], None]
+"""Called with a unit, what it was asked, and its reply."""
 
 
 class Told(NamedTuple):
@@ -85,13 +87,13 @@ class Asking:
         self.line = self._commander.line
         self._by_number = {unit.number: unit for unit in self._units}
         power, edges = self._power, self._edges
-        self._learners: Mapping[type[Reply], Sequence[Callable[[UnitAxes, FicsCommand[Any], Any], None]]] = {
+        self._learners: Mapping[type[Reply], Sequence[Learn]] = {
             AxisCoordinates: [power.origins.note],
             AxisStatuses: [power.origins.note, edges.note_status],
             SensorStates: [edges.note_sensors],
             SpeedPercents: [power.note_speeds],
         }
-        """Who learns something from what a unit has told."""
+        """Who learns from which reply of a unit."""
 
     async def close(self) -> None:
         """Ask nothing more: once the line is closed all who wait are told so."""
@@ -251,7 +253,7 @@ class Asking:
             self._learn(command, number, outcome.replies)
 
     def _learn(self, command: FicsCommand[Any], number: int | None, replies: Sequence[Reply]) -> None:
-        """Let those who follow how a unit is know what it has told."""
+        """Hand what a unit has told to those who learn from it."""
         if number is None:
             return
         for reply in replies:
