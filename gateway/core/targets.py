@@ -115,7 +115,9 @@ class Target(ABC):
         """
         raise InvalidRequest(f"{self.address} makes no moves by {command.name()}; nothing was sent.")
 
-    async def move(self, command: AnyCommand, wait_s: float, start_within_s: float) -> Begun | Opened:
+    async def start_and_wait(
+        self, command: AnyCommand, wait_s: float, start_within_s: float
+    ) -> Begun | Opened:
         """Start a move, and give it when it is over, or when the time to wait is up; errors as of `start`."""
         begun = await self.start(command, start_within_s)
         if isinstance(begun, Begun) and wait_s:

@@ -31,7 +31,7 @@ async def do(
     if not command.starts_motion():
         return await addressed.ask(command)
     plant.require_unlatched(addressed.moved)
-    return await addressed.move(command, wait_s, start_within_s)
+    return await addressed.start_and_wait(command, wait_s, start_within_s)
 
 
 async def ask(plant: Plant, caller: Origin, target: str, command: AnyCommand) -> Answer:

@@ -26,7 +26,7 @@ async def start(plant: Plant, target: str, request: Any, wait_s: float = 0.0) ->
     if request.validate_only:
         return await addressed.plan(command)
     plant.require_unlatched(addressed.moved)
-    return await addressed.move(command, wait_s, request.start_within_s)
+    return await addressed.start_and_wait(command, wait_s, request.start_within_s)
 
 
 def newest(plant: Plant, target: str, limit: int) -> list[Any]:
