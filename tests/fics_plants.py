@@ -8,6 +8,7 @@ from random import Random
 
 from gateway.config import parse
 from gateway.core.events import Event
+from gateway.core.move_record import START_WITHIN_S
 from gateway.fics.move_record import RobotMove
 from gateway.fics.robot import Robot
 from protocols.fics.row import FicsCommand
@@ -163,9 +164,16 @@ class FicsRig:
                 if (fault, direction) != (Fault.GARBLED, Direction.REPLIES):
                     self.machine.faults.set(Switch(fault, direction, probability=probability, delay_s=0.3))
 
+    async def start(
+        self, command: FicsCommand[Ack], unit: int = 1, start_within_s: float = START_WITHIN_S
+    ) -> RobotMove:
+        """Start a move."""
+        moves = self.plant.robot_moves
+        return await moves.start(self.robot, self.robot.unit(unit), command, start_within_s)
+
     async def move(self, command: FicsCommand[Ack], unit: int = 1) -> RobotMove:
         """Make a move and wait for its end."""
-        started = await self.plant.robot_moves.start(self.robot, unit, command)
+        started = await self.start(command, unit)
         return await self.plant.robot_moves.wait(started.id, 600.0)
 
     def events(self, prefix: str = "") -> list[Event]:

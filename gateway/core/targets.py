@@ -13,6 +13,7 @@ from gateway.core.move_record import START_WITHIN_S, MoveRecord
 from gateway.core.next_calls import NextCall
 from gateway.core.records import Record
 from gateway.core.stops import Report, StopMode
+from gateway.core.waiting import together
 from protocols.table import Command, Reply
 
 R = TypeVar("R", bound=Reply)
@@ -113,6 +114,15 @@ class Target(ABC):
         :raises GatewayError: it was refused, or not sent.
         """
         raise InvalidRequest(f"{self.address} makes no moves by {command.name()}; nothing was sent.")
+
+    async def start_and_wait(
+        self, command: AnyCommand, wait_s: float, start_within_s: float
+    ) -> Begun | Opened:
+        """Start a move, and give it when it is over, or when the time to wait is up; errors as of `start`."""
+        begun = await self.start(command, start_within_s)
+        if isinstance(begun, Begun) and wait_s:
+            await together(*(self.log.wait(move.id, wait_s) for move in begun.moves))
+        return begun
 
     def command_for(self, request: Any) -> AnyCommand:
         """Put a client's wish for a move into a command of the table.

@@ -112,7 +112,7 @@ class UnitTarget(RobotTarget):
         if isinstance(command, StartJog):
             return await self.jog(command)
         try:
-            move = await self._moves.start(self.robot, self.unit.number, command, start_within_s)
+            move = await self._moves.start(self.robot, self.unit, command, start_within_s)
         except ControllerRefused as refusal:
             self.robot.macros.note(command, refusal)
             raise

@@ -1,9 +1,9 @@
 """Questions and actions go to the right unit; one question answers all who ask the same meanwhile."""
 
 import asyncio
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, Final, NamedTuple, TypeVar
 
 from gateway.core.errors import ControllerRefused, Expired, GatewayError, InvalidRequest, Outdated
 from gateway.core.lanes import Lane
@@ -11,28 +11,34 @@ from gateway.fics.axes import UnitAxes, unit_of
 from gateway.fics.commander import Commander
 from gateway.fics.edges import Edges
 from gateway.fics.errors import ErrorRemains, NotReadBack, RobotFailed, preparing
-from gateway.fics.exchange import Answered, Outcome
+from gateway.fics.exchange import Answered, Outcome, answered
 from gateway.fics.motion_state import MOVES_ALL_UNITS, MotionState
 from gateway.fics.power import Power
 from gateway.fics.read_back import read_back
 from gateway.fics.selection import Selection
 from gateway.fics.system_errors import SystemErrors
 from protocols.fics.alarms import ResetErrors
-from protocols.fics.axis_settings import AxisSetting
+from protocols.fics.axis_settings import AxisSetting, SpeedPercents
 from protocols.fics.commands import of_the_robot
 from protocols.fics.errors import ErrorKind, lookup
 from protocols.fics.link import Failure
+from protocols.fics.motor_axes import SetMotorSpeedPercent
 from protocols.fics.positions import DownloadPositions
 from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand, WhenAnswered
+from protocols.fics.speeds import SetSpeedPercent
+from protocols.fics.status import AxisCoordinates, AxisStatuses, SensorStates
 from protocols.fics.system import HostMode, SelectUnit
 from protocols.table import Effect, Reply
 
 TURN_WITHIN_S = 5.0
 """A read or a command waits this time for the robot, and then for the line; a move says how long."""
+_TURN_WITHIN_S: Final[Mapping[Lane, float]] = dict.fromkeys((Lane.COMMAND, Lane.READ), TURN_WITHIN_S)
 
 T = TypeVar("T")
 Question = tuple[int | None, str]
 """A unit, or none, and the text of a query."""
+Learn = Callable[[UnitAxes, FicsCommand[Any], Any], None]
+"""Called with a unit, what it was asked, and its reply."""
 
 
 class Told(NamedTuple):
@@ -50,9 +56,8 @@ def told_now(*replies: Reply) -> Told:
 
 def deadline_of(lane: Lane) -> float | None:
     """Until when a request that comes now may wait; proofs of stops and moves are never too late."""
-    if lane not in (Lane.COMMAND, Lane.READ):
-        return None
-    return asyncio.get_running_loop().time() + TURN_WITHIN_S
+    within_s = _TURN_WITHIN_S.get(lane)
+    return None if within_s is None else asyncio.get_running_loop().time() + within_s
 
 
 def _is_over(expires_at: float | None) -> bool:
@@ -81,6 +86,14 @@ class Asking:
     def __post_init__(self) -> None:
         self.line = self._commander.line
         self._by_number = {unit.number: unit for unit in self._units}
+        power, edges = self._power, self._edges
+        self._learners: Mapping[type[Reply], Sequence[Learn]] = {
+            AxisCoordinates: [power.origins.note],
+            AxisStatuses: [power.origins.note, edges.note_status],
+            SensorStates: [edges.note_sensors],
+            SpeedPercents: [power.note_speeds],
+        }
+        """Who learns from which reply of a unit."""
 
     async def close(self) -> None:
         """Ask nothing more: once the line is closed all who wait are told so."""
@@ -220,22 +233,32 @@ class Asking:
                 if number is not None:
                     with preparing(self._commander.robot_id, command):
                         await self._selection.make(number, afresh=True)
-                outcome = await self._commander.say(command, epoch, expires_at=deadline_of(lane))
+                outcome = await self._commander.say(command, epoch, within_s=TURN_WITHIN_S)
                 if read:
                     outcome = await read_back(self._commander, command, outcome, epoch)
-                self._learn(command, number, outcome)
+                self._note(command, number, outcome)
         if isinstance(outcome, Failure):
             await self._errors.look()
-        return self._commander.answered(command, outcome)
+        return answered(self._commander.robot_id, command, outcome)
 
-    def _learn(self, command: FicsCommand[Any], number: int | None, outcome: Outcome) -> None:
-        """Note what the gateway has to remember of what was said."""
+    def _note(self, command: FicsCommand[Any], number: int | None, outcome: Outcome) -> None:
+        """Note what an action may have changed."""
         if isinstance(command, SelectUnit):
             self._selection.forget()
-        if number is not None:
-            self._power.note(self._by_number[number], command, outcome)
+        if isinstance(command, SetSpeedPercent | SetMotorSpeedPercent) and number is not None:
+            self._power.note_set(self._by_number[number], command, outcome)
         if isinstance(command, AxisSetting):
             self.note_change()
+        if isinstance(outcome, Answered):
+            self._learn(command, number, outcome.replies)
+
+    def _learn(self, command: FicsCommand[Any], number: int | None, replies: Sequence[Reply]) -> None:
+        """Hand what a unit has told to those who learn from it."""
+        if number is None:
+            return
+        for reply in replies:
+            for learn in self._learners.get(type(reply), ()):
+                learn(self._by_number[number], command, reply)
 
     # questions
 
@@ -285,12 +308,9 @@ class Asking:
             if number is not None and (afresh or not self._selection.holds(number)):
                 with preparing(self._commander.robot_id, query):
                     await self._select(number, afresh=afresh)
-            outcome = await self._commander.say(query, expires_at=deadline_of(lane))
-            self._learn(query, number, outcome)
-            if number is not None and isinstance(outcome, Answered):
-                for reply in outcome.replies:
-                    self._edges.read(number, reply)
-        return told_now(*self._commander.answered(query, outcome).replies)
+            answer = await self._commander.ask(query, within_s=_TURN_WITHIN_S.get(lane))
+            self._learn(query, number, answer.replies)
+            return told_now(*answer.replies)
 
     async def _select(self, number: int, *, afresh: bool) -> None:
         """Make sure of the unit whose values are told: no answer tells it, and a loss of power changes it.

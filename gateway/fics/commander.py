@@ -1,16 +1,16 @@
 """Saying one command and finding out what became of it: in Ver.3 the robot tells, in Ver.2 ERR does."""
 
 import asyncio
-from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import asynccontextmanager, suppress
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from typing import Any
 
-from gateway.core.errors import Cancelled, Expired, GatewayError, NoReply, NotSent
+from gateway.core.errors import GatewayError, NoReply, NotSent
 from gateway.core.lanes import Lane
 from gateway.core.session import READ_REPEATS
 from gateway.fics.bits import BITS_TOLD_BY, Bits
-from gateway.fics.errors import NotProved, RobotFailed, refused
-from gateway.fics.exchange import Answered, FicsExchange, Outcome, Proof
+from gateway.fics.errors import NotProved
+from gateway.fics.exchange import Answered, FicsExchange, Outcome, Proof, answered
 from gateway.fics.line import FicsLine
 from protocols.fics.alarms import (
     CurrentError,
@@ -24,7 +24,6 @@ from protocols.fics.link import Failure, Refusal
 from protocols.fics.positions import EndPositionUpload
 from protocols.fics.row import FicsCommand, WhenAnswered
 from protocols.fics.system import HostMode
-from protocols.table import Reply
 
 ALARM_STANDS = "E02"
 """The refusal of a motion because an error of the system stands (C-HOST manual 2-12)."""
@@ -57,17 +56,18 @@ class Commander:
         command: FicsCommand[Any],
         epoch: int | None = None,
         *,
-        expires_at: float | None = None,
+        within_s: float | None = None,
         fresh: bool = False,
         proof: Proof | None = None,
     ) -> Outcome:
         """Send a command that starts no move, unless there was a stop after `epoch`, or it comes too late.
 
-        Without an `epoch` it is that of now.
+        Without an `epoch` it is that of now. Without `within_s`, how long it may wait, it is never too late.
 
         No copy of an earlier answer is taken for one that has to be `fresh`, or is the last of a `proof`.
         """
         is_query = command.answered is WhenAnswered.ALWAYS
+        expires_at = None if within_s is None else asyncio.get_running_loop().time() + within_s
         if not is_query:
             epoch = self.line.stop_epoch if epoch is None else epoch
             await self.clear_error()
@@ -77,7 +77,7 @@ class Commander:
             exchange.epoch = exchange.epoch if epoch is None else epoch
             exchange.expires_at = expires_at
             exchange.fresh, exchange.proves = fresh or proof is not None, proof
-            outcome = await self._submit(exchange)
+            outcome = await self.line.say(exchange)
             if not (isinstance(outcome, NoReply) and self.line.may_be_silent(command)):
                 break
             outcome = await self._why_unanswered(command, outcome)
@@ -87,35 +87,24 @@ class Commander:
             outcome = await self._verdict(exchange)
         if isinstance(outcome, Failure):
             await self._heed(outcome.error)
-        return outcome
+        return self.bits.read(outcome) if isinstance(command, BITS_TOLD_BY) else outcome
 
-    async def _submit(self, exchange: FicsExchange) -> Outcome:
-        """Give what becomes of an exchange; it is taken back if nobody waits for that any more."""
-        try:
-            outcome = await self.line.submit(exchange)
-        except asyncio.CancelledError:
-            self.line.withdraw(exchange, _forsaken())
-            raise
-        return self.bits.read(outcome) if isinstance(exchange.command, BITS_TOLD_BY) else outcome
-
-    async def prepare(
+    async def ask(
         self,
         command: FicsCommand[Any],
-        unanswered: NotSent,
+        epoch: int | None = None,
         *,
+        within_s: float | None = None,
         fresh: bool = False,
         proof: Proof | None = None,
-    ) -> Reply | None:
-        """Say what has to be right before something else is said; `fresh` and `proof` as of `say`.
+    ) -> Answered:
+        """Send a command as `say` does, and give its answer.
 
-        :raises NotSent: there was no answer, so what was to follow was not sent.
-        :raises GatewayError: it was refused, or not sent itself.
+        :raises NoReply: there was none.
+        :raises GatewayError: it was refused, it failed, or it was not sent.
         """
-        outcome = await self.say(command, fresh=fresh, proof=proof)
-        if isinstance(outcome, NoReply):
-            raise unanswered
-        replies = self.answered(command, outcome).replies
-        return replies[0] if replies else None
+        outcome = await self.say(command, epoch, within_s=within_s, fresh=fresh, proof=proof)
+        return answered(self.robot_id, command, outcome)
 
     async def start(
         self,
@@ -143,10 +132,11 @@ class Commander:
 
         exchange.on_written = note
         outcome = self.line.submit(exchange)
+        either: set[asyncio.Future[Any]] = {written, outcome}
         try:
-            await _either(written, outcome)
+            await asyncio.wait(either, return_when=asyncio.FIRST_COMPLETED)
         except asyncio.CancelledError:
-            self.line.withdraw(exchange, _forsaken())
+            self.line.forsake(exchange)
             raise
         if outcome.done() and isinstance(error := outcome.result(), NotProved):
             raise error
@@ -170,7 +160,7 @@ class Commander:
             asked_after = self.line.unheard
 
         exchange.on_written = written
-        reply = self.answered(exchange.command, await self._submit(exchange)).replies[0]
+        reply = answered(self.robot_id, exchange.command, await self.line.say(exchange)).replies[0]
         self._asked_after = asked_after
         error = reply.error if isinstance(reply, CurrentError) else "E00"
         self._older_may_hide = lookup(error).kind is ErrorKind.FICS
@@ -184,7 +174,7 @@ class Commander:
         where it was not sent.
         """
         exchange = self.line.exchange(EndPositionUpload(), Lane.COMMAND)
-        outcome = await self._submit(exchange)
+        outcome = await self.line.say(exchange)
         return exchange.unheard if isinstance(outcome, Answered) else None
 
     async def _heed(self, error: str) -> None:
@@ -197,8 +187,8 @@ class Commander:
         :raises GatewayError: they were not told.
         """
         query = GetErrorDetail()
-        outcome = await self._submit(self.line.exchange(query, Lane.READ))
-        reply = self.answered(query, outcome).replies[0]
+        outcome = await self.line.say(self.line.exchange(query, Lane.READ))
+        reply = answered(self.robot_id, query, outcome).replies[0]
         return reply if isinstance(reply, ErrorDetail) else None
 
     async def clear_error(self) -> None:
@@ -222,16 +212,6 @@ class Commander:
                 "refuses the command; nothing was sent.",
                 "Try again.",
             ) from None
-
-    def answered(self, command: FicsCommand[Any], outcome: Outcome) -> Answered:
-        """Turn everything that is no answer into its error."""
-        if isinstance(outcome, Refusal):
-            raise refused(self.robot_id, command, outcome.error)
-        if isinstance(outcome, Failure):
-            raise RobotFailed(self.robot_id, command.wire_name(), outcome.error)
-        if isinstance(outcome, GatewayError):
-            raise outcome
-        return outcome
 
     async def _verdict(self, exchange: FicsExchange) -> Outcome:
         """Ask for the error, in Ver.2 the only way to hear of a refusal (C-HOST manual 1-1-1, 2-12).
@@ -281,23 +261,6 @@ class Commander:
         return future
 
 
-@asynccontextmanager
-async def in_time(expires_at: float) -> AsyncIterator[None]:
-    """Do what has to be done before a command is written, until that would come too late.
-
-    :raises Expired: it took too long.
-    """
-    try:
-        async with asyncio.timeout_at(expires_at):
-            yield
-    except TimeoutError:
-        raise Expired("robot") from None
-
-
-def _forsaken() -> Cancelled:
-    return Cancelled("The caller has gone; nothing was sent.")
-
-
 def _reset_told_by(error: str) -> Outcome:
     """What became of DRT, which nothing forbids: whether an error stands tells (C-HOST manual 1-7, 2-14).
 
@@ -315,8 +278,3 @@ def _nobody_knows(command: FicsCommand[Any]) -> NoReply:
         "Read back what it should have changed, and the errors of the robot.",
         command,
     )
-
-
-async def _either(*futures: "asyncio.Future[Any]") -> None:
-    """Wait for the first of several."""
-    await asyncio.wait(futures, return_when=asyncio.FIRST_COMPLETED)

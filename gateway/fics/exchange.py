@@ -7,6 +7,7 @@ from gateway.core.errors import GatewayError
 from gateway.core.exchange import Exchange, More, Said, remedy_of
 from gateway.core.exchange import Proof as Proof
 from gateway.core.lanes import Lane
+from gateway.fics.errors import RobotFailed, refused
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.link import Answer, Completion, Failure, Refusal, credit
 from protocols.fics.row import FicsCommand
@@ -29,6 +30,17 @@ class Answered:
 
 
 Outcome = Answered | Refusal | Failure | GatewayError
+
+
+def answered(robot_id: str, command: FicsCommand[Any], outcome: Outcome) -> Answered:
+    """Turn everything that is no answer into its error."""
+    if isinstance(outcome, Refusal):
+        raise refused(robot_id, command, outcome.error)
+    if isinstance(outcome, Failure):
+        raise RobotFailed(robot_id, command.wire_name(), outcome.error)
+    if isinstance(outcome, GatewayError):
+        raise outcome
+    return outcome
 
 
 @dataclass(eq=False, slots=True)

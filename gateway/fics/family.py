@@ -38,7 +38,6 @@ from gateway.fics.axes import UnitAxes
 from gateway.fics.backup_restore import RobotRestore
 from gateway.fics.bits import Bits
 from gateway.fics.event_types import TYPES
-from gateway.fics.exchange import FicsExchange
 from gateway.fics.guards import amid_a_restore, motion_without_proof
 from gateway.fics.jogs import JogSession
 from gateway.fics.line import FicsLine
@@ -110,14 +109,14 @@ class Fics(Family):
             for unit in it.units
         ]
         line.gate.add(motion_without_proof)
-        line.gate.add(amid_a_restore(partial(self._amid_a_restore, it.id)))
+        line.gate.add(amid_a_restore(partial(self.restores.amid, it.id)))
         self._tables[it.id] = table
         self._robots[it.id] = robot = Robot(
             it.id,
             it.name or "",
             line,
             units,
-            self._publish,
+            self.site.events.publish,
             poll_interval_s=table.poll_interval_s,
             bits=Bits(it.status_bits, it.sensor_bits),
             macros=Macros(it.macros or {}),
@@ -131,15 +130,8 @@ class Fics(Family):
         await robot.close()
         del self._robots[robot.id], self._tables[robot.id]
 
-    def _publish(self, kind: str, subject: str, data: dict[str, Any], correlation: str | None) -> str:
-        return self.site.events.publish(kind, subject, data, correlation).cursor
-
     def _publish_restore(self, what: str, restore: Restore) -> None:
         self.site.events.publish(f"robot.restore.{what}", restore.target, restore, correlation=restore.id)
-
-    def _amid_a_restore(self, robot_id: str, exchange: FicsExchange) -> bool:
-        restored = self.restores.amid(robot_id)
-        return restored is not None and not restored.lets_pass(exchange)
 
     # finding
 

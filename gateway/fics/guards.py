@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from gateway.core.errors import GatewayError, InvalidRequest
+from gateway.fics.backup_restore import RobotRestore
 from gateway.fics.errors import RobotBusy
 from gateway.fics.exchange import FicsExchange
 from gateway.fics.settings import SETTINGS
@@ -31,14 +32,16 @@ def motion_without_proof(exchange: FicsExchange, _: float) -> GatewayError | Non
 
 
 def amid_a_restore(
-    restored: Callable[[FicsExchange], bool],
+    restored: Callable[[], RobotRestore | None],
 ) -> Callable[[FicsExchange, float], GatewayError | None]:
-    """Make the guard by which nothing moves a robot or changes it while a backup is `restored` to it."""
+    """Make the guard by which nothing else moves or changes a robot that is being `restored`."""
 
     def guard(exchange: FicsExchange, _: float) -> GatewayError | None:
         command = exchange.command
-        changes = command.effect is Effect.MOTION or isinstance(command, RESTORED)
-        if not changes or not restored(exchange):
+        if command.effect is not Effect.MOTION and not isinstance(command, RESTORED):
+            return None
+        restore = restored()
+        if restore is None or restore.lets_pass(exchange):
             return None
         return RobotBusy(
             f"A backup is being restored to the robot; {command.wire_name()} was not sent.",

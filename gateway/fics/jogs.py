@@ -20,6 +20,7 @@ from gateway.core.lanes import Lane
 from gateway.core.origin import Origin, acting, working
 from gateway.fics.axes import Places, at_rest, unit_of
 from gateway.fics.errors import IN_MOTION, RobotBusy, UnitNotSelected, preparing
+from gateway.fics.exchange import answered
 from gateway.fics.motion_state import Tell
 from gateway.fics.motions import Accepted, Motions
 from gateway.fics.units import RobotUnit
@@ -97,14 +98,14 @@ class Jogs:
         self._line.admission.require()
         self._require_settled(unit, axis)
         loop = asyncio.get_running_loop()
-        command = StartJog(axis=axis, direction=direction)
+        axes, command = unit_of(self._units, unit), StartJog(axis=axis, direction=direction)
         session = JogSession(unit=unit, axis=axis, direction=direction)
         self._unsettled[session.id] = session
         try:
-            with preparing(self._robot_id, command), self._motions.sending(command, unit):
+            with preparing(self._robot_id, command), self._motions.sending(command, axes):
                 accepted = await self._motions.begin(
                     command,
-                    unit,
+                    axes,
                     epoch=self._line.stop_epoch,
                     expires_at=loop.time() + START_WITHIN_S,
                     on_written=lambda _: self._begun(session),
@@ -143,7 +144,7 @@ class Jogs:
         if self._line.mode == HostMode.VER_2 and not accepted.outcome.done():
             return
         try:
-            self._motions.commander.answered(command, await accepted.outcome)
+            answered(self._robot_id, command, await accepted.outcome)
         except GatewayError as error:
             if await self._runs_although(error, session):
                 self._stop_session(session, "ended")
@@ -229,7 +230,7 @@ class Jogs:
             async with line.sequence_lock.held(Lane.STOP):
                 await self._select(unit, axis)
                 outcome = await line.submit(line.exchange(command, Lane.STOP))
-        self._motions.commander.answered(command, outcome)
+        answered(self._robot_id, command, outcome)
         loop = asyncio.get_running_loop()
         patient_until = loop.time() + STILL_WITHIN_S
         while not await self._stands_still(unit, axis):

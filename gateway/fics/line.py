@@ -281,6 +281,21 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
             self._wait_for_set_up(exchange)
         return self._queue(exchange)
 
+    async def say(self, exchange: FicsExchange) -> Outcome:
+        """Queue an exchange, and give what became of it; it is withdrawn if nobody waits for that any more.
+
+        Errors as of `submit`.
+        """
+        try:
+            return await self.submit(exchange)
+        except asyncio.CancelledError:
+            self.forsake(exchange)
+            raise
+
+    def forsake(self, exchange: FicsExchange) -> None:
+        """Take back an exchange, if it is not written yet: nobody waits for it any more."""
+        self.withdraw(exchange, Cancelled("The caller has gone; nothing was sent."))
+
     def _wait_for_set_up(self, exchange: FicsExchange) -> None:
         """Let an exchange wait for the robot to be set up, but not for long.
 

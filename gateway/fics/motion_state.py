@@ -27,6 +27,8 @@ class MotionState:
         """The motion command of ours that is under way."""
         self.unit: int | None = None
         """The unit the last one was sent to."""
+        self.kept: int | None = None
+        """The unit that moves: nobody can select another, but a macro may (C-HOST manual 1-7)."""
         self.foreign: bool | None = None
         """Whether it was seen to move without a command of ours; None until it was looked at."""
         self.look_due = asyncio.Event()
@@ -57,23 +59,19 @@ class MotionState:
         """Whether the motion under way is that of JOG sessions."""
         return isinstance(self.command, StartJog)
 
-    @property
-    def keeps_unit(self) -> bool:
-        """Whether nobody can select another unit now: in a macro the robot may do so (C-HOST manual 1-7)."""
-        return self.command is not None and not isinstance(self.command, RunMacro)
-
     # motion commands
 
     def begin(self, command: FicsCommand[Any], unit: int) -> None:
         """A motion command has been written."""
         self.command, self.unit = command, unit
+        self.kept = None if isinstance(command, RunMacro) else unit
         if isinstance(command, MOVES_ALL_UNITS):
             self.still.clear()
         self.still.discard(unit)
 
     def end(self, *, refused: bool = False) -> None:
         """The motion command is over; one that was `refused` has moved nothing."""
-        self.command = None
+        self.command = self.kept = None
         if self.unit is None or refused:
             return
         self.foreign = False if self.unit in self.still else None

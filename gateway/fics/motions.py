@@ -1,15 +1,16 @@
 """Motion commands: written at most once, when all they depend on is proved, and ended."""
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Coroutine
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from functools import partial
+from typing import Any, NamedTuple, TypeVar
 
 from gateway.core.errors import Expired, GatewayError
 from gateway.core.lanes import Lane
-from gateway.fics.axes import UnitAxes, unit_of
-from gateway.fics.commander import Commander, in_time
+from gateway.fics.axes import UnitAxes
+from gateway.fics.commander import Commander
 from gateway.fics.errors import NotProved
 from gateway.fics.exchange import FicsExchange, Outcome, Proof
 from gateway.fics.motion_state import MOVES_ALL_UNITS, MotionState
@@ -20,6 +21,8 @@ from gateway.fics.system_errors import SystemErrors
 from protocols.fics.link import Refusal
 from protocols.fics.row import FicsCommand
 from protocols.fics.system import HostMode, SelectUnit
+
+T = TypeVar("T")
 
 
 class Accepted(NamedTuple):
@@ -38,7 +41,6 @@ class Accepted(NamedTuple):
 class Motions:
     """The motion commands of one robot."""
 
-    _units: Sequence[UnitAxes]
     commander: Commander
     state: MotionState
     selection: Selection
@@ -49,6 +51,7 @@ class Motions:
 
     def __post_init__(self) -> None:
         self.line = self.commander.line
+        self._select = partial(self.selection.make, afresh=True)
 
     def require_fit(self, command: FicsCommand[Any]) -> None:
         """Refuse motion while the robot is not fit for it.
@@ -56,15 +59,14 @@ class Motions:
         :raises NotSent: power was lost, or an error stands.
         :raises RobotBusy: something moves, or a stop is not confirmed.
         """
-        name = command.wire_name()
-        self.power.require_known(name)
-        self.errors.require_none(name)
+        self.power.require_known(command)
+        self.errors.require_none(command)
         self.state.require_still(command)
 
     async def begin(
         self,
         command: FicsCommand[Any],
-        unit: int,
+        unit: UnitAxes,
         *,
         epoch: int,
         expires_at: float,
@@ -75,10 +77,9 @@ class Motions:
         :raises NotSent: it was not written; the error says why.
         :raises ControllerRefused: the mode, the speeds or the unit could not be made sure of.
         """
-        axes = unit_of(self._units, unit)
 
         def note(now: float) -> None:
-            self.state.begin(command, unit)
+            self.state.begin(command, unit.number)
             if isinstance(command, MOVES_ALL_UNITS):
                 self.power.forget_origins()
                 self.commander.bits.compare_again()
@@ -88,8 +89,7 @@ class Motions:
             doubt: NotProved | None = None
             while True:
                 try:
-                    async with in_time(expires_at):
-                        proof = await self._prove(command, axes, epoch)
+                    proof = await in_time(expires_at, self._prove(command, unit, epoch))
                     written = await self.commander.start(
                         command, epoch=epoch, expires_at=expires_at, proof=proof, on_written=note
                     )
@@ -119,17 +119,13 @@ class Motions:
         else:
             await self.power.restore(self._select)
             await self._select(unit.number)
-            await self.power.verify(unit, unit.coordinates_of(command), proof)
-            await self.power.see(proof)
+            await self.power.see_kept(command, unit, proof)
         self.require_fit(command)
         return proof
 
-    async def _select(self, number: int) -> None:
-        await self.selection.make(number, afresh=True)
-
-    def sending(self, command: FicsCommand[Any], unit: int) -> AbstractContextManager[None]:
+    def sending(self, command: FicsCommand[Any], unit: UnitAxes) -> AbstractContextManager[None]:
         """Wait for the disk once, for a motion command and for all that has to go before it."""
-        return self.line.sending(lambda: [*self.power.restoring(), SelectUnit(unit=unit), command])
+        return self.line.sending(lambda: [*self.power.restoring(), SelectUnit(unit=unit.number), command])
 
     def end(self, accepted: Accepted | None = None) -> None:
         """The motion command that was begun is over; an answer it still owes is no longer waited for."""
@@ -163,3 +159,15 @@ class Motions:
         """Set the speeds again that were lost with the power; errors as of `Power.restore`."""
         async with self.line.sequence_lock.held(Lane.COMMAND):
             await self.power.restore(self._select)
+
+
+async def in_time(expires_at: float, preparation: Coroutine[Any, Any, T]) -> T:
+    """Do what has to be done before a command is written, until that would come too late.
+
+    :raises Expired: it took too long.
+    """
+    try:
+        async with asyncio.timeout_at(expires_at):
+            return await preparation
+    except TimeoutError:
+        raise Expired("robot") from None

@@ -24,7 +24,6 @@ from gateway.core.move_record import MoveStatus
 from gateway.core.origin import working
 from gateway.core.silence import Silence
 from gateway.fics.axes import at_rest, in_trouble
-from gateway.fics.commander import in_time
 from gateway.fics.durations import PATIENCE, PATIENCE_S, Durations
 from gateway.fics.errors import (
     CANNOT_BE_CARRIED_OUT,
@@ -36,7 +35,7 @@ from gateway.fics.errors import (
 )
 from gateway.fics.exchange import Answered, Outcome
 from gateway.fics.motion_state import Tell
-from gateway.fics.motions import Accepted, Motions
+from gateway.fics.motions import Accepted, Motions, in_time
 from gateway.fics.move_record import RobotMove
 from gateway.fics.proofs import Finding
 from gateway.fics.stops import OF_THE_END_BEFORE
@@ -98,13 +97,12 @@ class MoveRun:
         try:
             with (
                 preparing(self._move.robot_id, self._command),
-                self._motions.sending(self._command, self._unit.number),
+                self._motions.sending(self._command, self._unit),
             ):
-                async with in_time(expires_at):
-                    await self._wait_to_know_the_way()
+                await in_time(expires_at, self._wait_to_know_the_way())
                 accepted = await self._motions.begin(
                     self._command,
-                    self._unit.number,
+                    self._unit,
                     epoch=self._epoch,
                     expires_at=expires_at,
                     on_written=self._sent,

@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 from gateway.core.errors import GatewayError, RestartedFirst
+from gateway.core.events import Event
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import START_WITHIN_S, MoveError, MoveStatus
 from gateway.core.trajectories import Trajectories
@@ -52,7 +53,11 @@ class RobotMoves:
         return await self.log.wait(move_id, timeout_s)
 
     async def start(
-        self, robot: Robot, unit: int, command: FicsCommand[Any], start_within_s: float = START_WITHIN_S
+        self,
+        robot: Robot,
+        unit: RobotUnit,
+        command: FicsCommand[Any],
+        start_within_s: float = START_WITHIN_S,
     ) -> RobotMove:
         """Send a motion command, and give its move when the robot has not refused it.
 
@@ -62,17 +67,16 @@ class RobotMoves:
             or was held up; nothing was sent.
         """
         robot.line.admission.require()
-        axes = robot.unit(unit)
-        check(axes, command)
+        check(unit, command)
         robot.motions.require_fit(command)
         if not robot.motion.idle.is_set():
             raise RobotBusy(f"A move of {robot.id} is not over; nothing was sent.", "Wait for it or stop it.")
-        move = self._new(robot, axes, command)
-        run = self._run(robot, axes, command, move)
+        move = self._new(robot, unit, command)
+        run = self._run(robot, unit, command, move)
         self._keep(run, run.make(start_within_s), move)
         refusal = await asyncio.shield(run.begun)
         if refusal is not None:
-            await name_limits(axes, move.coordinates, move.target_position, refusal)
+            await name_limits(unit, move.coordinates, move.target_position, refusal)
             raise refusal
         return move
 
@@ -107,10 +111,10 @@ class RobotMoves:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
-    def _run(self, robot: Robot, axes: RobotUnit, command: FicsCommand[Any], move: RobotMove) -> MoveRun:
-        advance = partial(self.advance, robot, axes)
-        publish = partial(robot.publish, unit=axes, correlation=move.id)
-        return MoveRun(axes, command, move, robot.motions, robot.durations, advance, publish)
+    def _run(self, robot: Robot, unit: RobotUnit, command: FicsCommand[Any], move: RobotMove) -> MoveRun:
+        advance = partial(self.advance, robot, unit)
+        publish = partial(robot.publish, unit=unit, correlation=move.id)
+        return MoveRun(unit, command, move, robot.motions, robot.durations, advance, publish)
 
     def _keep(self, run: MoveRun, making: Coroutine[Any, Any, None], move: RobotMove) -> None:
         task = asyncio.create_task(making, name=f"move {move.id}")
@@ -129,12 +133,12 @@ class RobotMoves:
             coordinates=coordinates,
             units=unit.counted_in(coordinates),
             command=command.wire_name(),
-            frame=unit.frame_of(command),
+            frame=robot.line.frame_of(command),
             created_at=now,
         )
         self.log.add(move)
         robot.motion.begin_move(unit.number, move)
-        move.event_cursor = _publish("queued", robot, unit, move)
+        move.event_cursor = _publish("queued", robot, unit, move).cursor
         self.log.on_change(move)
         return move
 
@@ -154,7 +158,7 @@ class RobotMoves:
         if status is MoveStatus.SENT:
             move.sent_at = datetime.now(UTC)
             self._begin_way(unit, move, move.sent_at)
-        if status.final:
+        elif status.final:
             move.ended_at = datetime.now(UTC)
             unit.trajectory = None
             self._on_trajectory()
@@ -175,5 +179,5 @@ def _command_of(move: RobotMove) -> FicsCommand[Any]:
     return read(move.command, arguments.strip())
 
 
-def _publish(news: str, robot: Robot, unit: RobotUnit, move: RobotMove) -> str:
-    return robot.publish(f"robot.move.{news}", move.model_dump(mode="json"), unit, move.id)
+def _publish(news: str, robot: Robot, unit: RobotUnit, move: RobotMove) -> Event:
+    return robot.publish(f"robot.move.{news}", move, unit, move.id)

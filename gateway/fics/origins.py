@@ -1,5 +1,6 @@
 """Which units are homed, as their positions tell: a loss of power makes all of them unknown."""
 
+from collections.abc import Callable
 from enum import IntEnum
 from typing import Any
 
@@ -28,7 +29,9 @@ class Sign(IntEnum):
 class Origins:
     """The units that are known to be homed."""
 
-    def __init__(self) -> None:
+    def __init__(self, on_lost: Callable[[], None]) -> None:
+        self._on_lost = on_lost
+        """Called when a unit is not homed any more, and nothing but a loss of power can have done that."""
         self._signs: dict[int, Sign] = {}
         self._busy: set[int] = set()
         """The units in which something goes on that may take places away."""
@@ -45,10 +48,6 @@ class Origins:
         """Whether a homed unit has just told no place."""
         return self._signs.get(unit.number, Sign.PLACES) is not Sign.PLACES
 
-    def are_lost(self, unit: UnitAxes) -> bool:
-        """Whether a unit is not homed any more, though nothing was seen that does so but a loss of power."""
-        return self._signs.get(unit.number) is Sign.LOST
-
     def note(self, unit: UnitAxes, command: FicsCommand[Any], reply: Reply) -> None:
         """Learn from what a unit has told.
 
@@ -62,6 +61,8 @@ class Origins:
             elif isinstance(command, GetMotorPosition) and unit.number in self._signs:
                 hidden = self._signs[unit.number] in (Sign.PLACES, Sign.NO_PLACES)
                 self._signs[unit.number] = Sign.NO_PLACES if hidden else Sign.LOST
+                if not hidden:
+                    self._on_lost()
 
     def _note_busy(self, number: int, *, busy: bool) -> None:
         (self._busy.add if busy else self._busy.discard)(number)

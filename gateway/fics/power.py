@@ -70,9 +70,11 @@ class Power:
     """The units whose speeds have to be set again before any move."""
     _certain: bool = True
     """Whether the loss that nobody has acknowledged is certain."""
-    _origins: Origins = field(default_factory=Origins)
     on_memory: Callable[[], None] = lambda: None
     """Called when there may be something else to remember."""
+
+    def __post_init__(self) -> None:
+        self.origins = Origins(self._origins_lost)
 
     # over restarts
 
@@ -116,22 +118,22 @@ class Power:
             self._tell("robot.power_cycle.acknowledged", {})
             self.on_memory()
 
-    def require_known(self, what: str) -> None:
-        """Refuse motion until a person knows of the loss.
+    def require_known(self, command: FicsCommand[Any]) -> None:
+        """Refuse a motion until a person knows of the loss.
 
         :raises PowerCycled: nobody has acknowledged it.
         """
         if self.cycled:
             raise PowerCycled(
                 f"{self._what_happened()}: nothing is homed then, and speeds the gateway does not know are "
-                f"100 % again; {what} was not sent.",
+                f"100 % again; {command.wire_name()} was not sent.",
                 ACKNOWLEDGE,
             )
 
     async def see(self, proof: Proof | None = None) -> None:
         """See that the robot has not been switched off: then it is in Ver.2.
 
-        Where that is its own mode only `verify` can tell. Call it with the sequence lock held.
+        Where that is its own mode only `see_kept` can tell. Call it with the sequence lock held.
 
         :raises PowerCycled: it has.
         :raises NotSent: it did not tell.
@@ -176,18 +178,21 @@ class Power:
                 "Try again when all axes are known to stand still.",
             )
 
-    async def _ask(self, query: FicsCommand[Any], asked: str, proof: Proof | None) -> Reply | None:
+    async def _ask(self, query: FicsCommand[Any], asked: str, proof: Proof | None) -> Reply:
         """Ask what tells of a loss of power.
 
         :raises NotSent: there was no answer.
         :raises ControllerRefused: it was refused.
         """
-        unanswered = NotSent(
-            f"{asked} did not answer {query.wire_name()}, so nobody knows whether it has lost its power; "
-            "nothing more was sent.",
-            "Try again.",
-        )
-        return await self._commander.prepare(query, unanswered, proof=proof)
+        try:
+            (reply,) = (await self._commander.ask(query, proof=proof)).replies
+        except NoReply:
+            raise NotSent(
+                f"{asked} did not answer {query.wire_name()}, so nobody knows whether it has lost its power; "
+                "nothing more was sent.",
+                "Try again.",
+            ) from None
+        return reply
 
     def refuse(self) -> None:
         """Refuse what the loss forbids.
@@ -204,12 +209,11 @@ class Power:
 
     def forget_origins(self) -> None:
         """Something of ours begins that may home the robot."""
-        self._origins.forget()
+        self.origins.forget()
 
-    def _note_origins(self, unit: UnitAxes, command: FicsCommand[Any], reply: Reply) -> None:
+    def _origins_lost(self) -> None:
         """In Ver.2 a loss of power shows in homed motors without places (C-HOST manual 4-4)."""
-        self._origins.note(unit, command, reply)
-        if self._commander.line.mode == HostMode.VER_2 and self._origins.are_lost(unit):
+        if self._commander.line.mode == HostMode.VER_2:
             self.lost(certain=False)
 
     async def look_at_origins(self, unit: UnitAxes, proof: Proof | None = None) -> None:
@@ -218,27 +222,17 @@ class Power:
         :raises NotSent: it did not tell.
         """
         for question in (PLACES, STATUS, PLACES):
-            reply = await self._ask(question, unit.address, proof)
-            if reply is not None:
-                self._note_origins(unit, question, reply)
-            if not self._origins.are_doubtful(unit):
+            self.origins.note(unit, question, await self._ask(question, unit.address, proof))
+            if not self.origins.are_doubtful(unit):
                 return
 
     # speeds
 
-    def note(self, unit: UnitAxes, command: FicsCommand[Any], outcome: Outcome) -> None:
-        """Keep the speed percentages that were set, or read first; forget those nobody can be sure of.
-
-        What was read of positions is kept, too: they tell of origins.
-        """
-        if isinstance(command, SetSpeedPercent | SetMotorSpeedPercent):
-            self._note_set(unit, command, outcome)
-        for reply in outcome.replies if isinstance(outcome, Answered) else ():
-            self._note_origins(unit, command, reply)
-            if isinstance(reply, SpeedPercents) and unit.number not in self._due:
-                self._note_read(unit, _coordinates(command), reply)
-
-    def _note_read(self, unit: UnitAxes, coordinates: Coordinates, found: SpeedPercents) -> None:
+    def note_speeds(self, unit: UnitAxes, query: FicsCommand[Any], found: SpeedPercents) -> None:
+        """Keep the speed percentages that a unit has told first."""
+        if unit.number in self._due:
+            return
+        coordinates = _coordinates(query)
         known = self._speeds_of(unit, coordinates)
         before = len(known)
         for axis, percent in zip(unit.names(coordinates), found.percents, strict=False):
@@ -247,9 +241,10 @@ class Power:
         if len(known) > before:
             self.on_memory()
 
-    def _note_set(
+    def note_set(
         self, unit: UnitAxes, command: SetSpeedPercent | SetMotorSpeedPercent, outcome: Outcome
     ) -> None:
+        """Keep the speed percentages that were set; forget those nobody can be sure of."""
         speeds = self._speeds_of(unit, _coordinates(command))
         for axis, percent in zip(unit.names(_coordinates(command)), command.percents, strict=False):
             if percent is None:
@@ -291,18 +286,20 @@ class Power:
         self._tell("robot.speeds.restored", self._speeds_told())
         self.on_memory()
 
-    async def verify(self, unit: UnitAxes, coordinates: Coordinates, proof: Proof) -> None:
-        """In Ver.2, where the mode tells of no loss of power: see that origins and speeds are as they were.
+    async def see_kept(self, command: FicsCommand[Any], unit: UnitAxes, proof: Proof) -> None:
+        """See before a motion that the power was kept: by the mode, in Ver.2 by origins and speeds.
 
         What a loss would take away is looked at last. Call it with the sequence lock held and the unit
         selected.
 
-        :raises PowerCycled: they are those of power-on.
-        :raises NotSent: it did not tell.
+        :raises PowerCycled: it was not.
+        :raises NotSent: the robot did not tell.
         """
         if self._commander.line.mode != HostMode.VER_2:
+            await self.see(proof)
             return
-        if self._origins.are_known(unit):
+        coordinates = unit.coordinates_of(command)
+        if self.origins.are_known(unit):
             await self._look_at_speeds(unit, coordinates, proof)
             await self.look_at_origins(unit, proof)
         else:
@@ -321,7 +318,7 @@ class Power:
         row = self._setting(unit, coordinates)
         if row is None:
             return
-        await self._commander.prepare(row, self._not_restored(unit))
+        await self._say(row, unit)
         if await self._differ(unit, coordinates, self._known(unit, coordinates)):
             raise self._not_restored(unit)
 
@@ -335,11 +332,21 @@ class Power:
         self, unit: UnitAxes, coordinates: Coordinates, known: Speeds, proof: Proof | None = None
     ) -> bool:
         _, getter = _ROWS[coordinates]
-        reply = await self._commander.prepare(getter, self._not_restored(unit), proof=proof)
+        (reply,) = (await self._say(getter, unit, proof)).replies
         if not isinstance(reply, SpeedPercents):
             raise self._not_restored(unit)
         found = dict(zip(unit.names(coordinates), reply.percents, strict=False))
         return any(found.get(axis) != percent for axis, percent in known.items())
+
+    async def _say(self, command: FicsCommand[Any], unit: UnitAxes, proof: Proof | None = None) -> Answered:
+        """Set the speeds of a unit, or ask for them.
+
+        :raises SpeedsNotRestored: there was no answer.
+        """
+        try:
+            return await self._commander.ask(command, proof=proof)
+        except NoReply:
+            raise self._not_restored(unit) from None
 
     def _known(self, unit: UnitAxes, coordinates: Coordinates) -> Speeds:
         """The known speeds of a unit's user or motor axes."""

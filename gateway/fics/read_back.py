@@ -46,7 +46,7 @@ async def read_back(commander: Commander, command: FicsCommand[Any], said: Outco
     if commander.line.stop_epoch != epoch:
         return said if isinstance(said, NoReply) else NotReadBack(_sent(commander, command), _stop_came())
     try:
-        answer = commander.answered(query, await commander.say(query, epoch, fresh=True))
+        answer = await commander.ask(query, epoch, fresh=True)
     except GatewayError as unread:
         return said if isinstance(said, NoReply) else NotReadBack(_sent(commander, command), unread)
     (reply,) = answer.replies

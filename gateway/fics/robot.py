@@ -6,6 +6,7 @@ from functools import partial
 from typing import Any
 
 from gateway.core.errors import InvalidRequest
+from gateway.core.events import Data, Event
 from gateway.core.lanes import Lane
 from gateway.core.stops import StopMode
 from gateway.fics.asking import Asking, Told, deadline_of, told_now
@@ -46,8 +47,8 @@ from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import GetCommunicationMode, GetUnit, SetCommunicationMode
 from protocols.table import Reply
 
-Publish = Callable[[str, str, dict[str, Any], str | None], str]
-"""Type, subject, data and correlation of an event; gives its cursor."""
+Publish = Callable[[str, str, Data, str | None], Event]
+"""Type, subject, data and correlation of an event."""
 
 _KEPT_BACK: dict[type[FicsCommand[Any]], str] = {
     BeginPositionUpload: "Upload positions as a whole: an open upload takes no stop.",
@@ -87,11 +88,11 @@ class Robot:
         self.errors = errors = SystemErrors(commander, self.publish)
         self.power = power = Power(units, commander, errors, self.publish)
         self.selection = Selection([unit.number for unit in units], commander, motion, power, self.publish)
-        edges = Edges({unit.number: unit for unit in units}, self.publish)
+        edges = Edges(self.publish)
         self.asking = Asking(units, commander, motion, self.selection, power, errors, edges)
         self.units = [RobotUnit(axes, self.asking, motion) for axes in units]
         self.tables = Tables(commander, motion, self.selection, self.asking)
-        self.motions = Motions(units, commander, motion, self.selection, power, errors, poll_interval_s)
+        self.motions = Motions(commander, motion, self.selection, power, errors, poll_interval_s)
         self.durations = Durations(self.asking)
         self.jogs = Jogs(self.units, self.motions, self.publish, partial(self.stop, "immediate"))
         self.stops = RobotStops(self.units, self.motions, self.jogs, self.publish)
@@ -221,9 +222,9 @@ class Robot:
     # news
 
     def publish(
-        self, kind: str, data: dict[str, Any], unit: UnitAxes | None = None, correlation: str | None = None
-    ) -> str:
-        """Tell what has happened to the robot, or to a unit; gives the event's cursor."""
+        self, kind: str, data: Data, unit: UnitAxes | None = None, correlation: str | None = None
+    ) -> Event:
+        """Tell what has happened to the robot, or to a unit."""
         return self._publish(kind, f"/robots/{unit.address if unit else self.id}", data, correlation)
 
     def was_left_alone(self) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply, PowerCycled
 from gateway.fics.commander import Commander
 from gateway.fics.errors import RobotBusy, UnitMissing, UnitNotSelected
-from gateway.fics.exchange import Outcome
+from gateway.fics.exchange import Outcome, answered
 from gateway.fics.motion_state import MotionState, Tell
 from gateway.fics.power import Power
 from gateway.fics.questions import UNIT
@@ -50,7 +50,7 @@ class Selection:
     def doubt(self) -> None:
         """Another unit may have been selected, but not while one moves (C-HOST manual 1-7)."""
         self._holds_until = 0.0
-        if not self._motion.keeps_unit:
+        if self._motion.kept is None:
             self.forget()
 
     def trust(self) -> None:
@@ -81,15 +81,16 @@ class Selection:
         known = self.unit == number or self._only(number)
         if known and (self._motion.command is not None or not afresh):
             return
-        kept = self._motion.unit if self._motion.keeps_unit else None
+        other_moves = self._motion.kept not in (None, number)
         before = self.unit
-        if before is not None:
-            self._require_free(number, kept)
+        if before is not None and other_moves:
+            raise self._moves(number)
         found = await self._found() if afresh else None
         if found is not None and before is not None and found != before:
             self._tell("robot.unit.changed", {"expected": before, "found": found})
         if found != number:
-            self._require_free(number, kept)
+            if other_moves:
+                raise self._moves(number)
             await self._change_to(number)
             found = await self._found()
         if found != number:
@@ -119,13 +120,12 @@ class Selection:
             await self._change_to(before)
             await self._found()
 
-    def _require_free(self, number: int, kept: int | None) -> None:
-        """Refuse to select another unit than the one that is `kept`, for it moves."""
-        if kept not in (None, number):
-            raise RobotBusy(
-                f"Robot {self._robot_id} moves, so unit {number} cannot be selected; nothing was sent.",
-                "Wait for standstill.",
-            )
+    def _moves(self, number: int) -> RobotBusy:
+        """The error where a unit is wanted while another moves."""
+        return RobotBusy(
+            f"Robot {self._robot_id} moves, so unit {number} cannot be selected; nothing was sent.",
+            "Wait for standstill.",
+        )
 
     def _only(self, number: int) -> bool:
         """Whether nothing else can be selected."""
@@ -134,13 +134,14 @@ class Selection:
     async def _found(self) -> int:
         """The unit the robot says it acts on; what it was believed to be no longer counts."""
         self.unit, before = None, self.unit
-        unanswered = UnitNotSelected(
-            f"Robot {self._robot_id} did not answer UNT, so nobody knows which unit it acts on; nothing more "
-            "was sent.",
-            "Try again.",
-        )
         try:
-            reply = await self._commander.prepare(UNIT, unanswered, fresh=True)
+            (reply,) = (await self._commander.ask(UNIT, fresh=True)).replies
+        except NoReply:
+            raise UnitNotSelected(
+                f"Robot {self._robot_id} did not answer UNT, so nobody knows which unit it acts on; nothing "
+                "more was sent.",
+                "Try again.",
+            ) from None
         except ControllerRefused:
             self.unit = before
             raise
@@ -165,7 +166,7 @@ class Selection:
         if isinstance(outcome, NoReply):
             await self._blame_power()
         else:
-            self._commander.answered(command, outcome)
+            answered(self._robot_id, command, outcome)
 
     def _missed(self, number: int) -> UnitMissing:
         """Note that the robot has no such unit, and give the error that says so."""

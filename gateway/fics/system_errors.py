@@ -3,6 +3,7 @@
 import asyncio
 from contextlib import suppress
 from datetime import UTC, datetime
+from typing import Any
 
 from pydantic import Field
 
@@ -16,6 +17,7 @@ from gateway.fics.motion_state import Tell
 from protocols.fics.alarm_texts import row_of
 from protocols.fics.alarms import DetailKind, ErrorDetail
 from protocols.fics.errors import ErrorKind, lookup
+from protocols.fics.row import FicsCommand
 
 
 class RobotErrorRecord(Record):
@@ -95,13 +97,13 @@ class SystemErrors:
         """No error stands that is known of."""
         self.latched = None
 
-    def require_none(self, what: str) -> None:
-        """Refuse motion while an error stands.
+    def require_none(self, command: FicsCommand[Any]) -> None:
+        """Refuse a motion while an error stands.
 
         :raises ErrorStands: one does.
         """
         if self.latched is not None:
-            raise ErrorStands(what, self.latched.code, self.latched)
+            raise ErrorStands(command.wire_name(), self.latched.code, self.latched)
 
     @acting(Origin("gateway: poll"))
     def _look_soon(self) -> None:

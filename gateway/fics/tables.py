@@ -53,7 +53,7 @@ class Tables:
                 f"{unit.address} moves: {UPLOAD.wire_name()} was not sent.", "Wait for its end or stop it."
             )
         places = await unit.position()
-        await require_places(unit, places, UPLOAD.wire_name())
+        await require_places(unit, places, UPLOAD)
         return list(places.values())
 
     async def store(self, unit: RobotUnit, positions: Positions, since: int | None = None) -> None:

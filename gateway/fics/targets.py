@@ -25,7 +25,7 @@ _WHY: dict[UnknownReason, str] = {
 }
 
 
-def axes_it_needs(unit: UnitAxes, command: FicsCommand[Any], target: Places | None = None) -> list[str]:
+def axes_it_needs(unit: UnitAxes, command: FicsCommand[Any], target: Places | None) -> list[str]:
     """The axes whose positions have to be known before a move.
 
     A place can only be gone to from a known one (C-HOST manual 2-6, 2-16, 4-3); a stored position whose
@@ -34,15 +34,13 @@ def axes_it_needs(unit: UnitAxes, command: FicsCommand[Any], target: Places | No
     """
     if isinstance(command, StepAxis):
         return [command.axis] if unit.converted(command.axis) else []
-    if isinstance(command, MoveToPosition):
+    if isinstance(command, MoveAbsolute | MoveMotorsAbsolute | MoveToPosition):
         return unit.axes if target is None else list(target)
-    if isinstance(command, MoveAbsolute | MoveMotorsAbsolute):
-        return list(_named(unit.names(unit.coordinates_of(command)), command.coordinates))
     return []
 
 
 async def require_known(
-    unit: RobotUnit, command: FicsCommand[Any], start: Places, target: Places | None = None
+    unit: RobotUnit, command: FicsCommand[Any], start: Places, target: Places | None
 ) -> None:
     """Refuse a move that needs a position the robot does not tell.
 
@@ -50,11 +48,11 @@ async def require_known(
     :raises PositionUnknown: it is not known for another reason.
     """
     needed = {name: start[name] for name in axes_it_needs(unit, command, target)}
-    await require_places(unit, needed, command.wire_name())
+    await require_places(unit, needed, command)
 
 
-async def require_places(unit: RobotUnit, places: Places, code: str) -> None:
-    """Refuse what needs to know where axes stand.
+async def require_places(unit: RobotUnit, places: Places, command: FicsCommand[Any]) -> None:
+    """Refuse a command that needs to know where axes stand.
 
     :raises NotHomed: an axis is not homed.
     :raises PositionUnknown: it is not known for another reason.
@@ -66,7 +64,7 @@ async def require_places(unit: RobotUnit, places: Places, code: str) -> None:
     axis, reason = next(iter(reasons.items()))
     detail = (
         f"The position of axis {axis} of {unit.address} is not known, for {_WHY[reason]}; "
-        f"{code} was not sent."
+        f"{command.wire_name()} was not sent."
     )
     if reason == "not_homed":
         raise NotHomed(detail, HOME_FIRST)

@@ -32,7 +32,7 @@ async def upload(commander: Commander, runs: list[Run], epoch: int) -> None:
             async with _open(commander, first, epoch):
                 begun = True
                 for number, command in enumerate(commands, first):
-                    commander.answered(command, await commander.say(command, epoch))
+                    await commander.ask(command, epoch)
                     sent = number
         except GatewayError as error:
             if sent or (begun and isinstance(error, OVERTAKEN)):
@@ -47,7 +47,7 @@ async def _open(commander: Commander, first: int, epoch: int) -> AsyncIterator[N
     Where its end is not heard, the line sees to that before anything else is said.
     """
     try:
-        commander.answered(UPLOAD, await commander.say(BeginPositionUpload(first=first), epoch))
+        await commander.ask(BeginPositionUpload(first=first), epoch)
         yield
     finally:
         if commander.line.uploading:

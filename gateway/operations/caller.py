@@ -7,7 +7,6 @@ from typing import Any, Concatenate, Final, ParamSpec, TypeVar
 from gateway.access import principal
 from gateway.core.leases import Holder
 from gateway.core.origin import ORIGIN, Claim, Origin
-from gateway.core.parts import Part
 from gateway.core.rights import Right
 from gateway.plant import Plant
 
@@ -60,16 +59,17 @@ def require(plant: Plant, right: Right, *targets: object, leased: bool = True) -
     :raises NotPermitted: the role or the scope does not allow it; nothing was sent.
     :raises LeaseRefused: somebody else has a lease there, or the caller's is over; nothing was sent.
     """
-    addresses = [address_of(str(target)) for target in targets]
-    plant.territory.require(principal.current(), right, *addresses)
+    addresses, who = [address_of(str(target)) for target in targets], principal.current()
+    plant.territory.require(who, right, *addresses)
     if leased and right in LEASED and plant.leases.mode != "off":
+        origin = ORIGIN.get()
         parts = tuple(part for address in addresses for part in plant.territory.parts(address))
-        ORIGIN.set(ORIGIN.get().claiming(plant.leases.admit(claim(*parts))))
+        ORIGIN.set(origin.claiming(plant.leases.admit(Claim(origin.claim.tokens, parts, who.id))))
 
 
-def claim(*parts: Part) -> Claim:
-    """The leases that the caller shows, for these parts."""
-    return Claim(ORIGIN.get().claim.tokens, parts, principal.current().id)
+def claim() -> Claim:
+    """The leases that the caller shows."""
+    return Claim(ORIGIN.get().claim.tokens, (), principal.current().id)
 
 
 def holder() -> Holder:

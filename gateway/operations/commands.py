@@ -4,8 +4,7 @@ from gateway.core.errors import NotAllowed
 from gateway.core.move_record import START_WITHIN_S
 from gateway.core.origin import Origin
 from gateway.core.rights import RIGHT_OF
-from gateway.core.targets import Answer, AnyCommand, Begun, Result
-from gateway.core.waiting import together
+from gateway.core.targets import Answer, AnyCommand, Result
 from gateway.operations.caller import for_caller, require
 from gateway.plant import Plant
 from protocols.table import Effect
@@ -32,10 +31,7 @@ async def do(
     if not command.starts_motion():
         return await addressed.ask(command)
     plant.require_unlatched(addressed.moved)
-    begun = await addressed.start(command, start_within_s)
-    if isinstance(begun, Begun) and wait_s:
-        await together(*(addressed.log.wait(move.id, wait_s) for move in begun.moves))
-    return begun
+    return await addressed.start_and_wait(command, wait_s, start_within_s)
 
 
 async def ask(plant: Plant, caller: Origin, target: str, command: AnyCommand) -> Answer:

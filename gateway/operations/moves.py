@@ -10,7 +10,7 @@ from gateway.core.origin import current
 from gateway.core.rights import Right
 from gateway.core.targets import AnyCommand, Result
 from gateway.operations.caller import for_caller, needs, require
-from gateway.operations.commands import ask, do
+from gateway.operations.commands import ask
 from gateway.plant import Plant
 
 
@@ -25,7 +25,8 @@ async def start(plant: Plant, target: str, request: Any, wait_s: float = 0.0) ->
     command = addressed.command_for(request)
     if request.validate_only:
         return await addressed.plan(command)
-    return await do(plant, current(), target, command, wait_s, request.start_within_s)
+    plant.require_unlatched(addressed.moved)
+    return await addressed.start_and_wait(command, wait_s, request.start_within_s)
 
 
 def newest(plant: Plant, target: str, limit: int) -> list[Any]:

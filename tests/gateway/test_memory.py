@@ -495,7 +495,7 @@ def test_a_move_that_was_being_prepared_knows_what_may_have_been_said(mode: int,
 
 
 async def _begun(plant: TestedPlant, command: FicsCommand[Any], unit: int = 1) -> RobotMove:
-    return await plant.robot_moves.start(plant.robot("r1"), unit, command)
+    return await plant.robot_moves.start(plant.robot("r1"), plant.robot("r1").unit(unit), command)
 
 
 async def _made(plant: TestedPlant, command: FicsCommand[Any]) -> RobotMove:

@@ -48,7 +48,7 @@ async def test_who_wants_some_bodies_sees_no_others() -> None:
 @in_virtual_time
 async def test_robots_are_in_it_with_their_errors_and_moves() -> None:
     async with fics_rig() as it:
-        move = await it.plant.robot_moves.start(it.robot, 1, MoveRelative(coordinates=[None, None, -5.0]))
+        move = await it.start(MoveRelative(coordinates=[None, None, -5.0]))
         found = await taken(it.plant)
         assert [(robot.robot_id, robot.online, robot.error) for robot in found.robots] == [("r1", True, None)]
         assert [it.id for it in found.moves] == [move.id]

@@ -325,7 +325,7 @@ def test_a_robot_goes_on_with_its_move_or_is_stopped_as_the_configuration_says(
         async with fics_rig(mode=mode) as it:
             on_exit(it.plant, what)
             await it.robot.ask(SLOW, 1)
-            move = await it.plant.robot_moves.start(it.robot, 1, UP)
+            move = await it.start(UP)
             waiting = asyncio.create_task(it.plant.robot_moves.wait(move.id, 60.0))
             await it.plant.wind_down()
             assert (await waiting) is move
@@ -346,7 +346,7 @@ def test_a_move_of_a_robot_that_is_not_sent_yet_never_is(mode: int) -> None:
     @in_virtual_time
     async def story() -> None:
         async with fics_rig(mode=mode, baud=19200) as it:
-            starting = asyncio.create_task(it.plant.robot_moves.start(it.robot, 1, UP))
+            starting = asyncio.create_task(it.start(UP))
             await it.cable.written_from("APS")
             await it.plant.wind_down()
             with pytest.raises(ShuttingDown):
@@ -354,8 +354,8 @@ def test_a_move_of_a_robot_that_is_not_sent_yet_never_is(mode: int) -> None:
             assert not it.heard("LMI")
             assert not it.heard("ASS")
             for begin in (
-                it.plant.robot_moves.start(it.robot, 1, UP),
-                it.plant.robot_moves.start(it.robot, 1, RunMacro(macro="PCK")),
+                it.start(UP),
+                it.start(RunMacro(macro="PCK")),
                 it.robot.ask(SLOW, 1),
                 it.robot.upload_positions([(1, [1.0])]),
                 it.robot.asking.reset_errors(),
@@ -393,7 +393,7 @@ def test_an_upload_is_broken_off_and_its_end_is_sent(mode: int) -> None:
 async def test_a_stop_that_a_robot_refuses_does_not_keep_the_gateway_from_ending() -> None:
     async with fics_rig() as it:
         await it.robot.ask(SLOW, 1)
-        await it.plant.robot_moves.start(it.robot, 1, UP)
+        await it.start(UP)
         it.edit(True)
         asking = it.robot.stop("immediate")
         began_at = now()

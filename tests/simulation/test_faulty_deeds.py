@@ -95,7 +95,7 @@ class Deeds:
         dice, rig = self._dice, self._rig
         command = self._motion()
         begun = len(rig.machine.truth.of("motion_start"))
-        started = await rig.plant.robot_moves.start(rig.robot, UNIT, command)
+        started = await rig.start(command, UNIT)
         if dice.random() < OUTAGES:
             await asyncio.sleep(dice.uniform(0.0, 1.0))
             await self._lose_power()

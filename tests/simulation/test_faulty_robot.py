@@ -217,7 +217,7 @@ class Simulation:
             moves = self._rig.plant.robot_moves
             command = MoveRelative(coordinates=[None, None, round(amount, 3)])
             try:
-                started = await moves.start(self._rig.robot, unit, command)
+                started = await self._rig.start(command, unit)
                 errand.move = await moves.wait(started.id, LONGEST_S)
             except GatewayError:
                 errand.move = next(

@@ -14,6 +14,7 @@ from gateway.core.errors import NoReply, NotSent
 from gateway.core.line_state import LineState
 from gateway.core.move_record import MoveStatus
 from gateway.fics.errors import RobotBusy
+from gateway.fics.move_record import RobotMove
 from gateway.fics.robot import Robot
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
@@ -59,8 +60,11 @@ class Cell:
         found = [hub.event(number) for number in range(hub.first, hub.last + 1)]
         return [it.type for it in found if it.type.startswith(prefix)]
 
+    async def start(self, command: HomeRobot | MoveRelative) -> RobotMove:
+        return await self.plant.robot_moves.start(self.robot, self.robot.unit(1), command)
+
     async def move(self, command: HomeRobot | MoveRelative) -> MoveStatus:
-        started = await self.plant.robot_moves.start(self.robot, 1, command)
+        started = await self.start(command)
         return (await self.plant.robot_moves.wait(started.id, 60.0)).status
 
 
@@ -208,7 +212,7 @@ def test_h14_a_stop_that_fics_has_not_taken_is_said_again(
 ) -> None:
     async def story() -> None:
         async with cell(tmp_path) as it:
-            started = await it.plant.robot_moves.start(it.robot, 1, HomeRobot())
+            started = await it.start(HomeRobot())
             await asyncio.sleep(0.5)
             stall_at(b"AES", it.board, monkeypatch)
             it.robot.stop("immediate")
@@ -299,7 +303,7 @@ def test_h17_a_move_is_followed_on_after_the_ram_has_come_back(
 ) -> None:
     async def story() -> None:
         async with cell(tmp_path) as it:
-            started = await it.plant.robot_moves.start(it.robot, 1, HomeRobot())
+            started = await it.start(HomeRobot())
             vanish(it.board)
             await asyncio.sleep(0.5)
             it.board.put_in()

@@ -34,7 +34,7 @@ async def under_way(rig: FicsRig) -> str:
     """Home the robot, then start a move of many seconds."""
     await rig.move(HomeRobot())
     await rig.robot.ask(SLOW, 1)
-    move = await rig.plant.robot_moves.start(rig.robot, 1, LONG_MOVE)
+    move = await rig.start(LONG_MOVE)
     assert move.status is MoveStatus.MOVING
     return move.id
 
@@ -244,7 +244,7 @@ async def test_h07_an_immediate_stop_while_axes_brake_is_confirmed_refused_or_no
         rig.fics.settings = RobotSettings(stop_while_braking=aes)
         await rig.move(HomeRobot())
         await rig.robot.ask(SetSpeedPercent(percents=[20, 20]), 1)
-        move_id = (await rig.plant.robot_moves.start(rig.robot, 1, LONG_MOVE)).id
+        move_id = (await rig.start(LONG_MOVE)).id
         await asyncio.sleep(0.3)
         first = rig.robot.stop("decelerate")
         second = rig.robot.stop("immediate")
@@ -417,7 +417,7 @@ async def _move_on_a_bad_line(mode: int, seed: int) -> None:
 async def test_an_answer_that_stays_away_does_not_keep_a_move_open() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
-        move = await rig.plant.robot_moves.start(rig.robot, 1, MoveRelative(coordinates=[None, None, -5.0]))
+        move = await rig.start(MoveRelative(coordinates=[None, None, -5.0]))
         rig.cable.lost_answer = "LMI"
         move = await rig.plant.robot_moves.wait(move.id, 60)
         assert (move.status, move.completion) == (MoveStatus.SUCCEEDED, "inferred")

@@ -38,7 +38,7 @@ def intended(book: ModelBook) -> list[str]:
 
 
 async def start(rig: FicsRig, command: FicsCommand[Ack], unit: int = 1) -> str:
-    return (await rig.plant.robot_moves.start(rig.robot, unit, command)).id
+    return (await rig.start(command, unit)).id
 
 
 async def first_move(rig: FicsRig, book: ModelBook) -> None:

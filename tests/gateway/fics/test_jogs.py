@@ -5,11 +5,11 @@ import itertools
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
 from gateway.core.errors import ControllerRefused, InvalidRequest, NoReply, NotFound, StoppedFirst
+from gateway.core.events import Data, Event
 from gateway.core.jogs import JogOutOfReach, JogOver
 from gateway.fics.errors import RobotBusy, UnitNotSelected
 from gateway.fics.jogs import JogSession
@@ -396,7 +396,7 @@ async def jogging_that_brakes_slowly(mode: int) -> AsyncIterator[tuple[FicsRig, 
         lies = []
         publish = rig.robot._publish
 
-        def judged(kind: str, subject: str, data: dict[str, Any], correlation: str | None) -> str:
+        def judged(kind: str, subject: str, data: Data, correlation: str | None) -> Event:
             if kind in ("robot.jog.ended", "robot.jog.lost", "robot.jog.stopped") and moves(rig):
                 lies.append(kind)
             return publish(kind, subject, data, correlation)

@@ -15,7 +15,7 @@ UNITS = "/robots/r1/units/1", "/robots/r1/units/2"
 @in_virtual_time
 async def test_only_the_unit_that_the_robot_acts_on_is_watched() -> None:
     async with fics_rig(units=2) as rig:
-        move = await rig.plant.robot_moves.start(rig.robot, 2, HomeRobot())
+        move = await rig.start(HomeRobot(), 2)
         await rig.plant.robot_moves.wait(move.id, 60)
         selected = len(rig.heard("UNT "))
         async with watching(rig.plant.events, types=[POSITION], sample=5) as watcher:

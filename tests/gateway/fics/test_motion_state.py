@@ -100,8 +100,11 @@ def test_a_macro_may_select_another_unit_and_no_other_motion_may() -> None:
     kept = []
     for command in (STEP, JOG, HomeRobot(), RunMacro(macro="PCK")):
         it.begin(command, 1)
-        kept.append(it.keeps_unit)
-    assert kept == [True, True, True, False]
+        kept.append(it.kept)
+    assert kept == [1, 1, 1, None]
+    it.begin(STEP, 1)
+    it.end()
+    assert it.kept is None
 
 
 @in_virtual_time

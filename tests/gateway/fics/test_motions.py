@@ -23,7 +23,7 @@ async def begin(rig: FicsRig, command: FicsCommand[Ack], within_s: float = 5.0) 
     motions = rig.robot.motions
     return await motions.begin(
         command,
-        1,
+        rig.robot.unit(1),
         epoch=rig.robot.line.stop_epoch,
         expires_at=asyncio.get_running_loop().time() + within_s,
         on_written=lambda _: None,

@@ -33,7 +33,7 @@ async def test_a_copy_of_the_answer_before_does_not_end_the_next_move() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
         await rig.robot.ask(SLOWLY, 1)
-        move = await rig.plant.robot_moves.start(rig.robot, 1, DOWN)
+        move = await rig.start(DOWN)
         rig.cable._deliver(b"LMI\r")  # of an earlier one, for all the gateway knows
         move = await rig.plant.robot_moves.wait(move.id, 60)
         assert (move.status, move.position) == (MoveStatus.SUCCEEDED, {"X": 150.0, "Y": 150.0, "Z": -5.0})
@@ -79,7 +79,7 @@ def test_a_move_that_waits_for_its_preparations_expires_in_time_and_leaves_the_f
             rig.cable.lost_answer = unanswered
             asked_at = asyncio.get_running_loop().time()
             with pytest.raises(Expired, match="nothing was sent"):
-                await rig.plant.robot_moves.start(rig.robot, 1, DOWN, start_within_s=0.7)
+                await rig.start(DOWN, start_within_s=0.7)
             assert asyncio.get_running_loop().time() == pytest.approx(asked_at + 0.7)
             rig.cable.lost_answer = ""
             assert (await rig.move(DOWN)).status is MoveStatus.SUCCEEDED
@@ -93,7 +93,7 @@ async def test_a_move_among_many_reads_is_followed_to_its_end() -> None:
     async with fics_rig(settings=LineSettings(reply_delay_s=0.02)) as rig:
         await rig.move(HomeRobot())
         await rig.robot.ask(SLOWLY, 1)
-        move = await rig.plant.robot_moves.start(rig.robot, 1, MoveAbsolute(coordinates=[None, None, 60.0]))
+        move = await rig.start(MoveAbsolute(coordinates=[None, None, 60.0]))
 
         async def read(number: int) -> None:
             while True:
@@ -146,7 +146,7 @@ def test_homing_that_was_lost_on_its_way_is_not_called_done(mode: int) -> None:
 async def test_in_mode_2_homing_that_was_stopped_is_no_loss_of_power() -> None:
     async with fics_rig(mode=2) as rig:
         await rig.move(HomeRobot())
-        move = await rig.plant.robot_moves.start(rig.robot, 1, HomeRobot())
+        move = await rig.start(HomeRobot())
         await asyncio.sleep(0.5)
         assert (await rig.robot.stop("decelerate")).state == "confirmed"
         move = await rig.plant.robot_moves.wait(move.id, 10)
@@ -174,7 +174,7 @@ async def test_a_place_that_cannot_be_read_proves_nothing() -> None:
     async with fics_rig(mode=2) as rig:
         await rig.move(HomeRobot())
         await rig.robot.ask(SLOWLY, 1)
-        move = await rig.plant.robot_moves.start(rig.robot, 1, MoveAbsolute(coordinates=[160.0]))
+        move = await rig.start(MoveAbsolute(coordinates=[160.0]))
         rig.cable.lost_answer = "APS"
         move = await rig.plant.robot_moves.wait(move.id, 60)
         assert (move.status, move.position) == (MoveStatus.UNKNOWN, None)
@@ -183,9 +183,8 @@ async def test_a_place_that_cannot_be_read_proves_nothing() -> None:
 @in_virtual_time
 async def test_a_move_that_could_not_be_written_in_time_is_never_written() -> None:
     async with fics_rig() as rig:
-        moves = rig.plant.robot_moves
         await rig.move(DOWN)
-        starting = asyncio.create_task(moves.start(rig.robot, 1, DOWN, start_within_s=0.5))
+        starting = asyncio.create_task(rig.start(DOWN, start_within_s=0.5))
         await rig.cable.written_from("MOD")
         await rig.cable.written_from("UNT")
         rig.cable.stuck = True
@@ -208,7 +207,7 @@ async def test_who_starts_a_move_need_not_wait_while_the_robot_is_silent() -> No
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
         asked_at = asyncio.get_running_loop().time()
-        starting = asyncio.create_task(rig.plant.robot_moves.start(rig.robot, 1, DOWN))
+        starting = asyncio.create_task(rig.start(DOWN))
         await rig.cable.written_from("LMI")
         rig.cable.lost_command = "ACD"
         rig.cable.lost_answer = "LMI"
@@ -222,7 +221,7 @@ async def test_a_move_that_is_lost_stays_lost() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
         await rig.robot.ask(SLOWLY, 1)
-        move = await rig.plant.robot_moves.start(rig.robot, 1, DOWN)
+        move = await rig.start(DOWN)
         rig.machine.power_off(asyncio.get_running_loop().time())
         move = await rig.plant.robot_moves.wait(move.id, 120)
         assert move.status is MoveStatus.LOST
@@ -281,7 +280,7 @@ def test_a_move_begins_at_once_though_many_ask_for_other_things(command: FicsCom
             clients = [asyncio.create_task(_ask_on(rig.robot, number)) for number in range(QUEUE_LIMIT + 1)]
             await asyncio.sleep(1)
             asked_at = asyncio.get_running_loop().time()
-            move = await rig.plant.robot_moves.start(rig.robot, 1, command)
+            move = await rig.start(command)
             assert asyncio.get_running_loop().time() - asked_at < 1
             assert move.target_position == {"Z": -5.0}
             assert move.longest_s is not None
@@ -306,7 +305,7 @@ async def test_in_mode_2_a_move_whose_error_is_not_told_expires_in_time() -> Non
         rig.cable.lost_answer = "ERR"
         asked_at = asyncio.get_running_loop().time()
         with pytest.raises(Expired):
-            await rig.plant.robot_moves.start(rig.robot, 1, DOWN, start_within_s=0.3)
+            await rig.start(DOWN, start_within_s=0.3)
         assert asyncio.get_running_loop().time() == pytest.approx(asked_at + 0.3)
         assert rig.heard("LMI") == []
 
@@ -317,7 +316,7 @@ async def test_in_mode_2_a_move_whose_error_is_not_told_expires_in_time() -> Non
 @in_virtual_time
 async def test_in_mode_2_a_move_unhomed_that_lost_its_power_is_not_called_done() -> None:
     async with fics_rig(mode=2) as rig:
-        move = await rig.plant.robot_moves.start(rig.robot, 1, FAR_DOWN)
+        move = await rig.start(FAR_DOWN)
         await asyncio.sleep(0.5)
         rig.power_cycle()
         move = await rig.plant.robot_moves.wait(move.id, 60)
@@ -341,7 +340,7 @@ def test_in_mode_2_a_refusal_that_somebody_has_read_or_left_since_proves_nothing
     @in_virtual_time
     async def story() -> None:
         async with fics_rig(mode=2) as rig:
-            move = await rig.plant.robot_moves.start(rig.robot, 1, FAR_DOWN)
+            move = await rig.start(FAR_DOWN)
             await asyncio.sleep(0.3)
             if said == "VAR V01=1":
                 await rig.robot.ask(SetVariable(number=1, value=1.0))
@@ -379,7 +378,7 @@ def test_a_copy_of_an_earlier_answer_ends_nothing_that_never_ran(command: FicsCo
 @in_virtual_time
 async def test_an_answer_to_a_move_unhomed_that_lost_its_power_does_not_call_it_done() -> None:
     async with fics_rig() as rig:
-        move = await rig.plant.robot_moves.start(rig.robot, 1, FAR_DOWN)
+        move = await rig.start(FAR_DOWN)
         await asyncio.sleep(0.5)
         rig.power_cycle()
         rig.cable._deliver(b"LMI\r")  # a copy of an earlier one
@@ -397,7 +396,7 @@ def test_homing_is_done_where_places_are_known_then(mode: int) -> None:
             rig.power_cycle()
             await asyncio.sleep(6)
             rig.robot.power.acknowledge()
-            move = await rig.plant.robot_moves.start(rig.robot, 1, HomeRobot())
+            move = await rig.start(HomeRobot())
             await asyncio.sleep(0.5)
             rig.power_cycle()
             move = await rig.plant.robot_moves.wait(move.id, 60)
@@ -433,7 +432,7 @@ async def test_a_port_that_is_gone_for_longer_than_a_silence_loses_no_move() -> 
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
         await rig.robot.ask(SetSpeedPercent(percents=[1.0, 1.0, 1.0]), 1)
-        move = await rig.plant.robot_moves.start(rig.robot, 1, MoveRelative(coordinates=[None, None, 20.0]))
+        move = await rig.start(MoveRelative(coordinates=[None, None, 20.0]))
         await asyncio.sleep(0.5)
         rig.cable.unplug()
         await asyncio.sleep(2 * LOST_AFTER_S)
@@ -447,7 +446,7 @@ async def test_a_port_that_is_gone_for_longer_than_a_silence_loses_no_move() -> 
 async def test_a_port_that_stays_away_leaves_the_end_of_a_move_unknown() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
-        move = await rig.plant.robot_moves.start(rig.robot, 1, MoveRelative(coordinates=[None, None, 20.0]))
+        move = await rig.start(MoveRelative(coordinates=[None, None, 20.0]))
         rig.cable.unplug()
         await rig.plant.robot_moves.wait(move.id, 2 * OUT_OF_REACH_S)
         assert move.status is MoveStatus.UNKNOWN
@@ -459,7 +458,7 @@ async def test_a_port_that_stays_away_leaves_the_end_of_a_move_unknown() -> None
 async def test_a_robot_that_falls_silent_loses_its_move_within_half_a_minute() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
-        move = await rig.plant.robot_moves.start(rig.robot, 1, MoveRelative(coordinates=[None, None, 20.0]))
+        move = await rig.start(MoveRelative(coordinates=[None, None, 20.0]))
         began_at = asyncio.get_running_loop().time()
         rig.lose_replies(100_000)
         await rig.plant.robot_moves.wait(move.id, 2 * OUT_OF_REACH_S)

@@ -26,7 +26,7 @@ SLOW = SetSpeedPercent(percents=[1, 1, 1])
 async def test_a_move_is_given_as_soon_as_it_is_not_refused_and_followed_to_its_end() -> None:
     async with fics_rig() as rig:
         moves = rig.plant.robot_moves
-        started = await moves.start(rig.robot, 1, UP)
+        started = await rig.start(UP)
         assert (started.status, started.kind, started.command) == (MoveStatus.MOVING, "relative", "LMI")
         assert (started.body_id, started.frame) == ("r1/units/1", "LMI ,,-5\\r")
         assert rig.robot.unit(1).move is started
@@ -63,9 +63,9 @@ def test_while_a_robot_moves_no_unit_of_it_starts_another(unit: int) -> None:
         async with fics_rig(units=2) as rig:
             moves = rig.plant.robot_moves
             await rig.robot.ask(SLOW, 1)
-            first = await moves.start(rig.robot, 1, UP)
+            first = await rig.start(UP)
             with pytest.raises(RobotBusy):
-                await moves.start(rig.robot, unit, UP)
+                await rig.start(UP, unit)
             assert moves.of(rig.robot.unit(1)) == [first]
             assert moves.of(rig.robot.unit(2)) == []
             await moves.wait(first.id, 600)
@@ -79,7 +79,7 @@ def test_while_a_robot_moves_no_unit_of_it_starts_another(unit: int) -> None:
 async def test_of_two_moves_asked_for_at_once_one_is_sent() -> None:
     async with fics_rig() as rig:
         moves = rig.plant.robot_moves
-        starts = [moves.start(rig.robot, 1, UP) for _ in range(2)]
+        starts = [rig.start(UP) for _ in range(2)]
         outcomes = await asyncio.gather(*starts, return_exceptions=True)
         assert sorted(type(outcome).__name__ for outcome in outcomes) == ["RobotBusy", "RobotMove"]
         assert len(moves.of(rig.robot.unit(1))) == len(rig.heard("LMI")) == 1
@@ -104,7 +104,7 @@ def test_a_relative_move_of_an_axis_that_is_not_homed_says_so_and_what_to_do(mod
     async def story() -> None:
         async with fics_rig(mode=mode) as rig:
             with suppress(RefusedUnhomed):
-                await rig.plant.robot_moves.start(rig.robot, 1, MoveRelative(coordinates=[1.0]))
+                await rig.start(MoveRelative(coordinates=[1.0]))
             [move] = rig.plant.robot_moves.of(rig.robot.unit(1))
             await rig.plant.robot_moves.wait(move.id, 60)
             assert move.status is MoveStatus.REJECTED
@@ -122,7 +122,7 @@ def test_a_relative_move_of_an_axis_that_is_not_homed_says_so_and_what_to_do(mod
 @in_virtual_time
 async def test_who_gives_up_waiting_for_the_start_leaves_the_move_followed() -> None:
     async with fics_rig(baud=9600) as rig:
-        start = asyncio.create_task(rig.plant.robot_moves.start(rig.robot, 1, UP))
+        start = asyncio.create_task(rig.start(UP))
         await asyncio.sleep(0.001)
         start.cancel()
         await asyncio.sleep(30)
@@ -159,7 +159,7 @@ def test_what_a_unit_cannot_do_is_refused_before_anything_is_sent(
         async with fics_rig() as rig:
             sent = len(rig.cable.written)
             with pytest.raises(InvalidRequest, match=complaint):
-                await rig.plant.robot_moves.start(rig.robot, 1, command)
+                await rig.start(command)
             assert rig.cable.frames(sent) == []
             assert rig.plant.robot_moves.of(rig.robot.unit(1)) == []
             assert rig.robot.motion.idle.is_set()
@@ -170,7 +170,7 @@ def test_what_a_unit_cannot_do_is_refused_before_anything_is_sent(
 @in_virtual_time
 async def test_a_move_that_a_stop_came_before_is_remembered_as_cancelled() -> None:
     async with fics_rig(baud=9600) as rig:
-        start = asyncio.create_task(rig.plant.robot_moves.start(rig.robot, 1, UP))
+        start = asyncio.create_task(rig.start(UP))
         await asyncio.sleep(0.001)
         await rig.robot.stop("immediate")
         with pytest.raises(StoppedFirst):
@@ -184,7 +184,7 @@ async def test_a_move_that_a_stop_came_before_is_remembered_as_cancelled() -> No
 async def test_at_the_end_of_the_gateway_a_robot_goes_on_with_its_move() -> None:
     async with fics_rig() as rig:
         await rig.robot.ask(SLOW, 1)
-        move = await rig.plant.robot_moves.start(rig.robot, 1, UP)
+        move = await rig.start(UP)
         await rig.plant.robot_moves.close()
         assert move.status is MoveStatus.MOVING
         assert rig.fics.job is not None

@@ -69,13 +69,11 @@ def test_whatever_the_bits_of_acd_and_asd_mean_moves_end_and_stops_are_confirmed
             jog = await rig.robot.jogs.start(1, "Z", "+")
             assert (await rig.robot.jogs.end(jog.id)).state == "ended"
             assert rig.types("robot.jog.not_stopped") == []
-            down = await rig.plant.robot_moves.start(
-                rig.robot, 1, MoveAbsolute(coordinates=[None, None, -5.0])
-            )
+            down = await rig.start(MoveAbsolute(coordinates=[None, None, -5.0]))
             await asyncio.sleep(0.05)
             assert (await rig.robot.stop("decelerate")).state == "confirmed"
             assert (await rig.plant.robot_moves.wait(down.id, 60)).status is MoveStatus.STOPPED
-            homing = await rig.plant.robot_moves.start(rig.robot, 1, HomeRobot())
+            homing = await rig.start(HomeRobot())
             await asyncio.sleep(0.05)
             assert (await rig.robot.stop("immediate")).state == "confirmed"
             assert (await rig.plant.robot_moves.wait(homing.id, 60)).status is MoveStatus.STOPPED
@@ -97,7 +95,7 @@ def test_axes_that_brake_in_an_emergency_stop_are_not_called_still(order: tuple[
         ) as rig:
             await rig.move(HomeRobot())
             await rig.robot.ask(SetDecelerationTimes(times_ms=[None, None, 4000]), 1)
-            await rig.plant.robot_moves.start(rig.robot, 1, MoveAbsolute(coordinates=[None, None, -90.0]))
+            await rig.start(MoveAbsolute(coordinates=[None, None, -90.0]))
             await asyncio.sleep(0.5)
             stopped_at = asyncio.get_running_loop().time()
             stop = rig.robot.stop("immediate")
@@ -119,7 +117,7 @@ def test_an_immediate_stop_that_is_refused_while_the_robot_brakes_is_told_as_ref
         async with fics_rig(
             mode=mode, prepare=lambda machine: setattr(machine.robot, "settings", settings)
         ) as rig:
-            await rig.plant.robot_moves.start(rig.robot, 1, MoveRelative(coordinates=[None, None, -50.0]))
+            await rig.start(MoveRelative(coordinates=[None, None, -50.0]))
             await asyncio.sleep(0.3)
             decelerate = rig.robot.stop("decelerate")
             await asyncio.sleep(0.01)

@@ -147,7 +147,7 @@ def test_while_the_robot_moves_or_is_away_the_frame_is_still_exact() -> None:
     async def story() -> None:
         async with fics_rig(units=2) as rig:
             await rig.move(HomeRobot(), CARTESIAN)
-            await rig.plant.robot_moves.start(rig.robot, CARTESIAN, HomeRobot())
+            await rig.start(HomeRobot(), CARTESIAN)
             busy = await plan(rig, MoveAbsolute(coordinates=[5]))
             assert (busy.frame, busy.duration_s) == ("LMA 5\\r", None)
             assert busy.note

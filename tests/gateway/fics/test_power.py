@@ -202,7 +202,7 @@ def test_in_mode_2_homing_takes_origins_away_unasked(stopped: bool) -> None:
     async def story() -> None:
         async with fics_rig(mode=2) as rig:
             await rig.move(HomeRobot())
-            again = await rig.plant.robot_moves.start(rig.robot, 1, HomeRobot())
+            again = await rig.start(HomeRobot())
             if stopped:
                 assert (await rig.robot.stop("immediate")).state == "confirmed"
                 await rig.robot.asking.reset_errors()

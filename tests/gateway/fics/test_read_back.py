@@ -11,6 +11,7 @@ from protocols.fics.alarms import ResetErrors
 from protocols.fics.commands import ROWS, Row, of_the_robot, read
 from protocols.fics.inputs_outputs import ChannelBits, SwitchOutput
 from protocols.fics.jog import StopJog
+from protocols.fics.moves import MoveRelative
 from protocols.fics.positions import (
     BeginPositionUpload,
     ClearPositions,
@@ -29,6 +30,7 @@ from simulator.fics.alarms import system_error
 from tests.fics_plants import FicsRig, fics_rig
 from tests.plants import in_virtual_time
 
+DOWN = MoveRelative(coordinates=[None, None, -10.0])
 HALF = SetSpeedPercent(percents=[50.0, None, 50.0])
 DEEDS = [row for row in ROWS if not row.is_query() and not row.starts_motion()]
 PROVED_OTHERWISE = {
@@ -104,7 +106,7 @@ async def test_what_was_not_done_is_not_remembered_as_if_it_were() -> None:
         with pytest.raises(NotDone):
             await rig.robot.ask(HALF, 1)
         proof = rig.robot.line.begin_proof()
-        await rig.robot.power.verify(rig.robot.unit(1), "user", proof)  # finds no loss of power in it
+        await rig.robot.power.see_kept(DOWN, rig.robot.unit(1), proof)  # finds no loss of power in it
         assert not rig.robot.power_cycled
 
 

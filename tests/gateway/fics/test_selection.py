@@ -51,7 +51,7 @@ async def test_a_refusal_leaves_the_unit_as_it_was() -> None:
 @in_virtual_time
 async def test_in_motion_no_other_unit_is_asked_for() -> None:
     async with fics_rig(units=2) as rig:
-        await rig.plant.robot_moves.start(rig.robot, 1, HomeRobot())
+        await rig.start(HomeRobot())
         sent = len(rig.cable.written)
         with pytest.raises(RobotBusy):
             await rig.robot.unit(2).position()
@@ -91,7 +91,7 @@ def test_in_mode_2_a_refusal_of_the_terminal_is_told_though_the_question_is_not_
             await rig.robot.unit(1).position()
             rig.touch(lambda fics, _: setattr(fics, state, value))
             with pytest.raises(ControllerRefused, match="which goes before LMI") as refused:
-                await rig.plant.robot_moves.start(rig.robot, 1, DOWN, start_within_s=20.0)
+                await rig.start(DOWN, start_within_s=20.0)
             assert refused.value.error_code == error
             assert rig.heard("LMI") == []
 
@@ -144,7 +144,7 @@ def test_an_answer_about_units_that_nobody_asked_for_ends_the_trust_in_the_unit(
 @in_virtual_time
 async def test_in_motion_a_stray_answer_about_units_keeps_nobody_from_following_it() -> None:
     async with fics_rig(units=2) as rig:
-        move = await rig.plant.robot_moves.start(rig.robot, 2, HomeRobot())
+        move = await rig.start(HomeRobot(), 2)
         rig.cable.say("UNT 1,1")
         assert (await rig.plant.robot_moves.wait(move.id, 600.0)).status == "succeeded"
 
@@ -185,7 +185,7 @@ def test_a_stop_is_confirmed_by_the_units_that_are_there(mode: int) -> None:
     async def story() -> None:
         async with fics_rig(units=2, there=1, mode=mode) as rig:
             await rig.robot.unit(1).position()
-            started = await rig.plant.robot_moves.start(rig.robot, 1, HomeRobot())
+            started = await rig.start(HomeRobot())
             report = await rig.robot.stop("decelerate")
             assert (report.state, report.detail, report.units_unknown) == ("confirmed", None, [])
             assert (await rig.plant.robot_moves.wait(started.id, 60.0)).status == "stopped"

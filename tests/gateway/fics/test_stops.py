@@ -21,7 +21,7 @@ async def under_way(rig: FicsRig) -> str:
     """Home the robot, then start a move of many seconds with unit 1."""
     await rig.move(HomeRobot())
     await rig.robot.ask(SLOW, 1)
-    return (await rig.plant.robot_moves.start(rig.robot, 1, LONG)).id
+    return (await rig.start(LONG)).id
 
 
 @in_virtual_time
@@ -66,7 +66,7 @@ async def test_of_a_unit_that_was_sent_on_its_way_nobody_says_that_it_stood_stil
     async with fics_rig(units=2) as rig:
         await rig.robot.unit(1).status()
         await rig.robot.unit(2).status()
-        await rig.plant.robot_moves.start(rig.robot, 1, MoveRelative(coordinates=[None, None, -50.0]))
+        await rig.start(MoveRelative(coordinates=[None, None, -50.0]))
         assert [unit.stood_still for unit in rig.robot.units] == [False, True]
 
 
@@ -76,7 +76,7 @@ async def test_a_refused_stop_is_never_given_up_and_no_move_begins_before_it_has
         await rig.move(HomeRobot())
         await rig.robot.ask(SetMaximumSpeeds(speeds=[None, None, 0.5]), 1)
         down = MoveRelative(coordinates=[None, None, -90.0])
-        move_id = (await rig.plant.robot_moves.start(rig.robot, 1, down)).id
+        move_id = (await rig.start(down)).id
         rig.edit(True)
         report = await rig.robot.stop("immediate")
         await asyncio.sleep(2 * HURRY_S)
@@ -215,7 +215,7 @@ def test_in_mode_2_what_a_fence_has_left_refuses_no_stop(kind: StopMode) -> None
         async with fics_rig(mode=2) as rig:
             await rig.move(HomeRobot())
             await rig.robot.ask(SetSpeedPercent(percents=[0.5] * 3), 1)
-            await rig.plant.robot_moves.start(rig.robot, 1, MoveAbsolute(coordinates=[200.0, 60.0]))
+            await rig.start(MoveAbsolute(coordinates=[200.0, 60.0]))
             sent = len(rig.cable.written)
             rig.lose_replies()
             await asyncio.sleep(2)

@@ -31,7 +31,9 @@ def test_h11_a_move_needs_the_axes_whose_places_it_starts_from(command: FicsComm
     @in_virtual_time
     async def story() -> None:
         async with fics_rig() as rig:
-            assert axes_it_needs(rig.robot.unit(1), command) == list(axes)
+            unit = rig.robot.unit(1)
+            start = dict.fromkeys(unit.names(unit.coordinates_of(command)), 0.0)
+            assert axes_it_needs(unit, command, target_of(unit, command, start)) == list(axes)
 
     story()
 

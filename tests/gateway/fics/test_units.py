@@ -16,13 +16,11 @@ async def reasons(rig: FicsRig, unit: int = 1) -> dict[str, str]:
 async def test_h11_positions_that_are_not_told_have_a_reason() -> None:
     async with fics_rig(units=2) as rig:
         assert await reasons(rig) == dict.fromkeys("XYZ", "not_homed")
-        homing = await rig.plant.robot_moves.start(rig.robot, 1, HomeRobot())
+        homing = await rig.start(HomeRobot())
         assert await reasons(rig) == dict.fromkeys("XYZ", "homing")
         await rig.plant.robot_moves.wait(homing.id, 60)
         assert await reasons(rig) == {}
-        macro = await rig.plant.robot_moves.start(
-            rig.robot, 1, RunMacro(macro="PCK", arguments=[150.0, 140.0, -5.0])
-        )
+        macro = await rig.start(RunMacro(macro="PCK", arguments=[150.0, 140.0, -5.0]))
         assert await reasons(rig) == dict.fromkeys("XYZ", "macro")
         await rig.plant.robot_moves.wait(macro.id, 60)
         rig.touch(lambda fics, _: setattr(fics, "terminal", MotionMode.MACRO))

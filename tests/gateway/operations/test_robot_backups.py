@@ -129,7 +129,7 @@ async def test_no_robot_is_restored_while_it_moves_and_none_has_flash_memory() -
         await it.move(HomeRobot())
         with pytest.raises(InvalidRequest, match="no command that writes flash memory"):
             await backups.start(it.plant, ME, await wanted(it, SMALL), True, False, 0.0)
-        await it.plant.robot_moves.start(it.robot, 1, MoveRelative(coordinates=[20.0]))
+        await it.start(MoveRelative(coordinates=[20.0]))
         await asyncio.sleep(0.1)
         with pytest.raises(BodyBusy):
             await restored(it, SMALL)

@@ -214,7 +214,7 @@ def test_a_move_of_a_robot_that_is_not_sent_yet_never_is(mode: int) -> None:
     async def story() -> None:
         async with fics_rig(mode=mode, baud=19200) as it:
             lid = Lid(it.plant)
-            starting = asyncio.create_task(it.plant.robot_moves.start(it.robot, 1, UP))
+            starting = asyncio.create_task(it.start(UP))
             await it.cable.written_from("APS")
             lid.close_for()
             with pytest.raises(HeldUp):
@@ -236,7 +236,7 @@ def test_a_request_to_a_robot_that_was_read_after_it_is_refused(mode: int) -> No
             lid = Lid(it.plant)
             lid.close_for()
             for begin in (
-                it.plant.robot_moves.start(it.robot, 1, UP),
+                it.start(UP),
                 it.robot.jogs.start(1, "Z", "-"),
                 it.robot.ask(SLOW, 1),
                 it.robot.upload_positions([(1, [1.0])]),
@@ -257,7 +257,7 @@ def test_a_move_of_a_robot_that_runs_is_followed_and_not_taken_for_stopped(mode:
             lid = Lid(it.plant)
             await it.move(HomeRobot())
             await it.robot.ask(SLOW, 1)
-            move = await it.plant.robot_moves.start(it.robot, 1, UP)
+            move = await it.start(UP)
             lid.close_for()
             assert (await it.plant.robot_moves.wait(move.id, 600.0)).status is MoveStatus.SUCCEEDED
 
@@ -303,6 +303,6 @@ async def test_after_a_suspension_a_robots_line_is_fenced_first() -> None:
         sent = len(it.cable.written)
         lid.close_for()
         with pytest.raises(GatewayError):
-            await it.plant.robot_moves.start(it.robot, 1, UP)
+            await it.start(UP)
         await asyncio.sleep(0.2)
         assert it.cable.frames(sent)[0].startswith("VAR V")
