@@ -40,6 +40,8 @@ async def _look(robot: Robot) -> None:
     if robot.motion.command is not None:
         return
     robot.motion.note_foreign(moves=moves)
+    if moves:
+        robot.line.note_forbidden(IN_MOTION)
     with suppress(ControllerRefused):  # the terminal is at work; before the next motion it is done
         await robot.motions.restore_speeds()
         await robot.asking.see_units()
