@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, Final, NamedTuple, TypeVar
 
 from gateway.core.errors import ControllerRefused, Expired, GatewayError, InvalidRequest, Outdated
 from gateway.core.lanes import Lane
@@ -25,11 +25,12 @@ from protocols.fics.link import Failure
 from protocols.fics.positions import DownloadPositions
 from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand, WhenAnswered
 from protocols.fics.system import HostMode, SelectUnit
-from protocols.table import Effect, Reply
+from protocols.table import Effect
 
 TURN_WITHIN_S = 5.0
 """A read or a command waits this time for the robot, and then for the line; a move says how long."""
 
+NOTHING_TOLD: Final = Answered()
 T = TypeVar("T")
 Question = tuple[int | None, str]
 """A unit, or none, and the text of a query."""
@@ -41,11 +42,13 @@ class Told(NamedTuple):
     replies: tuple[Any, ...]
     """None after an action, several after a download."""
     at: float
+    texts: tuple[str, ...] = ()
+    """What followed the name in each answer, as it came; none where Ver.2 has answered nothing."""
 
 
-def told_now(*replies: Reply) -> Told:
-    """What was told just now."""
-    return Told(replies, asyncio.get_running_loop().time())
+def told_now(answered: Answered = NOTHING_TOLD) -> Told:
+    """What was answered just now."""
+    return Told(answered.replies, asyncio.get_running_loop().time(), answered.texts)
 
 
 def deadline_of(lane: Lane) -> float | None:
@@ -97,8 +100,9 @@ class Asking:
         """
         number = self._admit(command, unit)
         if command.answered is not WhenAnswered.ALWAYS:
-            await self._do(command, number, read=self.line.mode == HostMode.VER_2)
-            return told_now()
+            silent = self.line.mode == HostMode.VER_2
+            answered = await self._do(command, number, read=silent)
+            return told_now() if silent else told_now(answered)
         expires_at = deadline_of(lane)
         if lane is not Lane.READ:
             return await self._put(command, number, lane, expires_at)
@@ -144,7 +148,7 @@ class Asking:
             raise Outdated
         self.said += 1
 
-    async def reset_errors(self) -> None:
+    async def reset_errors(self) -> Told:
         """Reset the errors of the system, and see whether one still stands (DRT, C-HOST manual 2-14).
 
         :raises ErrorRemains: its cause is still there.
@@ -152,7 +156,7 @@ class Asking:
         :raises GatewayError: it was not done.
         """
         try:
-            await self.ask(ResetErrors())
+            told = await self.ask(ResetErrors())
         except RobotFailed as failed:
             raise self._remains(failed.error) from None
         try:
@@ -161,6 +165,7 @@ class Asking:
             raise NotReadBack(f"The errors of {self._commander.robot_id} were reset", unread) from unread
         if lookup(error).kind is ErrorKind.FICS:
             raise self._remains(error)
+        return told
 
     def _remains(self, error: str) -> ErrorRemains:
         return ErrorRemains(self._commander.robot_id, ResetErrors.code, error, self._errors.details_of(error))
@@ -290,7 +295,7 @@ class Asking:
             if number is not None and isinstance(outcome, Answered):
                 for reply in outcome.replies:
                     self._edges.read(number, reply)
-        return told_now(*self._commander.answered(query, outcome).replies)
+        return told_now(self._commander.answered(query, outcome))
 
     async def _select(self, number: int, *, afresh: bool) -> None:
         """Make sure of the unit whose values are told: no answer tells it, and a loss of power changes it.

@@ -5,7 +5,7 @@ The figures that name them are lost (C-HOST manual 2-10, 2-11), so their order i
 
 import logging
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 from gateway.fics.exchange import Answered, Outcome
@@ -49,7 +49,7 @@ class Bits:
         if not isinstance(outcome, Answered):
             return outcome
         if (self.status, self.sensors) != (STATUS_BITS, SENSOR_BITS):
-            outcome = Answered(tuple(map(self._named, outcome.replies)), outcome.confirmed)
+            outcome = replace(outcome, replies=tuple(map(self._named, outcome.replies)))
         for reply in outcome.replies:
             if isinstance(reply, AxisStatuses):
                 self._learn(reply.axes)

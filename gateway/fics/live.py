@@ -76,11 +76,11 @@ class ChannelSource(Source):
     async def read(self, _: Sequence[Source]) -> list[Source]:
         """Ask, put what was told, and tell what has changed; outputs are for those who watch."""
         asking = self.robot.asking
-        (inputs,), at = await asking.ask(GetInputChannel(channel=CHANNEL), lane=Lane.BACKGROUND)
+        (inputs,), at, _ = await asking.ask(GetInputChannel(channel=CHANNEL), lane=Lane.BACKGROUND)
         self._tell_edges(inputs.bits)
         if not self.live.rate(self.type, self.subject):
             return [self]
-        (outputs,), _at = await asking.ask(GetOutputChannel(channel=CHANNEL), lane=Lane.BACKGROUND)
+        (outputs,), _at, _ = await asking.ask(GetOutputChannel(channel=CHANNEL), lane=Lane.BACKGROUND)
         told = Signals(inputs=_signals(inputs.bits), outputs=_signals(outputs.bits))
         self.live.put(self.type, self.subject, told, at)
         return [self]

@@ -200,7 +200,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         return fence
 
     def _may_forbid_variables(self) -> bool:
-        """Whether in Ver.2 a question for a variable may be refused, as the one in doubt was: without a word."""
+        """Whether in Ver.2 a question for a variable may be refused, as the one in doubt may have been."""
         doubted = frozenset[Block]() if self._suspect is None else self._suspect.command.blocked
         forbidden = Block.TERMINAL_RUNS in doubted | self._forbidding or self._fence.tries > 0
         return forbidden and self.mode == HostMode.VER_2

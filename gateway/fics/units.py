@@ -78,7 +78,7 @@ class RobotUnit(UnitAxes):
         self, coordinates: Coordinates = "user", lane: Lane = Lane.READ
     ) -> tuple[dict[str, float | None], float]:
         """Read the position as `position` does, and tell when the answer came, on the event loop's clock."""
-        (reply,), at = await self._asking.ask(POSITIONS[coordinates], self.number, lane)
+        (reply,), at, _ = await self._asking.ask(POSITIONS[coordinates], self.number, lane)
         values = reply.coordinates
         names = self.names(coordinates)
         if len(values) == 1 and values[0] is None:
@@ -97,7 +97,7 @@ class RobotUnit(UnitAxes):
 
     async def status_at(self, lane: Lane = Lane.READ) -> tuple[dict[str, AxisStatus], float]:
         """Read the status as `status` does, and tell when the answer came, on the event loop's clock."""
-        (reply,), at = await self._asking.ask(STATUS, self.number, lane)
+        (reply,), at, _ = await self._asking.ask(STATUS, self.number, lane)
         self._motion.note_rest(self.number, still=at_rest(reply.axes))
         return self.by_axis(self.motor_axes, reply.axes), at
 
