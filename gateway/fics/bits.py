@@ -72,13 +72,16 @@ class Bits:
             if axis.motion_mode != MotionMode.STOPPED
         }
 
-    def may_brake(self, axes: Iterable[AxisStatus]) -> bool:
-        """Whether an axis may still be on its way in an emergency stop (C-HOST manual 2-10).
+    def may_move(self, axis: AxisStatus) -> bool:
+        """Whether an axis may be on its way, where only the bit `moving` tells (C-HOST manual 2-10).
 
-        The bit `moving` says otherwise only of a robot that has shown it in motion, and never at rest.
+        It says otherwise only of a robot that has shown it in motion, and never at rest.
         """
-        told = self._motion_shown - {(True, False)} == TELLS_MOTION
-        return any(axis.motion_mode == MotionMode.STOPPED and (axis.moving or not told) for axis in axes)
+        return axis.moving or self._motion_shown - {(True, False)} != TELLS_MOTION
+
+    def may_brake(self, axes: Iterable[AxisStatus]) -> bool:
+        """Whether an axis may still be on its way in an emergency stop (C-HOST manual 2-10)."""
+        return any(axis.motion_mode == MotionMode.STOPPED and self.may_move(axis) for axis in axes)
 
     def compare_again(self) -> None:
         """The robot was set up, or will be homed."""

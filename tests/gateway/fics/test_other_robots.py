@@ -7,6 +7,7 @@ import pytest
 
 from gateway.core.errors import NotSent
 from gateway.core.move_record import MoveStatus
+from gateway.fics.errors import PositionUnknown
 from protocols.fics.alarms import ResetErrors
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute, MoveRelative
@@ -149,5 +150,35 @@ def test_an_immediate_stop_whose_repetition_is_refused_is_told_as_refused_too(mo
             await asyncio.gather(decelerate, rig.robot.stop("immediate"))
             (refused,) = rig.events("robot.stop.refused")
             assert (refused.data["state"], refused.data["error"]) == ("refused", "E04")
+
+    story()
+
+
+@in_virtual_time
+async def test_who_is_told_of_no_place_is_told_to_home_whatever_the_bit_for_homed_means() -> None:
+    settings = RobotSettings(status_bits=("servo_ready", "origin_done", "moving", "alarm"))
+    async with fics_rig(prepare=lambda machine: setattr(machine.robot, "settings", settings)) as rig:
+        with pytest.raises(PositionUnknown) as refused:
+            await rig.move(MoveAbsolute(coordinates=[None, None, 5.0]))
+        assert refused.value.remedy.startswith("Home the robot if it was not homed")
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+@pytest.mark.parametrize("order", list(permutations(STATUS_BITS)), ids=" ".join)
+def test_an_unhomed_axis_that_brakes_beside_another_jog_is_not_called_still(
+    order: tuple[str, ...], mode: int
+) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        settings = RobotSettings(status_bits=order)
+        async with fics_rig(
+            units=2, mode=mode, prepare=lambda machine: setattr(machine.robot, "settings", settings)
+        ) as rig:
+            await rig.robot.ask(SetDecelerationTimes(times_ms=[4000]), 2)
+            braking = await rig.robot.jogs.start(2, "X", "+")
+            await rig.robot.jogs.start(2, "Y", "+")
+            await asyncio.sleep(0.3)
+            ended = await rig.robot.jogs.end(braking.id)
+            assert ended.state == "stopping" or not rig.fics.units[2].moves(0)
 
     story()
