@@ -17,7 +17,7 @@ from gateway.fics.power import Power
 from gateway.fics.read_back import read_back
 from gateway.fics.selection import Selection
 from gateway.fics.system_errors import SystemErrors
-from protocols.fics.alarms import ResetErrors
+from protocols.fics.alarms import DetailKind, ResetErrors
 from protocols.fics.axis_settings import AxisSetting
 from protocols.fics.commands import of_the_robot
 from protocols.fics.errors import ErrorKind, lookup
@@ -175,6 +175,13 @@ class Asking:
         async with self.line.sequence_lock.held(Lane.READ, deadline_of(Lane.READ)):
             if self._motion.moving is False:
                 await self._selection.see_all()
+
+    def is_silent(self, unit: int, motor: str) -> bool:
+        """Whether the error that stands is that of a driver which does not answer (C-HOST manual 2-13)."""
+        error = self._errors.latched
+        if error is None or error.kind is not DetailKind.CONNECTION:
+            return False
+        return error.axis == motor and error.unit in (None, unit)
 
     def note_change(self) -> None:
         """Settings may be others now."""

@@ -15,10 +15,6 @@ TOLERANCE = 2 * DISPLAYED
 NOISE_DIGITS = 6
 """Decimals behind these are those of binary numbers, not of places."""
 
-LOOK = "Read the status of the unit and the errors of the robot."
-HOME_FIRST_IF_DUE = f"Home the robot if it was not homed since it was switched on. {LOOK}"
-"""That it was homed only the second digit of ACD says, whose bits may mean something else (2-10)."""
-
 _WHY: dict[UnknownReason, str] = {
     "not_homed": "it is not homed",
     "homing": "the robot is homing",
@@ -74,7 +70,7 @@ async def require_places(unit: RobotUnit, places: Places, code: str) -> None:
     )
     if reason == "not_homed":
         raise NotHomed(detail, HOME_FIRST)
-    raise PositionUnknown(detail, HOME_FIRST_IF_DUE if reason == "not_known" else LOOK)
+    raise PositionUnknown(detail, "Read the status of the unit and the errors of the robot.")
 
 
 def target_of(

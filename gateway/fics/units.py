@@ -1,6 +1,6 @@
 """A unit of a robot: where its axes stand, how they are, and what it is asked and told."""
 
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable
 from typing import Any, Literal, TypeVar
 
 from gateway.core.errors import GatewayError
@@ -133,11 +133,12 @@ class RobotUnit(UnitAxes):
         if MotionMode.MACRO in modes:
             ours = isinstance(self._motion.command, RunMacro)
             return dict.fromkeys(missing, "macro" if ours else "automatic")
-        return {axis: _why([(motors[it], at[it]) for it in self.motors_behind(axis)]) for axis in missing}
+        return {axis: self._why(axis, at) for axis in missing}
 
-
-def _why(motors: Sequence[tuple[AxisStatus, float | None]]) -> UnknownReason:
-    """Why an axis has no place: its motors have theirs only if they are homed (C-HOST manual 2-9, 4-4)."""
-    if all(place is not None for _, place in motors):
-        return "no_conversion"
-    return "not_known" if all(status.origin_done for status, _ in motors) else "not_homed"
+    def _why(self, axis: str, at: Places) -> UnknownReason:
+        """Why an axis has no place: its motors have theirs if they are homed and answer (2-9, 4-4)."""
+        unknown = [motor for motor in self.motors_behind(axis) if at[motor] is None]
+        if not unknown:
+            return "no_conversion"
+        silent = all(self._asking.is_silent(self.number, motor) for motor in unknown)
+        return "not_known" if silent else "not_homed"

@@ -7,7 +7,6 @@ import pytest
 
 from gateway.core.errors import NotSent
 from gateway.core.move_record import MoveStatus
-from gateway.fics.errors import PositionUnknown
 from protocols.fics.alarms import ResetErrors
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute, MoveRelative
@@ -152,15 +151,6 @@ def test_an_immediate_stop_whose_repetition_is_refused_is_told_as_refused_too(mo
             assert (refused.data["state"], refused.data["error"]) == ("refused", "E04")
 
     story()
-
-
-@in_virtual_time
-async def test_who_is_told_of_no_place_is_told_to_home_whatever_the_bit_for_homed_means() -> None:
-    settings = RobotSettings(status_bits=("servo_ready", "origin_done", "moving", "alarm"))
-    async with fics_rig(prepare=lambda machine: setattr(machine.robot, "settings", settings)) as rig:
-        with pytest.raises(PositionUnknown) as refused:
-            await rig.move(MoveAbsolute(coordinates=[None, None, 5.0]))
-        assert refused.value.remedy.startswith("Home the robot if it was not homed")
 
 
 @pytest.mark.parametrize("mode", [2, 3])
