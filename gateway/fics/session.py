@@ -21,6 +21,7 @@ from gateway.fics.exchange import ROBOT, SET_UP, Answered, FicsExchange, ReplyFr
 from gateway.fics.upload_state import UploadState
 from protocols.fics.alarms import GetErrorDetail
 from protocols.fics.link import Completion, Refusal, Terminator, encode
+from protocols.fics.motor_axes import GetMotorPosition
 from protocols.fics.positions import EndPositionUpload
 from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand, WhenAnswered
 from protocols.fics.status import GetAxisSensors
@@ -29,7 +30,12 @@ from protocols.fics.system import GetSystemVersion, HostMode, SetCommunicationMo
 from protocols.fics.variables import GetVariable
 from protocols.table import Retry
 
-NEVER_FORBIDDEN: tuple[type[FicsCommand[Any]], ...] = (GetSystemVersion, GetErrorDetail, GetAxisSensors)
+NEVER_FORBIDDEN: tuple[type[FicsCommand[Any]], ...] = (
+    GetSystemVersion,
+    GetErrorDetail,
+    GetAxisSensors,
+    GetMotorPosition,
+)
 """Queries that no state forbids (C-HOST manual 1-7) and that are seldom put: fences in place of VAR."""
 FENCES = (GetVariable.code, *(query.code for query in NEVER_FORBIDDEN))
 """The names of the queries that are fences."""
@@ -224,7 +230,6 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         for stop in [it for it in self._sent if it.number < fence.number and it.lane is Lane.STOP]:
             if not isinstance(stop.command, StopAllDecelerating):
                 self._doubt(stop, stop.unusable(NoReply, "no reply came"))
-        self._copies.forget(ROBOT)
 
     def is_answered_in_order(self, exchange: FicsExchange) -> bool:
         """Motion is answered at its end, and others meanwhile."""
@@ -288,7 +293,11 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     def learn(self, exchange: FicsExchange, outcome: Any, frame: ReplyFrame, now: float) -> None:
         """The robot is there; and an upload that only its refusal shows has to be ended."""
+        if exchange is self._fence_query and isinstance(outcome, Answered):
+            self._copies.forget(ROBOT)  # but not its own answer, which has no number in Ver.2
         self.note_reply(exchange, frame, now)
+        if type(exchange.command) in NEVER_FORBIDDEN:
+            self._answers_until[exchange.command.code] = now + self.late_reply_s
         if not (exchange is self._fence_query and isinstance(outcome, Refusal)):
             self.offline.discard(ROBOT)
         if isinstance(outcome, Answered):
