@@ -30,7 +30,9 @@ class RobotRawReply(BaseModel):
 
     robot_id: str
     sent: str = Field(description="The exact bytes, the terminator as \\r.")
-    replies: list[str] = Field(description="What followed the name in each answer, as it was read.")
+    replies: list[str] = Field(
+        description="What followed the name in each answer, as it came; none where mode 2 answers nothing."
+    )
 
 
 RESPONSES: dict[int | str, dict[str, Any]] = {
@@ -72,7 +74,7 @@ async def _send(
         return RobotRawReply(
             robot_id=robot_id,
             sent=robot_of(request, robot_id).line.frame_of(command),
-            replies=[reply.written() for reply in answer.replies],
+            replies=list(answer.texts),
         )
 
     return await send_text(request, target, raw.text, wait, told)

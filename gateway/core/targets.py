@@ -28,6 +28,8 @@ class Answer:
     """When the first one came, on the event loop's clock; None where that means nothing."""
     listed: bool = False
     """Whether there may be any number of replies."""
+    texts: Sequence[str] = ()
+    """The answers as they came, behind the name, where the family keeps them."""
 
 
 @dataclass(frozen=True)

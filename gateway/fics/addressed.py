@@ -49,10 +49,10 @@ class RobotTarget(Target):
         return await self._ask(command, None)
 
     async def _ask(self, command: FicsCommand[Any], unit: int | None) -> Answer:
-        replies, at = await self.robot.ask_all(command, unit)
+        replies, at, texts = await self.robot.ask_all(command, unit)
         listed = bool(command.ends_with)
         told = replies if replies or listed else (command.reply_type()(),)
-        return Answer(told, at if command.is_query() else None, listed=listed)
+        return Answer(told, at if command.is_query() else None, listed, texts)
 
     async def start(self, command: Any, start_within_s: float = START_WITHIN_S) -> Begun | Opened:
         """Start a move on the only unit; errors as of `RobotMoves.start`."""

@@ -17,7 +17,7 @@ from gateway.fics.power import Power
 from gateway.fics.read_back import read_back
 from gateway.fics.selection import Selection
 from gateway.fics.system_errors import SystemErrors
-from protocols.fics.alarms import ResetErrors
+from protocols.fics.alarms import DetailKind, ResetErrors
 from protocols.fics.axis_settings import AxisSetting, SpeedPercents
 from protocols.fics.commands import of_the_robot
 from protocols.fics.errors import ErrorKind, lookup
@@ -34,6 +34,7 @@ TURN_WITHIN_S = 5.0
 """A read or a command waits this time for the robot, and then for the line; a move says how long."""
 _TURN_WITHIN_S: Final[Mapping[Lane, float]] = dict.fromkeys((Lane.COMMAND, Lane.READ), TURN_WITHIN_S)
 
+NOTHING_TOLD: Final = Answered()
 T = TypeVar("T")
 Question = tuple[int | None, str]
 """A unit, or none, and the text of a query."""
@@ -47,11 +48,13 @@ class Told(NamedTuple):
     replies: tuple[Any, ...]
     """None after an action, several after a download."""
     at: float
+    texts: tuple[str, ...] = ()
+    """What followed the name in each answer, as it came; none where Ver.2 has answered nothing."""
 
 
-def told_now(*replies: Reply) -> Told:
-    """What was told just now."""
-    return Told(replies, asyncio.get_running_loop().time())
+def told_now(answered: Answered = NOTHING_TOLD) -> Told:
+    """What was answered just now."""
+    return Told(answered.replies, asyncio.get_running_loop().time(), answered.texts)
 
 
 def deadline_of(lane: Lane) -> float | None:
@@ -110,8 +113,9 @@ class Asking:
         """
         number = self._admit(command, unit)
         if command.answered is not WhenAnswered.ALWAYS:
-            await self._do(command, number, read=self.line.mode == HostMode.VER_2)
-            return told_now()
+            silent = self.line.mode == HostMode.VER_2
+            answered = await self._do(command, number, read=silent)
+            return told_now() if silent else told_now(answered)
         expires_at = deadline_of(lane)
         if lane is not Lane.READ:
             return await self._put(command, number, lane, expires_at)
@@ -157,7 +161,7 @@ class Asking:
             raise Outdated
         self.said += 1
 
-    async def reset_errors(self) -> None:
+    async def reset_errors(self) -> Told:
         """Reset the errors of the system, and see whether one still stands (DRT, C-HOST manual 2-14).
 
         :raises ErrorRemains: its cause is still there.
@@ -165,7 +169,7 @@ class Asking:
         :raises GatewayError: it was not done.
         """
         try:
-            await self.ask(ResetErrors())
+            told = await self.ask(ResetErrors())
         except RobotFailed as failed:
             raise self._remains(failed.error) from None
         try:
@@ -174,6 +178,7 @@ class Asking:
             raise NotReadBack(f"The errors of {self._commander.robot_id} were reset", unread) from unread
         if lookup(error).kind is ErrorKind.FICS:
             raise self._remains(error)
+        return told
 
     def _remains(self, error: str) -> ErrorRemains:
         return ErrorRemains(self._commander.robot_id, ResetErrors.code, error, self._errors.details_of(error))
@@ -183,6 +188,13 @@ class Asking:
         async with self.line.sequence_lock.held(Lane.READ, deadline_of(Lane.READ)):
             if self._motion.moving is False:
                 await self._selection.see_all()
+
+    def is_silent(self, unit: int, motor: str) -> bool:
+        """Whether the error that stands is that of a driver which does not answer (C-HOST manual 2-13)."""
+        error = self._errors.latched
+        if error is None or error.kind is not DetailKind.CONNECTION:
+            return False
+        return error.axis == motor and error.unit in (None, unit)
 
     def note_change(self) -> None:
         """Settings may be others now."""
@@ -310,7 +322,7 @@ class Asking:
                     await self._select(number, afresh=afresh)
             answer = await self._commander.ask(query, within_s=_TURN_WITHIN_S.get(lane))
             self._learn(query, number, answer.replies)
-            return told_now(*answer.replies)
+            return told_now(answer)
 
     async def _select(self, number: int, *, afresh: bool) -> None:
         """Make sure of the unit whose values are told: no answer tells it, and a loss of power changes it.

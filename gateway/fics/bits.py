@@ -5,7 +5,7 @@ The figures that name them are lost (C-HOST manual 2-10, 2-11), so their order i
 
 import logging
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 from gateway.fics.exchange import Answered, Outcome
@@ -49,7 +49,7 @@ class Bits:
         if not isinstance(outcome, Answered):
             return outcome
         if (self.status, self.sensors) != (STATUS_BITS, SENSOR_BITS):
-            outcome = Answered(tuple(map(self._named, outcome.replies)), outcome.confirmed)
+            outcome = replace(outcome, replies=tuple(map(self._named, outcome.replies)))
         for reply in outcome.replies:
             if isinstance(reply, AxisStatuses):
                 self._learn(reply.axes)
@@ -72,13 +72,16 @@ class Bits:
             if axis.motion_mode != MotionMode.STOPPED
         }
 
-    def may_brake(self, axes: Iterable[AxisStatus]) -> bool:
-        """Whether an axis may still be on its way in an emergency stop (C-HOST manual 2-10).
+    def may_move(self, axis: AxisStatus) -> bool:
+        """Whether an axis may be on its way, where only the bit `moving` tells (C-HOST manual 2-10).
 
-        The bit `moving` says otherwise only of a robot that has shown it in motion, and never at rest.
+        It says otherwise only of a robot that has shown it in motion, and never at rest.
         """
-        told = self._motion_shown - {(True, False)} == TELLS_MOTION
-        return any(axis.motion_mode == MotionMode.STOPPED and (axis.moving or not told) for axis in axes)
+        return axis.moving or self._motion_shown - {(True, False)} != TELLS_MOTION
+
+    def may_brake(self, axes: Iterable[AxisStatus]) -> bool:
+        """Whether an axis may still be on its way in an emergency stop (C-HOST manual 2-10)."""
+        return any(axis.motion_mode == MotionMode.STOPPED and self.may_move(axis) for axis in axes)
 
     def compare_again(self) -> None:
         """The robot was set up, or will be homed."""

@@ -41,7 +41,8 @@ async def download(asking: Asking, unit: UnitAxes, wanted: DownloadPositions, la
         if len(parts[-1].replies) < count:
             break
         first += count
-    return Told(tuple(reply for part in parts for reply in part.replies), parts[0].at)
+    replies = tuple(reply for part in parts for reply in part.replies)
+    return Told(replies, parts[0].at, tuple(text for part in parts for text in part.texts))
 
 
 async def _part(asking: Asking, unit: UnitAxes, first: int, count: int, lane: Lane) -> Told:

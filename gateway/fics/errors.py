@@ -40,13 +40,15 @@ class RefusedBefore(ControllerRefused):
     """What goes before a command was refused, and so the command was not sent."""
 
     def __init__(self, robot_id: str, command: FicsCommand[Any], refusal: ControllerRefused) -> None:
-        self._refused = refusal.command_code
-        error = refusal.error_code or ""
-        super().__init__(robot_id, command.wire_name(), error, lookup(error), lasting=refusal.lasting)
+        self.refused: str = refusal.refused if isinstance(refusal, RefusedBefore) else refusal.command_code
+        """The code of what the robot has refused."""
+        error, name = refusal.error_code or "", command.wire_name()
+        super().__init__(robot_id, name, error, lookup(error), lasting=refusal.lasting)
+        self.detail_ja = f"{self.refused}: {lookup(error).ja} {name}は送信していません。"
 
     def _told(self, address: str, command_code: str, text: ErrorText) -> str:
         return (
-            f"{address} refused {self._refused}, which goes before {command_code}: {text.en} "
+            f"{address} refused {self.refused}, which goes before {command_code}: {text.en} "
             f"{command_code} was not sent. Nothing moved because of it."
         )
 

@@ -27,6 +27,8 @@ class Answered:
     replies: tuple[Reply, ...] = ()
     confirmed: bool = True
     """False where the mode is silent: the command has left, and nothing more is known."""
+    texts: tuple[str, ...] = field(default=(), compare=False)
+    """What followed the name in each answer, as it came."""
 
 
 Outcome = Answered | Refusal | Failure | GatewayError
@@ -51,8 +53,8 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | F
     """The number of the last frame that was no mere read: what was asked before it may be outdated."""
     unheard: int = 0
     """What `FicsLine.unheard` was when it had been written."""
-    parts: list[Reply] = field(default_factory=list)
-    """The answers to this attempt, while more are to come."""
+    parts: list[tuple[Reply, str]] = field(default_factory=list)
+    """The answers to this attempt and their texts, while more are to come."""
 
     @property
     def sent(self) -> str:
@@ -91,10 +93,12 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | F
         found = credit(self.command, frame)
         if found is None or isinstance(found, _NOT_DONE):
             return found
-        if not isinstance(found, Completion):
-            self.parts.append(found)
-            if self.command.ends_with:
-                return More.MORE
-        replies = tuple(self.parts)
+        if isinstance(found, Completion):
+            return self._whole() if self.command.is_query() else Answered(texts=("",))
+        self.parts.append((found, frame.payload if isinstance(frame, Answer) else ""))
+        return More.MORE if self.command.ends_with else self._whole()
+
+    def _whole(self) -> Answered:
+        replies, texts = tuple(reply for reply, _ in self.parts), tuple(text for _, text in self.parts)
         self.parts.clear()
-        return Answered(replies)
+        return Answered(replies, texts=texts)

@@ -399,13 +399,13 @@ class Jogs:
     async def _stays(self, unit: RobotUnit, axis: str, motors: Mapping[str, AxisStatus]) -> bool:
         """Whether an axis stands still while others of the unit jog: its motors are where they were before.
 
-        Where their places are not known, only the second digit of ACD tells (C-HOST manual 2-10).
+        Where their places are not known, only the second digit of ACD tells (C-HOST manual 2-10), if it does.
         """
         now = await unit.position("motor", Lane.PROOF)
         before = self._places.get((unit.number, axis), {})
         self._places[unit.number, axis] = now
         if any(now[motor] is None for motor in motors):
-            return not any(status.moving for status in motors.values())
+            return not any(map(self._motions.commander.bits.may_move, motors.values()))
         return all(before.get(motor) == now[motor] for motor in motors)
 
     def _unsettled_with(self, unit: int, axis: str) -> list[JogSession]:

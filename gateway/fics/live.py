@@ -76,13 +76,14 @@ class ChannelSource(Source):
     async def read(self, _: Sequence[Source]) -> list[Source]:
         """Ask, put what was told, and tell what has changed; outputs are for those who watch."""
         asking = self.robot.asking
-        (inputs,), at = await asking.ask(GetInputChannel(channel=CHANNEL), lane=Lane.BACKGROUND)
-        self._tell_edges(inputs.bits)
+        asked = await asking.ask(GetInputChannel(channel=CHANNEL), lane=Lane.BACKGROUND)
+        inputs = asked.replies[0].bits
+        self._tell_edges(inputs)
         if not self.live.rate(self.type, self.subject):
             return [self]
-        (outputs,), _at = await asking.ask(GetOutputChannel(channel=CHANNEL), lane=Lane.BACKGROUND)
-        told = Signals(inputs=_signals(inputs.bits), outputs=_signals(outputs.bits))
-        self.live.put(self.type, self.subject, told, at)
+        outputs = (await asking.ask(GetOutputChannel(channel=CHANNEL), lane=Lane.BACKGROUND)).replies[0].bits
+        told = Signals(inputs=_signals(inputs), outputs=_signals(outputs))
+        self.live.put(self.type, self.subject, told, asked.at)
         return [self]
 
     def _tell_edges(self, bits: int) -> None:

@@ -386,7 +386,7 @@ class MoveRun:
             self._move.end_cause = f"error_{code}"
             text = self._motions.errors.details_of(code)
             failure = RobotFailed(self._move.robot_id, self._move.command, code, text)
-            if self._finding().untouched():
+            if self._finding().stayed():
                 failure.moved = "no"
             self._advance(MoveStatus.FAILED, failure)
 

@@ -216,6 +216,12 @@ class Power:
         if self._commander.line.mode == HostMode.VER_2:
             self.lost(certain=False)
 
+    def homed_beside(self, unit: UnitAxes) -> UnitAxes | None:
+        """A unit that was homed, where this one is not known to be: a loss of power would show there."""
+        if self.origins.are_known(unit):
+            return None
+        return next(filter(self.origins.are_known, self._units), None)
+
     async def look_at_origins(self, unit: UnitAxes, proof: Proof | None = None) -> None:
         """See whether a unit is still homed. Call it with the sequence lock held and the unit selected.
 

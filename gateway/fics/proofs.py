@@ -47,9 +47,13 @@ class Finding:
         miss = furthest_miss(self.target, self.position)
         return miss is not None and miss <= TOLERANCE
 
+    def stayed(self) -> bool:
+        """Whether a move to a known place has not left its own, perhaps because both are one."""
+        return not self.ran() and (self.off_target() or self.on_target())
+
     def untouched(self) -> bool:
         """Whether a move that should have gone somewhere has not left its place."""
-        return self.off_target() and not self.ran()
+        return self.off_target() and self.stayed()
 
     def arrived(self) -> bool:
         """Whether it is done because of where the axes stand; roundings hide a very short way."""

@@ -17,7 +17,7 @@ from gateway.fics.downloads import download
 from gateway.fics.durations import Durations
 from gateway.fics.edges import Edges
 from gateway.fics.errors import NotDone
-from gateway.fics.exchange import ReplyFrame
+from gateway.fics.exchange import Answered, ReplyFrame
 from gateway.fics.jogs import Jogs
 from gateway.fics.line import FicsLine
 from gateway.fics.macros import Macros
@@ -153,10 +153,9 @@ class Robot:
         _require_alone(command)
         if isinstance(command, TakeCurrentError):
             taken = await self.errors.take(expires_at=deadline_of(Lane.COMMAND))
-            return told_now(CurrentError(error=taken))
+            return told_now(Answered((CurrentError(error=taken),), texts=(taken,)))
         if isinstance(command, ResetErrors):
-            await self.asking.reset_errors()
-            return told_now()
+            return await self.asking.reset_errors()
         if isinstance(command, DownloadPositions):
             return await download(self.asking, self._unit_of(command, unit), command)
         if isinstance(command, ClearPositions):

@@ -21,6 +21,7 @@ from gateway.fics.exchange import ROBOT, SET_UP, Answered, FicsExchange, ReplyFr
 from gateway.fics.upload_state import UploadState
 from protocols.fics.alarms import GetErrorDetail
 from protocols.fics.link import Completion, Refusal, Terminator, encode
+from protocols.fics.motor_axes import GetMotorPosition
 from protocols.fics.positions import EndPositionUpload
 from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand, WhenAnswered
 from protocols.fics.status import GetAxisSensors
@@ -29,7 +30,12 @@ from protocols.fics.system import GetSystemVersion, HostMode, SetCommunicationMo
 from protocols.fics.variables import GetVariable
 from protocols.table import Retry
 
-NEVER_FORBIDDEN: tuple[type[FicsCommand[Any]], ...] = (GetSystemVersion, GetErrorDetail, GetAxisSensors)
+NEVER_FORBIDDEN: tuple[type[FicsCommand[Any]], ...] = (
+    GetSystemVersion,
+    GetErrorDetail,
+    GetAxisSensors,
+    GetMotorPosition,
+)
 """Queries that no state forbids (C-HOST manual 1-7) and that are seldom put: fences in place of VAR."""
 FENCES = (GetVariable.code, *(query.code for query in NEVER_FORBIDDEN))
 """The names of the queries that are fences."""
@@ -77,10 +83,8 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         self.on_silence: Callable[[], None] = lambda: None
         dice = rng or random.Random()  # noqa: S311  # against mix-ups, not against people
         self._variables = cycle(dice.sample(range(VARIABLES), VARIABLES))
-        self._variables_forbidden = False
-        """Whether the last fence has passed because it asked for no variable: state (a) forbids them."""
         self._forbidding: frozenset[Block] = frozenset()
-        """The states of the system that have refused a question, and may go on."""
+        """The states of the system that have refused a question, or a fence, and may go on."""
         self._answers_until: dict[str, float] = {}
         """By name, until when an answer that has no number may come to what was asked before."""
         self._now = -inf
@@ -127,7 +131,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         return self.mode == HostMode.VER_2 and query.is_query() and bool(query.blocked)
 
     def note_forbidden(self, error: str) -> None:
-        """A question was refused by a state of the system, which ERR has told."""
+        """A state of the system refuses questions, as ERR has told, or motion that was seen."""
         self._forbidding = frozenset(block for block, told_as in BLOCK_ERRORS.items() if told_as == error)
 
     def _closing(self) -> bool:
@@ -193,15 +197,19 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         In Ver.2 a forbidden question costs its whole time. The answer to another has no number, so no earlier
         one may be on its way; but last it is taken nevertheless.
         """
-        tries = self._fence.tries
-        forbidden = self.mode == HostMode.VER_2 and (self._variables_forbidden or tries > 0)
-        last = tries == FENCE_TRIES - 1
+        last = self._fence.tries == FENCE_TRIES - 1
         fresh = self._fresh_queries()
-        query = (fresh or NEVER_FORBIDDEN)[0] if last or (forbidden and fresh) else None
+        query = (fresh or NEVER_FORBIDDEN)[0] if last or (fresh and self._may_forbid_variables()) else None
         question = _question_of(self._fresh_variable()) if query is None else query()
         fence = self.exchange(question, Lane.READ)
         fence.self_identifying = True
         return fence
+
+    def _may_forbid_variables(self) -> bool:
+        """Whether in Ver.2 a question for a variable may be refused, as the one in doubt may have been."""
+        doubted = frozenset[Block]() if self._suspect is None else self._suspect.command.blocked
+        forbidden = Block.TERMINAL_RUNS in doubted | self._forbidding or self._fence.tries > 0
+        return forbidden and self.mode == HostMode.VER_2
 
     def _fresh_queries(self) -> list[type[FicsCommand[Any]]]:
         """What no state forbids, and no earlier answer may be on its way to."""
@@ -217,11 +225,11 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     def fence_passed(self, fence: FicsExchange) -> None:
         """What was to be answered at once and was not never will be; a decelerating stop is at standstill."""
-        self._variables_forbidden = type(fence.command) in NEVER_FORBIDDEN
+        if type(fence.command) in NEVER_FORBIDDEN and self._fence.tries > 0:
+            self._forbidding |= {Block.TERMINAL_RUNS}
         for stop in [it for it in self._sent if it.number < fence.number and it.lane is Lane.STOP]:
             if not isinstance(stop.command, StopAllDecelerating):
                 self._doubt(stop, stop.unusable(NoReply, "no reply came"))
-        self._copies.forget(ROBOT)
 
     def is_answered_in_order(self, exchange: FicsExchange) -> bool:
         """Motion is answered at its end, and others meanwhile."""
@@ -285,13 +293,15 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     def learn(self, exchange: FicsExchange, outcome: Any, frame: ReplyFrame, now: float) -> None:
         """The robot is there; and an upload that only its refusal shows has to be ended."""
+        if exchange is self._fence_query and isinstance(outcome, Answered):
+            self._copies.forget(ROBOT)  # but not its own answer, which has no number in Ver.2
         self.note_reply(exchange, frame, now)
+        if type(exchange.command) in NEVER_FORBIDDEN:
+            self._answers_until[exchange.command.code] = now + self.late_reply_s
         if not (exchange is self._fence_query and isinstance(outcome, Refusal)):
             self.offline.discard(ROBOT)
         if isinstance(outcome, Answered):
             self._forbidding -= exchange.command.blocked
-            if Block.TERMINAL_RUNS in exchange.command.blocked:
-                self._variables_forbidden = False
         if self.upload.may_be_open or isinstance(outcome, Refusal):
             doubtful = self.upload.note_outcome(exchange.command, exchange.number, outcome)
             if doubtful and self.in_step:

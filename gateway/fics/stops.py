@@ -169,8 +169,8 @@ class _RobotStop(Stopping):
         if self.report.state == "confirmed":
             return
         if isinstance(outcome, Answered):
-            self.report.state = "acknowledged" if outcome.confirmed else "sent"
-            self._refusal = None if outcome.confirmed else self._refusal
+            if outcome.confirmed:
+                self.report.state, self._refusal = "acknowledged", None
         elif isinstance(outcome, Refusal | Failure):
             self._refused(outcome.error)
         else:
@@ -178,8 +178,8 @@ class _RobotStop(Stopping):
 
     def _refused(self, error: str) -> None:
         repeated = self._times_written > 1 and self._refusal is None
-        if error == STOPPING_ALREADY and repeated:
-            self.report.state = "acknowledged"  # it is under way since it was sent first
+        if error == STOPPING_ALREADY and repeated and self.mode == "decelerate":
+            self.report.state = "acknowledged"  # the robot brakes since it was sent first
             return
         self.report.state = "refused"
         if error == UPLOAD_ERROR:
@@ -200,7 +200,12 @@ class _RobotStop(Stopping):
         if lookup(error).kind is ErrorKind.COMMUNICATION and error not in OF_THE_END_BEFORE:
             self._refused(error)
         else:
-            self._refusal = None
+            self._note_no_refusal()
+
+    def _note_no_refusal(self) -> None:
+        self._refusal = None
+        if self.report.state == "refused":
+            self.report.state = "sent"
 
     # seeing
 

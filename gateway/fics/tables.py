@@ -9,7 +9,7 @@ from gateway.fics.asking import Asking, Told, deadline_of, told_now
 from gateway.fics.axes import DISPLAYED, at_rest
 from gateway.fics.commander import Commander
 from gateway.fics.downloads import download
-from gateway.fics.errors import NotDone, NotReadBack, PositionsDiffer, RobotBusy
+from gateway.fics.errors import NotDone, NotReadBack, PositionsDiffer, RobotBusy, preparing
 from gateway.fics.motion_state import MotionState
 from gateway.fics.read_back import same_number
 from gateway.fics.selection import Selection
@@ -48,11 +48,13 @@ class Tables:
         :raises GatewayError: it was not read.
         """
         self._motion.require_free(UPLOAD)
-        if not at_rest((await unit.status()).values()):
-            raise RobotBusy(
-                f"{unit.address} moves: {UPLOAD.wire_name()} was not sent.", "Wait for its end or stop it."
-            )
-        places = await unit.position()
+        with preparing(unit.robot_id, UPLOAD):
+            if not at_rest((await unit.status()).values()):
+                raise RobotBusy(
+                    f"{unit.address} moves: {UPLOAD.wire_name()} was not sent.",
+                    "Wait for its end or stop it.",
+                )
+            places = await unit.position()
         await require_places(unit, places, UPLOAD)
         return list(places.values())
 
@@ -77,7 +79,8 @@ class Tables:
             with line.sending(lambda: commands_of(runs)):
                 async with line.sequence_lock.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
                     self._asking.begin_to_say(since)
-                    await self._selection.make(unit.number, afresh=True)
+                    with preparing(unit.robot_id, UPLOAD):
+                        await self._selection.make(unit.number, afresh=True)
                     await upload(self._commander, runs, epoch)
             await self._verify(unit, runs)
 
@@ -114,7 +117,8 @@ class Tables:
             first = command.first or 1
             last = min(first + (command.count or LAST_POSITION) - 1, LAST_POSITION)
             self._motion.require_free(command)
-            was_set = await unit.stored(first, Lane.COMMAND) is not None
+            with preparing(unit.robot_id, command):
+                was_set = await unit.stored(first, Lane.COMMAND) is not None
             if line.stop_epoch != epoch:
                 raise line.overtaken()
             unanswered = None

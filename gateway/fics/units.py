@@ -1,6 +1,6 @@
 """A unit of a robot: where its axes stand, how they are, and what it is asked and told."""
 
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable
 from typing import Any, Literal, TypeVar
 
 from gateway.core.errors import GatewayError
@@ -78,7 +78,7 @@ class RobotUnit(UnitAxes):
         self, coordinates: Coordinates = "user", lane: Lane = Lane.READ
     ) -> tuple[dict[str, float | None], float]:
         """Read the position as `position` does, and tell when the answer came, on the event loop's clock."""
-        (reply,), at = await self._asking.ask(POSITIONS[coordinates], self.number, lane)
+        (reply,), at, _ = await self._asking.ask(POSITIONS[coordinates], self.number, lane)
         values = reply.coordinates
         names = self.names(coordinates)
         if len(values) == 1 and values[0] is None:
@@ -97,7 +97,7 @@ class RobotUnit(UnitAxes):
 
     async def status_at(self, lane: Lane = Lane.READ) -> tuple[dict[str, AxisStatus], float]:
         """Read the status as `status` does, and tell when the answer came, on the event loop's clock."""
-        (reply,), at = await self._asking.ask(STATUS, self.number, lane)
+        (reply,), at, _ = await self._asking.ask(STATUS, self.number, lane)
         self._motion.note_rest(self.number, still=at_rest(reply.axes))
         return self.by_axis(self.motor_axes, reply.axes), at
 
@@ -133,11 +133,12 @@ class RobotUnit(UnitAxes):
         if MotionMode.MACRO in modes:
             ours = isinstance(self._motion.command, RunMacro)
             return dict.fromkeys(missing, "macro" if ours else "automatic")
-        return {axis: _why([(motors[it], at[it]) for it in self.motors_behind(axis)]) for axis in missing}
+        return {axis: self._why(axis, at) for axis in missing}
 
-
-def _why(motors: Sequence[tuple[AxisStatus, float | None]]) -> UnknownReason:
-    """Why an axis has no place: its motors have theirs only if they are homed (C-HOST manual 2-9, 4-4)."""
-    if all(place is not None for _, place in motors):
-        return "no_conversion"
-    return "not_known" if all(status.origin_done for status, _ in motors) else "not_homed"
+    def _why(self, axis: str, at: Places) -> UnknownReason:
+        """Why an axis has no place: its motors have theirs if they are homed and answer (2-9, 4-4)."""
+        unknown = [motor for motor in self.motors_behind(axis) if at[motor] is None]
+        if not unknown:
+            return "no_conversion"
+        silent = all(self._asking.is_silent(self.number, motor) for motor in unknown)
+        return "not_known" if silent else "not_homed"

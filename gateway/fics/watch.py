@@ -40,6 +40,8 @@ async def _look(robot: Robot) -> None:
     if robot.motion.command is not None:
         return
     robot.motion.note_foreign(moves=moves)
+    if moves:
+        robot.line.note_forbidden(IN_MOTION)
     with suppress(ControllerRefused):  # the terminal is at work; before the next motion it is done
         await robot.motions.restore_speeds()
         await robot.asking.see_units()
@@ -55,12 +57,20 @@ async def _moves(robot: Robot) -> bool | None:
         unit = await _present_unit(robot)
         statuses = await unit.status()
         if robot.line.mode == HostMode.VER_2:
-            await robot.motions.see_power(unit)
+            await _see_origins(robot, unit, still=at_rest(statuses.values()))
         with suppress(GatewayError):  # its sensors and places are asked for again
             await _compare_bits(robot, unit, statuses, await unit.sensors())
     except ControllerRefused as refused:
         return True if refused.error_code == IN_MOTION else None
     return not at_rest(statuses.values())
+
+
+async def _see_origins(robot: Robot, unit: RobotUnit, *, still: bool) -> None:
+    """See that the power was kept, by a unit that was homed: another is selected only to be sure of that."""
+    await robot.motions.see_power(unit)
+    beside = robot.power.homed_beside(unit)
+    if still and beside is not None:
+        await robot.motions.see_power(beside)
 
 
 async def _compare_bits(

@@ -211,7 +211,7 @@ class FicsRow(Row):
             return Heard.NOTHING
         if isinstance(credited, fics.Refusal | fics.Failure):
             return judged(self.reply[:NAME_LENGTH], reply, None)
-        replies = exchange.parts if credited is More.MORE else credited.replies
+        replies = [reply for reply, _ in exchange.parts] if credited is More.MORE else credited.replies
         return judged(self.reply[:NAME_LENGTH], reply + self.ITS_REPLY, _first(replies))
 
 

@@ -4,9 +4,10 @@ import asyncio
 
 import pytest
 
+from protocols.fics.status import MotionMode
 from simulator.fics.alarms import driver_error, system_error
 from simulator.fics.axes import Sensor
-from tests.api.robots.cell import HOME, UNIT, Cell, in_cell
+from tests.api.robots.cell import HOME, UNIT, Cell, in_cell, mm
 
 JAPANESE = {"Accept-Language": "ja"}
 
@@ -54,3 +55,39 @@ async def test_the_errors_say_when_the_robot_was_asked_last(cell: Cell) -> None:
     await asyncio.sleep(1)
     assert (await cell.get("/robots/r1/errors?fresh=true")).json()["looked_at"] > before
     assert len(cell.rig.heard("ERR")) == asked + 1
+
+
+BUSY = ("terminal", MotionMode.MACRO)
+EDITING = ("editing", True)
+UNIT_2 = "/robots/r1/units/2"
+FORBIDDEN: list[tuple[str, str, object, str]] = [
+    ("POST", f"{UNIT_2}/moves", HOME, "ORG"),
+    ("POST", "/robots/r1/jogs", {"unit": 2, "axis": "X", "direction": "+"}, "JOG"),
+    ("POST", "/robots/r1/macros/PCK/runs", {"unit": 2}, "PCK"),
+    ("PATCH", f"{UNIT_2}/settings", {"speed_percent": {"X": 50}}, "VAO"),
+    ("PUT", f"{UNIT_2}/positions", {"positions": [{"number": 1, "axes": mm(X=1, Y=1, Z=1)}]}, "POF"),
+    ("PUT", f"{UNIT_2}/positions", {"positions": [{"number": 1}]}, "POF"),
+    ("POST", f"{UNIT_2}/commands/clear-positions", {"first": 1}, "PCL"),
+]
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+@pytest.mark.parametrize(("state", "value"), [BUSY, EDITING], ids=["busy", "editing"])
+@pytest.mark.parametrize(("method", "path", "content", "command"), FORBIDDEN)
+def test_where_the_terminal_keeps_a_unit_from_being_selected_the_refusal_names_the_command_of_the_request(
+    method: str, path: str, content: object, command: str, state: str, value: object, mode: int
+) -> None:
+    @in_cell(mode=mode)
+    async def story(cell: Cell) -> None:
+        await cell.get(f"{UNIT}/status")
+        cell.rig.touch(lambda fics, _: setattr(fics, state, value))
+        answer = await cell.client.request(method, path, json=content)
+        detail = answer.json()["detail"]
+        assert answer.status_code == 409, answer.text
+        assert detail.startswith(f"r1 refused UNT, which goes before {command}: ")
+        assert f"{command} was not sent. Nothing moved because of it." in detail
+        japanese = (await cell.client.request(method, path, json=content, headers=JAPANESE)).json()["detail"]
+        assert japanese.startswith("UNT: ")
+        assert f"{command}は送信していません。" in japanese
+
+    story()

@@ -1,6 +1,9 @@
 """Commands to robots as plain text go the way of all others."""
 
-from tests.api.robots.cell import HOME, UNIT, Cell, in_cell
+import pytest
+
+from simulator.fics.settings import RobotSettings
+from tests.api.robots.cell import HOME, UNIT, Cell, in_cell, mm
 
 RAW = "[server]\nraw_commands = true"
 ROBOT_RAW = "/robots/r1/raw"
@@ -21,6 +24,31 @@ async def test_a_query_is_answered_as_it_stands_on_the_line(cell: Cell) -> None:
     assert answer["replies"] == ["V07=+2"]
     answer = (await cell.post(f"{UNIT}/raw", {"text": "VAO"})).json()
     assert answer["replies"] == ["100.0,100.0,100.0"]
+
+
+@pytest.mark.parametrize(("mode", "done"), [(2, []), (3, [""])])
+def test_answers_are_told_as_they_came(mode: int, done: list[str]) -> None:
+    @in_cell(mode=mode, options=RAW)
+    async def story(cell: Cell) -> None:
+        await cell.move(HOME)
+        cell.rig.machine.robot.settings = RobotSettings(
+            status_bits=("alarm", "moving", "servo_ready", "origin_done")
+        )
+        stored = await cell.put(
+            f"{UNIT}/positions", {"positions": [{"number": 1, "axes": mm(X=150, Y=150, Z=-1.5)}]}
+        )
+        assert stored.status_code == 200, stored.text
+        for text, came in {
+            "APS": ["150.00,150.00,0.00"],
+            "ACD": ["0C00,0C00,0C00"],
+            "POR 1,1": ["150,150,-1.5"],
+            "VAO 50": done,
+        }.items():
+            assert (await cell.post(f"{UNIT}/raw", {"text": text})).json()["replies"] == came, text
+        for text, came in {"ERR": ["E00"], "DRT": done}.items():
+            assert (await cell.post(ROBOT_RAW, {"text": text})).json()["replies"] == came, text
+
+    story()
 
 
 @in_cell(options=RAW)

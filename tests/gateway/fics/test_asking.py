@@ -152,11 +152,11 @@ async def test_answers_are_told_with_the_moment_they_came() -> None:
         asked_at = loop.time()
         first = asyncio.create_task(rig.robot.asking.ask(GetMotorPosition(), 1))
         second = asyncio.create_task(rig.robot.asking.ask(GetMotorPosition(), 1))
-        replies, at = await first
-        assert asked_at < at <= loop.time()
-        assert await second == (replies, at)
+        told = await first
+        assert asked_at < told.at <= loop.time()
+        assert await second == told
         await asyncio.sleep(1)
-        assert at < (await unit.position_at("motor"))[1] <= loop.time()
+        assert told.at < (await unit.position_at("motor"))[1] <= loop.time()
 
 
 SWITCH = SwitchOutput(channel=1, bit=0, on=True)

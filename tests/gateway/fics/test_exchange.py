@@ -59,6 +59,20 @@ def test_a_download_is_over_when_its_end_is_heard_and_not_with_its_first_positio
     assert download.credit(Completion("POE")) == Answered((stored(1.0), stored(2.0)))
 
 
+def test_answers_keep_their_texts_as_they_came() -> None:
+    answered, done, download = exchange(QUERY), exchange(MOVE), exchange(DOWNLOAD)
+    outcome = answered.credit(Answer("VAR", "V05=1.00"))
+    assert isinstance(outcome, Answered)
+    assert outcome.texts == ("V05=1.00",)
+    outcome = done.credit(Completion("LMI"))
+    assert isinstance(outcome, Answered)
+    assert outcome.texts == ("",)
+    download.credit(Answer("POS", "1.00,"))
+    outcome = download.credit(Completion("POE"))
+    assert isinstance(outcome, Answered)
+    assert outcome.texts == ("1.00,",)
+
+
 @virtual
 async def test_who_waits_is_told_once_and_who_has_gone_is_not() -> None:
     patient, gone, alone = exchange(MOVE), exchange(MOVE), exchange(MOVE)

@@ -128,3 +128,45 @@ def test_an_immediate_stop_that_is_refused_while_the_robot_brakes_is_told_as_ref
             assert (refused.data["state"], refused.data["error"]) == ("refused", "E04")
 
     story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_an_immediate_stop_whose_repetition_is_refused_is_told_as_refused_too(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        settings = RobotSettings(stop_while_braking="refused")
+        async with fics_rig(
+            mode=mode, prepare=lambda machine: setattr(machine.robot, "settings", settings)
+        ) as rig:
+            await rig.robot.ask(SetDecelerationTimes(times_ms=[None, None, 8000]), 1)
+            await rig.plant.robot_moves.start(rig.robot, 1, MoveRelative(coordinates=[None, None, -90.0]))
+            await asyncio.sleep(0.5)
+            decelerate = rig.robot.stop("decelerate")
+            await asyncio.sleep(0.01)
+            rig.cable.lost_once = "AES"
+            await asyncio.gather(decelerate, rig.robot.stop("immediate"))
+            (refused,) = rig.events("robot.stop.refused")
+            assert (refused.data["state"], refused.data["error"]) == ("refused", "E04")
+
+    story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+@pytest.mark.parametrize("order", list(permutations(STATUS_BITS)), ids=" ".join)
+def test_an_unhomed_axis_that_brakes_beside_another_jog_is_not_called_still(
+    order: tuple[str, ...], mode: int
+) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        settings = RobotSettings(status_bits=order)
+        async with fics_rig(
+            units=2, mode=mode, prepare=lambda machine: setattr(machine.robot, "settings", settings)
+        ) as rig:
+            await rig.robot.ask(SetDecelerationTimes(times_ms=[4000]), 2)
+            braking = await rig.robot.jogs.start(2, "X", "+")
+            await rig.robot.jogs.start(2, "Y", "+")
+            await asyncio.sleep(0.3)
+            ended = await rig.robot.jogs.end(braking.id)
+            assert ended.state == "stopping" or not rig.fics.units[2].moves(0)
+
+    story()

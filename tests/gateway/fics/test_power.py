@@ -364,3 +364,31 @@ def test_in_mode_2_a_loss_of_power_is_told_once_for_all_units(away_s: float) -> 
             assert rig.types("robot.power_cycled") == ["robot.power_cycled"]
 
     story()
+
+
+@pytest.mark.parametrize("asked_of_2", [False, True])
+def test_in_ver_2_a_loss_is_seen_though_the_gateway_has_left_another_unit_selected(asked_of_2: bool) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=2, units=2) as rig:
+            await rig.move(HomeRobot())
+            assert (await rig.robot.stop("decelerate")).state == "confirmed"  # it asks unit 2 last
+            if asked_of_2:
+                await asyncio.sleep(LIMIT_S)
+            rig.power_cycle()
+            await asyncio.sleep(LIMIT_S)
+            assert rig.robot.power_cycled
+
+    story()
+
+
+@in_virtual_time
+async def test_in_ver_2_what_hides_all_places_is_no_loss_of_power_of_a_unit_that_is_not_selected() -> None:
+    async with fics_rig(mode=2, units=2) as rig:
+        await rig.move(HomeRobot())
+        await rig.robot.unit(2).status()
+        rig.touch(lambda fics, _: setattr(fics, "terminal", MotionMode.MACRO))
+        await asyncio.sleep(LIMIT_S)
+        rig.touch(lambda fics, _: setattr(fics, "terminal", None))
+        await asyncio.sleep(LIMIT_S)
+        assert not rig.robot.power_cycled

@@ -79,6 +79,14 @@ def test_what_has_not_left_its_place_is_untouched() -> None:
     assert not found(target={"Z": 5.0}, position=NOWHERE).untouched()
 
 
+def test_a_move_stayed_whose_axes_are_where_they_were_even_at_its_target() -> None:
+    assert found(target={"Z": 5.0}).stayed()
+    assert found(target={"Z": 0.0}).stayed()
+    assert not found(target={"Z": 0.0}, moved=True).stayed()
+    assert not found(target={"Z": 0.0}, position=None).stayed()
+    assert not found(MACRO).stayed()
+
+
 def test_without_a_target_a_course_that_was_seen_is_run() -> None:
     assert found(MACRO, moved=True).ran_its_course()
     assert not found(MACRO, replied=True).ran_its_course()

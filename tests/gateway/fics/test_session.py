@@ -25,7 +25,7 @@ from protocols.fics.positions import (
     UploadPosition,
 )
 from protocols.fics.row import FicsCommand
-from protocols.fics.speeds import SetSmoothAcceleration
+from protocols.fics.speeds import GetSpeedPercent, SetSmoothAcceleration
 from protocols.fics.status import GetAxisStatus
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import GetCommunicationMode, GetSystemVersion
@@ -451,6 +451,31 @@ def test_a_proof_is_asked_for_anew_and_gets_no_copy_of_an_earlier_answer() -> No
     it.session.submit(again)
     it.pass_fence()
     assert it.write() == "MOD"
+
+
+def test_in_mode_2_a_fence_asks_for_what_no_state_forbids_if_the_question_in_doubt_may_be_forbidden() -> None:
+    for question, fence in ((GetSpeedPercent(), "VER"), (GetCommunicationMode(), "VAR")):
+        it = Bench(mode=2)
+        it.submit(question, Lane.READ)
+        it.write()
+        it.session.pass_deadlines(1.0, None)
+        assert it.write() == "POF 2"
+        assert it.write().startswith(fence)
+
+
+def test_in_mode_2_a_copy_of_the_answer_to_a_fence_is_not_taken_for_a_fresh_one() -> None:
+    it = Bench(mode=2)
+    it.submit(GetSpeedPercent(), Lane.READ)
+    assert it.write() == "VAO"
+    it.session.pass_deadlines(1.0, None)
+    assert it.write() == "POF 2"
+    it.pass_fence()
+    again = it.session.exchange(GetSystemVersion(), Lane.READ)
+    again.fresh = True
+    it.wait_for(again)
+    it.session.submit(again)
+    it.pass_fence()
+    assert it.write() == "VER"
 
 
 def test_an_attempt_that_was_not_completed_leaves_nothing_behind() -> None:

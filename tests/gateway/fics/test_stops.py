@@ -71,6 +71,20 @@ async def test_of_a_unit_that_was_sent_on_its_way_nobody_says_that_it_stood_stil
 
 
 @in_virtual_time
+async def test_in_mode_2_a_stop_that_is_refused_stays_refused_until_a_repetition_is_not() -> None:
+    async with fics_rig(mode=2, units=2) as rig:
+        await rig.move(HomeRobot())
+        rig.edit(True)
+        report = await rig.robot.stop("decelerate")
+        for _ in range(50):
+            assert report.state == "refused"
+            await asyncio.sleep(0.017)
+        rig.edit(False)
+        await asyncio.sleep(1)
+        assert report.state == "confirmed"
+
+
+@in_virtual_time
 async def test_a_refused_stop_is_never_given_up_and_no_move_begins_before_it_has_worked() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())

@@ -9,6 +9,7 @@ from gateway.core.errors import ControllerRefused
 from gateway.core.jogs import START_WITHIN_S
 from gateway.core.lanes import Lane
 from gateway.fics.session import QUICK_S
+from gateway.fics.watch import HEALTH_POLL_S
 from protocols.fics.moves import MoveRelative
 from protocols.fics.row import FicsCommand
 from protocols.fics.speeds import GetAccelerationTimes, GetSpeedPercent
@@ -21,8 +22,10 @@ from tests.plants import in_virtual_time
 DOWN = MoveRelative(coordinates=[None, None, -1.0])
 
 
-@pytest.mark.parametrize("units", [1, 2])
-@pytest.mark.parametrize(("mode", "first_s", "next_s"), [(2, 1.7, 0.2), (3, 0.01, 0.01)])
+@pytest.mark.parametrize(
+    ("mode", "units", "first_s", "next_s"),
+    [(2, 1, 0.6, 0.2), (2, 2, 1.7, 0.2), (3, 1, 0.01, 0.01), (3, 2, 0.01, 0.01)],
+)
 def test_a_move_is_refused_with_e01(mode: int, units: int, first_s: float, next_s: float) -> None:
     @in_virtual_time
     async def story() -> None:
@@ -43,9 +46,24 @@ def test_a_move_is_refused_with_e01(mode: int, units: int, first_s: float, next_
     story()
 
 
+@pytest.mark.parametrize("units", [1, 2])
+def test_in_mode_2_a_move_is_refused_quickly_once_the_robot_was_seen_to_run(units: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=2, units=units) as rig:
+            rig.touch(lambda fics, _: setattr(fics, "terminal", MotionMode.MACRO))
+            await asyncio.sleep(HEALTH_POLL_S)
+            asked_at = asyncio.get_running_loop().time()
+            with pytest.raises(ControllerRefused, match="LMI was not sent"):
+                await rig.move(DOWN)
+            assert asyncio.get_running_loop().time() - asked_at < 2.5 * QUICK_S
+
+    story()
+
+
 @pytest.mark.parametrize(
     ("query", "first_s"),
-    [(GetVariable(number=5), 1.7), (GetSpeedPercent(), 1.7), (GetAccelerationTimes(), 1.7)],
+    [(GetVariable(number=5), 0.6), (GetSpeedPercent(), 0.6), (GetAccelerationTimes(), 0.6)],
 )
 @in_virtual_time
 async def test_a_question_that_is_refused_again_in_ver_2_is_refused_quickly(
