@@ -58,7 +58,8 @@ class BodyWatch:
             if wanted or now >= self._look_at:
                 if self._is_over(self._look_at, now):
                     self._look_at = self._health.next_look(now)
-                await body.look(Lane.READ if wanted else background_of(body.line))
+                lane = self._health.lane_of_called_for(now) if wanted else background_of(body.line)
+                await body.look(lane)
             elif self._is_unheard(now) and not self._stopping(body.line):
                 await body.ask(STATUS, lane=background_of(body.line))
         if self._mark_wanted(now):
