@@ -29,6 +29,8 @@ class BodyWatch:
         self._look_at = self._mark_at = self._ask_at = -inf
         """When each question is due."""
         self._asked_at = -inf
+        self._unreadable: str | None = None
+        """Why its state could not be learnt, as was told last."""
 
     async def run(self) -> None:
         """Watch until cancelled."""
@@ -39,9 +41,16 @@ class BodyWatch:
             if body.line.state == "ready" and body.online:
                 try:
                     await self._attend(wanted=wanted)
+                    self._unreadable = None
                 except GatewayError as error:
-                    body.on_news("body.unreadable", {"detail": error.detail})
+                    self._tell_unreadable(error.detail)
             await body.look_wanted(self._pause_s())
+
+    def _tell_unreadable(self, why: str) -> None:
+        """Tell it once, until its state is learnt or something else is in the way."""
+        if why != self._unreadable:
+            self._unreadable = why
+            self._body.on_news("body.unreadable", {"detail": why})
 
     def _pause_s(self) -> float:
         """Until the next question, if it is not heard before."""
