@@ -67,14 +67,24 @@ class BodyWatch:
             if wanted or now >= self._look_at:
                 if self._is_over(self._look_at, now):
                     self._look_at = self._health.next_look(now)
-                lane = self._health.lane_of_called_for(now) if wanted else background_of(body.line)
-                await body.look(lane)
+                await self._look(self._health.lane_of_called_for(now) if wanted else background_of(body.line))
             elif self._is_unheard(now) and not self._stopping(body.line):
-                await body.ask(STATUS, lane=background_of(body.line))
+                async with self._health.turn():
+                    await body.ask(STATUS, lane=background_of(body.line))
         if self._mark_wanted(now):
             if self._is_over(self._mark_at, now):
                 self._mark_at = self._health.next_mark(now)
-            await body.mark.tend(background_of(body.line))
+            async with self._health.turn():
+                await body.mark.tend(background_of(body.line))
+
+    async def _look(self, lane: Lane) -> None:
+        """Look at once among clients' reads, and in the background when it has its turn."""
+        if lane is not Lane.BACKGROUND:
+            await self._body.look(lane)
+            return
+        async with self._health.turn():
+            if self._body.move is None:
+                await self._body.look(lane)
 
     def _is_unheard(self, now: float) -> bool:
         """Whether it is to be asked if it is there; on a line of many, when its turn has come."""

@@ -19,6 +19,8 @@ from tests.plants import Rig, TerminalServer, Wire, in_virtual_time, rig, start
 IDLE_SHARE = 0.1
 GET_WITHIN_S = 0.25
 END_TOLD_WITHIN_S = 1.5
+END_TOLD_ON_A_BAD_LINE_S = 4.0
+"""Where everything is read twice."""
 STOPPED_WITHIN_S = 5.0
 STOPPED_AT_START_WITHIN_S = 7.5
 """While each body is asked for a program, and told to end it."""
@@ -88,6 +90,23 @@ async def test_bodies_that_rest_are_read_at_once_and_ends_are_told_while_30_moto
         late_s = [at - ended_at(it, move) for at, move in zip(await over, moves, strict=True)]
         assert all(move.status == "succeeded" for move in moves)
         assert 0 <= min(late_s) <= max(late_s) <= END_TOLD_WITHIN_S
+
+
+@in_virtual_time
+async def test_ends_are_told_soon_while_120_bodies_are_looked_at_anew() -> None:
+    async with full_line() as it:
+        it.wire.deaf_to = re.compile(rb">&7D[^\r]*\r")
+        await teach(it, MOVERS)
+        moves = [
+            await start(it, MoveClockwise(distance=30_000 + 2_000 * n), mover)
+            for n, mover in enumerate(MOVERS)
+        ]
+        it.wire.unplug()
+        it.wire.plugged_in = True
+        told = await asyncio.gather(*(told_at(it, move) for move in moves))
+        late_s = [at - ended_at(it, move) for at, move in zip(told, moves, strict=True)]
+        assert all(move.status == "succeeded" for move in moves)
+        assert max(late_s) <= END_TOLD_ON_A_BAD_LINE_S
 
 
 @in_virtual_time
