@@ -17,7 +17,7 @@ from gateway.core.trace_filter import FrameSubject
 from gateway.core.waiting import happens
 from gateway.rorze.errors import refused
 from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
-from gateway.rorze.session import RorzeSession, offline_error
+from gateway.rorze.session import RorzeSession
 from protocols.rorze.link import (
     POISON,
     LinkReader,
@@ -290,7 +290,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         if not self._open:
             raise self._down()
         if body in self.offline and lane not in STOPS:
-            raise offline_error(body)
+            raise self._session.offline_error(body)
         exchange = self._session.exchange(body, command, lane)
         if expires_at is None and lane in PEOPLE_WAIT:
             expires_at = self._loop.time() + WRITTEN_WITHIN_S

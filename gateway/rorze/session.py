@@ -14,6 +14,7 @@ from gateway.core.session import READ_REPEATS as READ_REPEATS
 from gateway.core.session import Awaited, Session, Settle
 from gateway.rorze.errors import is_evasive
 from gateway.rorze.exchange import ReplyFrame, RorzeExchange
+from protocols.rorze.errors import lookup
 from protocols.rorze.link import GroupAnswer, Refusal, encode
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position_table import GetNumberedPositionEntry
@@ -91,6 +92,8 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         """When it lost its step."""
         self._heard_at: dict[int, float] = {}
         self._evasive_since: dict[int, float] = {}
+        self._refused_fence: dict[int, int | None] = {}
+        """With which error a body has refused its last fences."""
 
     # what goes next
 
@@ -160,6 +163,8 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         self._fenced.discard(frame.body)
         if self._denies_probe(frame):
             return None
+        if isinstance(frame, Refusal) and self.is_refusal_of_fence(frame) and not _evades(frame):
+            self._refused_fence[frame.body] = frame.error
         return super().heard(frame, now)
 
     def _denies_probe(self, frame: ReplyFrame) -> bool:
@@ -192,6 +197,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         self._was_frank(frame)
         self._heard_at[body] = now
         if exchange.self_identifying:
+            self._refused_fence.pop(body, None)
             self._rule_out_copies(body)
         if body in self.silent or body in self.offline:
             self.offline.discard(body)
@@ -280,6 +286,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         super()._lose_step(target, doubtful=doubtful)
         self._fence_for = target
         self._fence_body, self._fenced_in_silence = self._witness_for(target), 0
+        self._refused_fence.pop(self._fence_body, None)
 
     def _witness_for(self, body: int) -> int:
         if body <= LAST_BODY:
@@ -322,10 +329,22 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         self.offline.add(body)
         self.cancel(
             lambda it: it.target == body and it.lane not in STOPS and not it.self_identifying,
-            offline_error(body),
+            self.offline_error(body),
         )
         self._call_silent(body, asked=asked)
         self.on_given_up()
+
+    def offline_error(self, body: int) -> BodyOffline:
+        """The error of a request to a body that does not answer, or refuses whatever it is asked."""
+        if body not in self._refused_fence:
+            return BodyOffline(
+                f"Body {body:02X} does not answer; nothing was sent.", "Check its power and cable."
+            )
+        error = self._refused_fence[body]
+        code, text = "" if error is None else f" (error {error:02X}h)", lookup(error)
+        return BodyOffline(
+            f"Body {body:02X} refuses what it is asked{code}: {text.en} Nothing was sent.", text.remedy_en
+        )
 
     def _call_silent(self, body: int, *, asked: bool) -> None:
         if body not in self.silent:
@@ -350,8 +369,3 @@ def _evades(frame: ReplyFrame) -> bool:
 @lru_cache(NONCES)
 def _question_of(nonce: int) -> GetNumberedPositionEntry:
     return GetNumberedPositionEntry(entry=PositionReference(position=nonce))
-
-
-def offline_error(body: int) -> BodyOffline:
-    """The error of a request to a body that does not answer."""
-    return BodyOffline(f"Body {body:02X} does not answer; nothing was sent.", "Check its power and cable.")
