@@ -29,6 +29,8 @@ class BodyWatch:
         self._look_at = self._mark_at = self._ask_at = -inf
         """When each question is due."""
         self._asked_at = -inf
+        self._unreadable: str | None = None
+        """Why its state could not be learnt, as was told last."""
 
     async def run(self) -> None:
         """Watch until cancelled."""
@@ -39,9 +41,16 @@ class BodyWatch:
             if body.line.state == "ready" and body.online:
                 try:
                     await self._attend(wanted=wanted)
+                    self._unreadable = None
                 except GatewayError as error:
-                    body.on_news("body.unreadable", {"detail": error.detail})
+                    self._tell_unreadable(error.detail)
             await body.look_wanted(self._pause_s())
+
+    def _tell_unreadable(self, why: str) -> None:
+        """Tell it once, until its state is learnt or something else is in the way."""
+        if why != self._unreadable:
+            self._unreadable = why
+            self._body.on_news("body.unreadable", {"detail": why})
 
     def _pause_s(self) -> float:
         """Until the next question, if it is not heard before."""
@@ -58,13 +67,24 @@ class BodyWatch:
             if wanted or now >= self._look_at:
                 if self._is_over(self._look_at, now):
                     self._look_at = self._health.next_look(now)
-                await body.look(Lane.READ if wanted else background_of(body.line))
+                await self._look(self._health.lane_of_called_for(now) if wanted else background_of(body.line))
             elif self._is_unheard(now) and not self._stopping(body.line):
-                await body.ask(STATUS, lane=background_of(body.line))
+                async with self._health.turn():
+                    await body.ask(STATUS, lane=background_of(body.line))
         if self._mark_wanted(now):
             if self._is_over(self._mark_at, now):
                 self._mark_at = self._health.next_mark(now)
-            await body.mark.tend(background_of(body.line))
+            async with self._health.turn():
+                await body.mark.tend(background_of(body.line))
+
+    async def _look(self, lane: Lane) -> None:
+        """Look at once among clients' reads, and in the background when it has its turn."""
+        if lane is not Lane.BACKGROUND:
+            await self._body.look(lane)
+            return
+        async with self._health.turn():
+            if self._body.move is None:
+                await self._body.look(lane)
 
     def _is_unheard(self, now: float) -> bool:
         """Whether it is to be asked if it is there; on a line of many, when its turn has come."""

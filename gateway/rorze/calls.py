@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from gateway.core.errors import GatewayError, calls_for
-from gateway.core.next_calls import ACKNOWLEDGE, ALARMS, LINE_STATE, STOP, NextCall, get, post
+from gateway.core.errors import ControllerRefused, GatewayError, calls_for
+from gateway.core.next_calls import ACKNOWLEDGE, ALARMS, LINE_STATE, STOP, NextCall, filled_in, get, post
 from gateway.core.rights import RIGHT_OF, Right
 from protocols.rorze.commands import BY_NAME
 
@@ -33,6 +33,7 @@ TABLE_UPLOAD: Final = get(
     "書き込みの記録を確認します。",
 )
 GROUP: Final = get("{subject}", "See the members of the group.", "グループの構成を確認します。")
+SENSORS: Final = get("{subject}/sensors", "See which sensors are on.", "センサの状態を確認します。")
 COMMANDS: Final = get("/commands", "See what each command takes.", "各コマンドの引数を確認します。")
 
 
@@ -67,6 +68,14 @@ SET_FALLING: Final = _command(
     "Set the share of falling acceleration (OBS).",
     "加速度減少の割合を設定します(OBS)。",
 )
+SET_INTERVAL: Final = _command(
+    "set-stall-sensor-interval", "Set the period of the dogs (QIS).", "ドグの周期を設定します(QIS)。"
+)
+PROGRAM_END: Final = _command(
+    "get-last-program-address",
+    "Read where the program ends (UED).",
+    "プログラムの最終アドレスを読み出します(UED)。",
+)
 
 _LOOK = (STATUS, POSITION)
 CALLS: Final[Mapping[str, Sequence[NextCall]]] = {
@@ -89,13 +98,10 @@ CALLS: Final[Mapping[str, Sequence[NextCall]]] = {
     "0x50": (MOVES, STOP),
     "0x51": (STATUS, CLEAR_STATUS),
     "0x52": (CLEAR_STALL_SENSOR, CLEAR_ENCODER_STALL, HOME),
-    "0x54": (
-        _command(
-            "set-stall-sensor-interval", "Set the period of the dogs (QIS).", "ドグの周期を設定します(QIS)。"
-        ),
-    ),
+    "0x54": (SET_INTERVAL,),
     "0x55": (STATUS, CLEAR_STATUS, HOME),
     "0x5A": (PROGRAM_RUN, STOP),
+    "0x5B": (PROGRAM_END,),
     "0x5D": (COMMANDS,),
     "0x66": (
         _command(
@@ -117,6 +123,31 @@ CALLS: Final[Mapping[str, Sequence[NextCall]]] = {
 }
 """By the controller's error code (RC-420 manual 21) or the kind of the error; what only the sender can know
 is left out of the calls."""
+OWN_CALLS: Final[Mapping[tuple[str, str], Sequence[NextCall]]] = {
+    ("01M", "0x54"): (
+        _command(
+            "set-stall-sensor-detection",
+            "Switch the STALL detection on (QSS).",
+            "脱調検出を有効にします(QSS)。",
+        ),
+        SET_INTERVAL,
+    ),
+    ("0QM", "0x52"): (
+        SENSORS,
+        _command(
+            "set-sensor-logic", "Correct the sensor's logic (DLS).", "センサ入力論理を訂正します(DLS)。"
+        ),
+    ),
+    ("0QM", "0x55"): (SENSORS,),
+    ("UWS", "0x5B"): (
+        _command(
+            "get-free-program-steps",
+            "Read the steps that are left (UBD).",
+            "残りステップ数を読み出します(UBD)。",
+        ),
+    ),
+}
+"""By command and code, where the command's own page gives the code another meaning (RC-420 manual 14)."""
 CALLS_OF_GROUPS: Final[Mapping[str, Sequence[NextCall]]] = {
     "body-busy": (GROUP, STOP),
     "line-down": (LINE_STATE,),
@@ -133,7 +164,12 @@ CALLS_OF_LINES: Final[Mapping[str, Sequence[NextCall]]] = {
 
 def calls_for_body(error: GatewayError, address: str) -> Sequence[NextCall]:
     """The calls that help where something is wrong with a body."""
-    return calls_for(error, CALLS, subject=f"/bodies/{address}", line=address.partition(".")[0])
+    names = {"subject": f"/bodies/{address}", "line": address.partition(".")[0]}
+    if isinstance(error, ControllerRefused) and not error.next:
+        own = OWN_CALLS.get((error.command_code, error.error_code or ""))
+        if own is not None:
+            return filled_in(own, names)
+    return calls_for(error, CALLS, **names)
 
 
 def calls_for_group(error: GatewayError, address: str) -> Sequence[NextCall]:

@@ -12,7 +12,9 @@ LASTING = frozenset({0x23, *range(0x40, 0x48), 0x4A, 0x54, 0x5B, 0x5D, 0x5E, 0x5
 
 MOVING = "0x50"
 """How what is allowed at standstill only is refused (RC-420 manual 21)."""
-IN_MOTION = frozenset({MOVING, "0x4C"})
+SAME_GROUP = "0x4C"
+"""How a command is refused while another of its group is executed, whatever a group is."""
+IN_MOTION = frozenset({MOVING, SAME_GROUP})
 """How a motion is refused while the motor moves, or executes another command of the same group."""
 
 
@@ -22,6 +24,12 @@ def refused(address: str, command: RorzeCommand[Any], error: int | None) -> Cont
     if command.rules_out(error):
         return CommandGarbled(address, command.code, code, text)
     return ControllerRefused(address, command.code, code, text, lasting=error in LASTING)
+
+
+def is_evasive(error: int | GatewayError | None) -> bool:
+    """Whether a refusal is no sign of a body: a link master may answer so for one that is not there."""
+    code = f"0x{error:02X}" if isinstance(error, int) else getattr(error, "error_code", None)
+    return code == SAME_GROUP
 
 
 class ProgramDiffers(GatewayError):

@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager
 from typing import Any
 
 from gateway.core.errors import BodyOffline, GarbledReply, GatewayError, NoReply
-from gateway.core.lanes import IMPATIENT, STOPS, Lane
+from gateway.core.lanes import STOPS, Lane
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState as LineState
 from gateway.core.origin import PROBE, SET_UP, acting
@@ -17,7 +17,7 @@ from gateway.core.trace_filter import FrameSubject
 from gateway.core.waiting import happens
 from gateway.rorze.errors import refused
 from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
-from gateway.rorze.session import RorzeSession, offline_error
+from gateway.rorze.session import RorzeSession
 from protocols.rorze.link import (
     POISON,
     LinkReader,
@@ -35,6 +35,7 @@ _ADDRESS = re.compile(b"&([0-9A-F]{2})|[$#]([0-9A-F])")
 _MEMBER = re.compile(rb"\[([0-7][0-9A-F]):")
 WRITTEN_WITHIN_S = 5.0
 """A command or read that could not be written within this time is not sent any more, as a move is not."""
+PEOPLE_WAIT = (Lane.COMMAND, Lane.READ)
 ALL_SILENT = (
     "nobody on it answers; check the cable, the power of the RC-400 and of its bodies, and whether the baud "
     "rate is that of the RC-400's rotary switch (position 2: 9600)"
@@ -277,7 +278,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         """Queue a command; the future gives what became of it and never raises.
 
         What people wait for has to be written within `WRITTEN_WITHIN_S` where `expires_at` says no other
-        time. Stops, and the questions that a motor waits for, are never too late.
+        time. Stops, the questions that a motor waits for and those of the gateway itself are never too late.
 
         :raises ShuttingDown, HeldUp: it comes too late, and is neither a read nor a stop.
         :raises LineDown: the port is not open; nothing was queued.
@@ -289,9 +290,9 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         if not self._open:
             raise self._down()
         if body in self.offline and lane not in STOPS:
-            raise offline_error(body)
+            raise self._session.offline_error(body)
         exchange = self._session.exchange(body, command, lane)
-        if expires_at is None and lane in IMPATIENT:
+        if expires_at is None and lane in PEOPLE_WAIT:
             expires_at = self._loop.time() + WRITTEN_WITHIN_S
         exchange.expires_at, exchange.on_written = expires_at, on_written
         return self._queue(exchange)

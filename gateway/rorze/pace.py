@@ -1,5 +1,7 @@
 """How much of a line's time the gateway takes for itself, and how often it can ask for that."""
 
+import asyncio
+from contextlib import AbstractAsyncContextManager, nullcontext
 from math import inf
 
 from gateway.core.lanes import Lane
@@ -17,6 +19,10 @@ PRESENCE, LOOKS, MARKS = 0.45, 0.3, 0.2
 """How the share of health is divided among presence, looks, and marks; the rest is for what is asked anew."""
 STATUS_BYTES, LOOK_BYTES, MARK_BYTES = 18, 43, 30
 """Of 9CD, of 9CD and 6PD, and of 9VD, with their replies."""
+ATTENDED_AT_A_TIME = 2
+"""So many bodies of a line of many are attended at a time: who follows a motor takes turns with few."""
+CALLED_FOR_SHARE = 0.1
+"""Share of the line's time for looks that something has called for and that go among clients' reads."""
 GROUP_BYTES, MEMBER_BYTES = 16, 8
 """Of 9CD or URD to a group and its reply, and for each member in it, at most."""
 TURNAROUND_S = 0.003
@@ -69,6 +75,13 @@ class Pace:
         self._free_at = at + takes_s / self._share
         return at
 
+    def is_free(self, now: float, takes_s: float) -> bool:
+        """Keep this moment for a question of this length, unless the one before it lasts."""
+        free = self._free_at <= now
+        if free:
+            self.next(now, takes_s)
+        return free
+
 
 class Health:
     """When the bodies of a line are asked how they are."""
@@ -77,6 +90,12 @@ class Health:
         self.line = line
         self._presence, self._groups = Pace(PRESENCE * share), Pace(PRESENCE * share)
         self._looks, self._marks = Pace(LOOKS * share), Pace(MARKS * share)
+        self._called_for = Pace(CALLED_FOR_SHARE)
+        self._turns = asyncio.Semaphore(ATTENDED_AT_A_TIME)
+
+    def turn(self) -> AbstractAsyncContextManager[None]:
+        """Wait for a turn in the background of a line of many bodies."""
+        return nullcontext() if is_prompt(self.line) else self._turns
 
     def next_status(self, now: float) -> float:
         """When to ask a body that no group covers whether it is there."""
@@ -91,6 +110,11 @@ class Health:
         if is_prompt(self.line):
             return now + HEALTH_POLL_S
         return self._looks.next(now + HEALTH_POLL_S, wire_s(self.line, LOOK_BYTES, 2))
+
+    def lane_of_called_for(self, now: float) -> Lane:
+        """Where a look waits that something has called for: in a crowd, as at the start, behind clients."""
+        free = self._called_for.is_free(now, wire_s(self.line, LOOK_BYTES, 2))
+        return Lane.READ if free else background_of(self.line)
 
     def next_mark(self, now: float) -> float:
         """When to look at the mark of a body's power."""

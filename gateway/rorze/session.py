@@ -12,8 +12,10 @@ from gateway.core.exchange import Said
 from gateway.core.lanes import STOPS, Lane
 from gateway.core.session import READ_REPEATS as READ_REPEATS
 from gateway.core.session import Awaited, Session, Settle
+from gateway.rorze.errors import is_evasive
 from gateway.rorze.exchange import ReplyFrame, RorzeExchange
-from protocols.rorze.link import Refusal, encode
+from protocols.rorze.errors import lookup
+from protocols.rorze.link import GroupAnswer, Refusal, encode
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position_table import GetNumberedPositionEntry
 from protocols.rorze.row import LAST_BODY, LINK_MASTER, RorzeCommand
@@ -31,6 +33,8 @@ Two may hang on one fuse.
 STRICT_S = 3600.0
 """A line on which a reply came twice brackets its acknowledgements for this time after the last such copy."""
 
+EVASIVE_S = 2.0
+"""A body whose only answer for this time is @4C is not there; flash commands take 1.5 s (decision 61)."""
 CLEAN_AFTER_S = 10.0
 """A line without an error for this time is clean: a body that answers no question and no fence is gone."""
 
@@ -87,6 +91,9 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         self._was_clean = True
         """When it lost its step."""
         self._heard_at: dict[int, float] = {}
+        self._evasive_since: dict[int, float] = {}
+        self._refused_fence: dict[int, int | None] = {}
+        """With which error a body has refused its last fences."""
 
     # what goes next
 
@@ -154,7 +161,21 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         """Credit a reply; None if it ends no exchange."""
         self._fenced_in_silence = 0
         self._fenced.discard(frame.body)
+        if self._denies_probe(frame):
+            return None
+        if isinstance(frame, Refusal) and self.is_refusal_of_fence(frame) and not _evades(frame):
+            self._refused_fence[frame.body] = frame.error
         return super().heard(frame, now)
+
+    def _denies_probe(self, frame: ReplyFrame) -> bool:
+        """Whether it says that a body is absent which is not known to be there: no trouble of the line."""
+        is_absent = frame.body in self.offline or frame.body not in self.bodies
+        return (
+            is_absent
+            and frame.body != self._fence_body
+            and _evades(frame)
+            and self.is_refusal_of_fence(frame)
+        )
 
     def note_reply(self, exchange: RorzeExchange, frame: ReplyFrame, now: float) -> None:
         """Remember it: a copy may come. Where all commands of a code ask the same, it can do no harm."""
@@ -167,16 +188,32 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
             self._copies.note(exchange.target, frame.code, said, now)
 
     def learn(self, exchange: RorzeExchange, _outcome: Any, frame: ReplyFrame, now: float) -> None:
-        """A body has answered: it is there."""
+        """A body has answered: it is there, unless all it says for a while is @4C."""
         self.note_reply(exchange, frame, now)
         body = exchange.target
+        if _evades(frame) and body <= LAST_BODY:
+            self._was_evasive(body, now)
+            return
+        self._was_frank(frame)
         self._heard_at[body] = now
         if exchange.self_identifying:
+            self._refused_fence.pop(body, None)
             self._rule_out_copies(body)
         if body in self.silent or body in self.offline:
             self.offline.discard(body)
             self.silent.discard(body)
             self.on_online(body)
+
+    def _was_frank(self, frame: ReplyFrame) -> None:
+        """A body, or members of a group, have told something."""
+        answers = frame.members.values() if isinstance(frame, GroupAnswer) else (frame,)
+        for answer in answers:
+            if not _evades(answer):
+                self._evasive_since.pop(answer.body, None)
+
+    def _was_evasive(self, body: int, now: float) -> None:
+        if now - self._evasive_since.setdefault(body, now) >= EVASIVE_S:
+            self._went_offline(body, asked=True)
 
     def is_refusal_of_fence(self, frame: ReplyFrame) -> bool:
         """Whether a position entry was refused."""
@@ -249,6 +286,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         super()._lose_step(target, doubtful=doubtful)
         self._fence_for = target
         self._fence_body, self._fenced_in_silence = self._witness_for(target), 0
+        self._refused_fence.pop(self._fence_body, None)
 
     def _witness_for(self, body: int) -> int:
         if body <= LAST_BODY:
@@ -291,10 +329,22 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         self.offline.add(body)
         self.cancel(
             lambda it: it.target == body and it.lane not in STOPS and not it.self_identifying,
-            offline_error(body),
+            self.offline_error(body),
         )
         self._call_silent(body, asked=asked)
         self.on_given_up()
+
+    def offline_error(self, body: int) -> BodyOffline:
+        """The error of a request to a body that does not answer, or refuses whatever it is asked."""
+        if body not in self._refused_fence:
+            return BodyOffline(
+                f"Body {body:02X} does not answer; nothing was sent.", "Check its power and cable."
+            )
+        error = self._refused_fence[body]
+        code, text = "" if error is None else f" (error {error:02X}h)", lookup(error)
+        return BodyOffline(
+            f"Body {body:02X} refuses what it is asked{code}: {text.en} Nothing was sent.", text.remedy_en
+        )
 
     def _call_silent(self, body: int, *, asked: bool) -> None:
         if body not in self.silent:
@@ -308,14 +358,14 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         super().break_off(lost, unsent)
         self._copies.forget(LINK_MASTER)  # set up anew, maybe without bodies that could prove anything
         self._be_lenient()
+        self._evasive_since.clear()
         self.offline |= self.silent  # nobody finds out any more, but the probes
+
+
+def _evades(frame: ReplyFrame) -> bool:
+    return isinstance(frame, Refusal) and is_evasive(frame.error)
 
 
 @lru_cache(NONCES)
 def _question_of(nonce: int) -> GetNumberedPositionEntry:
     return GetNumberedPositionEntry(entry=PositionReference(position=nonce))
-
-
-def offline_error(body: int) -> BodyOffline:
-    """The error of a request to a body that does not answer."""
-    return BodyOffline(f"Body {body:02X} does not answer; nothing was sent.", "Check its power and cable.")

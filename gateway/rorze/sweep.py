@@ -9,6 +9,7 @@ from typing import NamedTuple, cast
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply
 from gateway.core.lanes import Lane
 from gateway.rorze.bodies import Body, Group, R
+from gateway.rorze.errors import is_evasive
 from gateway.rorze.line import Line
 from protocols.rorze.link_master import MOST_MEMBERS
 from protocols.rorze.row import RorzeCommand
@@ -103,7 +104,7 @@ class Sweep:
             results = {
                 member: SweepAnswer(reply, member.last_heard_at or 0.0) if isinstance(reply, Reply) else reply
                 for member, reply in replies.items()
-                if member in members and not isinstance(reply, NoReply)
+                if member in members and (isinstance(reply, Reply) or not _says_nothing(reply))
             }
         for member in members:
             if member not in results:
@@ -123,6 +124,11 @@ class Sweep:
         except GatewayError:
             pass  # the line is down, or the like: each member says so
         return {}
+
+
+def _says_nothing(error: GatewayError) -> bool:
+    """Whether a group's reply leaves open if a member is there."""
+    return isinstance(error, NoReply) or is_evasive(error)
 
 
 def parts_of(bodies: Sequence[Body]) -> list[list[Body]]:

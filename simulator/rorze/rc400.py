@@ -287,15 +287,16 @@ class Rc400(Generic[A]):
         return Response("@", response.delay_s)
 
     def _group_command(self, request: Request, now: float) -> Response | None:
-        """Let every member do the command; a member that is not there is left out of the reply."""
-        present = [
-            (body, axis)
-            for body in self._groups[request.body]
-            if (axis := self.axes.get(body)) is not None and axis.powered
-        ]
-        if not present:
+        """Let every member do the command; one that is not there is left out, or refuses by the setting."""
+        answers: dict[int, Response] = {}
+        for body in self._groups[request.body]:
+            axis = self.axes.get(body)
+            if axis is not None and axis.powered:
+                answers[body] = self._shown(axis.execute(request.text, now))
+            elif self.settings.absent_bodies == "error":
+                answers[body] = self._refusal(BUSY)
+        if not answers:
             return None
-        answers = {body: self._shown(axis.execute(request.text, now)) for body, axis in present}
         if request.text.startswith(StartInterpolation.code):
             self._together.append({body for body, answer in answers.items() if not answer.payload})
         mark = "@" if any(answer.payload.startswith("@") for answer in answers.values()) else ""

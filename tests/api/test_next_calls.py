@@ -40,6 +40,7 @@ def templates() -> Iterator[NextCall]:
     """All calls that an error or an alarm can name."""
     for table in (
         calls_of_bodies.CALLS,
+        calls_of_bodies.OWN_CALLS,
         calls_of_bodies.CALLS_OF_GROUPS,
         calls_of_bodies.CALLS_OF_LINES,
         calls_of_robots.CALLS,

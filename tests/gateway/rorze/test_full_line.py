@@ -19,6 +19,8 @@ from tests.plants import Rig, TerminalServer, Wire, in_virtual_time, rig, start
 IDLE_SHARE = 0.1
 GET_WITHIN_S = 0.25
 END_TOLD_WITHIN_S = 1.5
+END_TOLD_ON_A_BAD_LINE_S = 4.0
+"""Where everything is read twice."""
 STOPPED_WITHIN_S = 5.0
 STOPPED_AT_START_WITHIN_S = 7.5
 """While each body is asked for a program, and told to end it."""
@@ -42,6 +44,32 @@ async def test_an_idle_gateway_takes_a_tenth_of_the_line(options: str) -> None:
             assert load["health"] == pytest.approx(10 * busy_s(it, began_at), abs=2.0)
 
 
+@pytest.mark.parametrize("options", [SWEEP_GROUPS, ""])
+@in_virtual_time
+async def test_a_client_is_served_at_once_while_the_gateway_gets_to_know_120_bodies(options: str) -> None:
+    async with rig(bodies=FULL, groups={}, baud=9600, options=options, beginning=True) as it:
+        await it.body("77").ask(GetPosition())  # the line is ready
+        for body in ("00", "01", "3F"):
+            asked_at = now()
+            await it.body(body).ask(GetPosition())
+            assert now() - asked_at < GET_WITHIN_S
+
+
+@pytest.mark.parametrize("options", [SWEEP_GROUPS, ""])
+@in_virtual_time
+async def test_nobody_is_called_unreadable_where_clients_take_the_whole_line_from_the_start(
+    options: str,
+) -> None:
+    async with rig(bodies=FULL, groups={}, baud=9600, options=options, beginning=True) as it:
+        readers = [asyncio.create_task(read_on(it, "3F", entry)) for entry in (0, 1)]
+        await asyncio.sleep(30.0)
+        assert it.types("body.unreadable") == []
+        for reader in readers:
+            reader.cancel()
+        await asyncio.sleep(30.0)
+        assert all(body.position is not None for body in it.plant.bodies())
+
+
 @in_virtual_time
 async def test_bodies_that_rest_are_read_at_once_and_ends_are_told_while_30_motors_move() -> None:
     async with full_line() as it:
@@ -62,6 +90,23 @@ async def test_bodies_that_rest_are_read_at_once_and_ends_are_told_while_30_moto
         late_s = [at - ended_at(it, move) for at, move in zip(await over, moves, strict=True)]
         assert all(move.status == "succeeded" for move in moves)
         assert 0 <= min(late_s) <= max(late_s) <= END_TOLD_WITHIN_S
+
+
+@in_virtual_time
+async def test_ends_are_told_soon_while_120_bodies_are_looked_at_anew() -> None:
+    async with full_line() as it:
+        it.wire.deaf_to = re.compile(rb">&7D[^\r]*\r")
+        await teach(it, MOVERS)
+        moves = [
+            await start(it, MoveClockwise(distance=30_000 + 2_000 * n), mover)
+            for n, mover in enumerate(MOVERS)
+        ]
+        it.wire.unplug()
+        it.wire.plugged_in = True
+        told = await asyncio.gather(*(told_at(it, move) for move in moves))
+        late_s = [at - ended_at(it, move) for at, move in zip(told, moves, strict=True)]
+        assert all(move.status == "succeeded" for move in moves)
+        assert max(late_s) <= END_TOLD_ON_A_BAD_LINE_S
 
 
 @in_virtual_time

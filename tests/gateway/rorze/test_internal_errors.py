@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from gateway.core.errors import CommandGarbled, ControllerRefused, GatewayError, PowerCycled
+from gateway.core.errors import BodyOffline, CommandGarbled, ControllerRefused, GatewayError, PowerCycled
 from gateway.core.move_record import MoveStatus
 from gateway.rorze.bodies import Body
 from protocols.rorze.flash import SaveSettings
@@ -109,6 +109,23 @@ async def test_a_body_that_refuses_everything_is_unreadable_and_not_moved(error:
         assert not it.truth.of("pulses_start")
         break_down(it, error, 0)
         assert (await finished(it, MOVE)).status is MoveStatus.SUCCEEDED
+
+
+@in_virtual_time
+async def test_a_body_that_refuses_even_its_fence_is_not_said_to_be_without_power() -> None:
+    async with rig() as it:
+        await it.body().ask(SetStartSpeed(speed=77))
+        break_down(it, HARDWARE, FOR_EVER)
+        with pytest.raises(BodyOffline, match=r"refuses what it is asked \(error 4Eh\)") as caught:
+            await it.body().ask(SetStartSpeed(speed=78))
+        assert "contact RORZE" in caught.value.remedy
+        break_down(it, HARDWARE, 0)
+        await asyncio.sleep(NOTICED_S)
+        await it.body().ask(SetStartSpeed(speed=79))
+        it.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
+        await asyncio.sleep(NOTICED_S)
+        with pytest.raises(BodyOffline, match="does not answer"):
+            await it.body().ask(SetStartSpeed(speed=80))
 
 
 @in_virtual_time

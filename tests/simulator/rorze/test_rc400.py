@@ -105,6 +105,15 @@ def test_a_group_answers_member_by_member() -> None:
     assert ask(line, "&80CED12,1") == ">&80CED[01:12,1][00:12,1]\r"
 
 
+def test_a_member_that_is_not_there_is_left_out_or_refuses_as_the_setting_says() -> None:
+    for line, told in (
+        (build(), ">&80CED[3F:12,1]\r"),
+        (build(LinkSettings(absent_bodies="error")), ">&80CED@[3F:12,1][05:@4C]\r"),
+    ):
+        ask(line, "&7FXVS80,3F,05")
+        assert ask(line, "&80CED12,1") == told
+
+
 def test_one_member_that_refuses_marks_the_whole_reply() -> None:
     line = build()
     line.axes[0x01].refusal = "@4A"
