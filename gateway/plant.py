@@ -4,6 +4,7 @@ import asyncio
 import logging
 import random
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from functools import partial
 from typing import TypeVar
 
@@ -31,7 +32,6 @@ from gateway.core.origin import POLL, Origin, acting
 from gateway.core.parts import Part
 from gateway.core.targets import Target
 from gateway.families import FAMILIES
-from gateway.fics.family import Fics
 from gateway.figures import Figures
 from gateway.memory import Memory
 from gateway.port_scans import PortScans
@@ -107,7 +107,7 @@ class Plant:
         )
         for line in config.lines:
             self._build(line)
-        self.territory = Territory(self._ports, self.family(Rorze), self.family(Fics))
+        self.territory = Territory(self._ports, self.families.values())
 
     def _build(self, line: tables.Line) -> None:
         port = self._open_port(line)
@@ -184,7 +184,7 @@ class Plant:
                 self._start(line_id)
             for line_id in wanted:  # in the order of the configuration
                 self._ports[line_id] = self._ports.pop(line_id)
-            self.territory.learn()
+            self.territory.forget()
             self.on_lines()
             self.events.publish("gateway.reloaded", SUBJECT, found)
 
@@ -218,7 +218,8 @@ class Plant:
         return sorted({*there, *family.at_work(self._ports[line_id])})
 
     def _part(self, address: str) -> Part:
-        return next(iter(self.territory.parts(address)), Part(address, address))
+        """What a whole address means; of what has been removed its line is all that is known."""
+        return next(iter(self.territory.parts(address)), Part(address.partition(".")[0], address))
 
     async def _remove(self, line_id: str) -> None:
         await self._unwatch(line_id)
@@ -333,11 +334,8 @@ class Plant:
         return self._family_of(line_id).info(self.port(line_id))
 
     def _line_of(self, subject: str) -> str:
-        """The line of a body, a group or a robot, by the subject of its events."""
-        _, kind, address, *_ = subject.split("/")
-        if kind == "robots":
-            return self.family(Fics).robot(address).line.id
-        return address.partition(".")[0]
+        """The line of what events are about, by their subject."""
+        return self._part(subject.split("/")[2]).line_id
 
     def _family_of(self, line_id: str) -> Family:
         self.port(line_id)
@@ -355,6 +353,18 @@ class Plant:
             if collection in family.collections:
                 return family.target(collection, names)
         raise NotFound(f"There is no {path}; nothing was sent.")
+
+    def named(self, address: str) -> Target:
+        """Find what an address names, in whatever collection it stands.
+
+        :raises NotFound: there is no such thing.
+        :raises Ambiguous: it fits several lines.
+        """
+        for family in self.families.values():
+            for collection in family.collections:
+                with suppress(NotFound):
+                    return family.target(collection, address.split("/"))
+        raise NotFound(f"There is nothing of the address {address}; nothing was sent.")
 
     def require_unlatched(self, subjects: Iterable[str]) -> None:
         """Refuse to move what alarms keep from moving, where the configuration lets them.
