@@ -3,10 +3,10 @@
 import asyncio
 import logging
 import random
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from gateway import logbook
 from gateway.access.territory import Territory
@@ -16,12 +16,14 @@ from gateway.config_file import ConfigFile, changes
 from gateway.core import tables
 from gateway.core.addresses import there_are
 from gateway.core.admission import Admission
-from gateway.core.alarms import Alarms
+from gateway.core.alarms import Alarms, Latched
 from gateway.core.backup_record import Reading
 from gateway.core.backups import Backups, Comparisons
 from gateway.core.errors import BodyBusy, HeldUp, NotFound
 from gateway.core.events import EventHub
+from gateway.core.exchange import Exchange
 from gateway.core.family import AnyLine, Family, PortInfo, Site
+from gateway.core.gate import Guard
 from gateway.core.journal.journal import Journal
 from gateway.core.journal.opening import Opened
 from gateway.core.lease_tokens import LeaseTokens
@@ -115,6 +117,7 @@ class Plant:
         built.admission = self.admission
         built.recorder = self.recorders[built.id]
         built.gate.add(self.leases.guard(built.id))
+        built.gate.add(self._latch(built))
         if self._memory is not None:
             self._memory.keep(built)
         for scara in self.config.scaras:
@@ -366,13 +369,29 @@ class Plant:
                     return family.target(collection, address.split("/"))
         raise NotFound(f"There is nothing of the address {address}; nothing was sent.")
 
-    def require_unlatched(self, subjects: Iterable[str]) -> None:
+    def require_unlatched(self, address: str) -> None:
         """Refuse to move what alarms keep from moving, where the configuration lets them.
 
-        :raises Latched: an alarm of one of these stands, or one of the gateway itself.
+        :raises Latched: an alarm of one of its parts stands, or one of the gateway itself.
         """
-        if self.config.server.latch:
-            self.alarms.require_none([SUBJECT, *subjects])
+        refusal = self._latched(address)
+        if refusal is not None:
+            raise refusal
+
+    def _latched(self, address: str) -> Latched | None:
+        if not self.config.server.latch:
+            return None
+        parts = self.territory.parts(address)
+        return self.alarms.latched([SUBJECT.removeprefix("/"), *(part.address for part in parts)])
+
+    def _latch(self, line: AnyLine) -> Guard[Any]:
+        """Make the guard of a line's gate: an alarm may have come while a motion waited for its turn."""
+
+        def guard(exchange: Exchange[Any, Any, Any], _: float) -> Latched | None:
+            starts = exchange.command.starts_motion()
+            return self._latched(line.address_of(exchange.target)) if starts else None
+
+        return guard
 
     def addresses(self) -> set[str]:
         """All addresses by which events can be wanted."""
