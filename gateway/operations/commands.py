@@ -6,7 +6,7 @@ from gateway.core.origin import Origin
 from gateway.core.rights import RIGHT_OF
 from gateway.core.targets import Answer, AnyCommand, Begun, Result
 from gateway.core.waiting import together
-from gateway.operations.caller import address_of, for_caller, require
+from gateway.operations.caller import for_caller, require
 from gateway.plant import Plant
 from protocols.table import Effect
 
@@ -31,7 +31,7 @@ async def do(
         return await addressed.stop_by(command)
     if not command.starts_motion():
         return await addressed.ask(command)
-    plant.require_unlatched(address_of(target))
+    plant.require_unlatched(addressed.address)
     begun = await addressed.start(command, start_within_s)
     if isinstance(begun, Begun) and wait_s:
         await together(*(addressed.log.wait(move.id, wait_s) for move in begun.moves))

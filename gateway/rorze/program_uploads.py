@@ -21,8 +21,7 @@ from gateway.core.errors import (
 )
 from gateway.core.lanes import Lane
 from gateway.core.move_log import new_id
-from gateway.core.origin import current
-from gateway.core.records import Record
+from gateway.core.records import Record, request_id_field
 from gateway.core.sequence_lock import Series
 from gateway.core.works import Works
 from gateway.rorze.bodies import Body
@@ -96,10 +95,7 @@ class ProgramUpload(Record):
     saved: bool = Field(False, description="Whether it was written to flash memory.")
     stored: str = Field("", description="What the body holds now, as far as is known.")
     error: UploadError | None = None
-    request_id: str | None = Field(
-        default_factory=lambda: current().request_id,
-        description="The X-Request-Id of the request that asked for it.",
-    )
+    request_id: str | None = request_id_field()
     started_at: datetime
     ended_at: datetime | None = None
 

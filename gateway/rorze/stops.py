@@ -10,8 +10,8 @@ from pydantic import Field
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSent, StoppedFirst
 from gateway.core.events import EventHub
 from gateway.core.lanes import Lane
-from gateway.core.origin import current, working
-from gateway.core.records import Record
+from gateway.core.origin import working
+from gateway.core.records import Record, request_id_field
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, REPEAT_S, Stopping, StopState, StopsUnderWay
 from gateway.core.stops import StopMode as StopMode
 from gateway.core.waiting import happens
@@ -45,10 +45,7 @@ class StopReport(Record):
     )
     position: int | None = Field(None, description="In pulses, at standstill.")
     detail: str | None = Field(None, description="Why it is not confirmed.")
-    request_id: str | None = Field(
-        default_factory=lambda: current().request_id,
-        description="The X-Request-Id of the request that asked for it first.",
-    )
+    request_id: str | None = request_id_field("the request that asked for it first")
 
 
 class Stops(StopsUnderWay["_BodyStop"]):
