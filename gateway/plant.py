@@ -98,7 +98,7 @@ class Plant:
         self.figures = Figures(self._line_of)
         self.events.listeners += [self.figures.note, logbook.note, self.alarms.hear]
         self.on_lines: Callable[[], None] = lambda: None
-        """Told that there are other lines."""
+        """Called when other lines are served."""
         self._open_transport = open_transport
         self.port_scans = PortScans(self.events, lambda: self.config, open_transport)
         self._reloading = asyncio.Lock()

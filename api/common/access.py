@@ -59,7 +59,7 @@ _NOT_GOOD_JA: Final = (
 
 
 class Passage:
-    """A request that may go on; within it the code acts in the name of who asked."""
+    """A request that may go on; within it the code acts in the name of the caller."""
 
     holds: Callable[[], bool] | None = None
     """Of an event stream, which lasts: whether its credential is still good."""
@@ -160,11 +160,11 @@ class Access:
         return self.credentials.keys
 
     def sees(self, address: str) -> bool:
-        """Whether who asks may see this in a list."""
+        """Whether the caller may see this in a list."""
         return self.territory.covers(current_principal(), address)
 
     def caller_of(self, scope: Scope) -> str | None:
-        """Name who asks, as it stays the same over all requests; None where none may be answered."""
+        """Name the caller, the same for all its requests; None where none may be answered."""
         if self.is_open:
             return current().caller
         try:
@@ -194,7 +194,7 @@ class Access:
         return self.credentials.holds(grant) and (session is None or self.sessions.lasts(session))
 
     def _grant_of(self, scope: Scope) -> tuple[Grant, str | None]:
-        """Find who asks, and by which session if by one."""
+        """Find the caller, and the session if there is one."""
         shown = [value for name, value in scope["headers"] if name == _AUTHORIZATION]
         if shown:
             return self._bearer_of(shown), None

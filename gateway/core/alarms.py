@@ -24,7 +24,7 @@ from gateway.core.rights import Right
 HISTORY: Final = 1000
 """Alarms that are over and reset are kept until so many newer ones exist."""
 AGAIN: Final = "gateway: it came again"
-"""Who has reset an alarm in whose place a newer one stands."""
+"""`reset_by` of an alarm that a newer one has replaced."""
 
 Facts = Mapping[str, Any]
 T = TypeVar("T")

@@ -259,7 +259,7 @@ class Family(ABC):
 
     @abstractmethod
     async def at_rest(self) -> None:
-        """Wait for these stops, and for those who are told that nothing was sent."""
+        """Wait for these stops, and for refusals of moves."""
 
     @abstractmethod
     def left_moving(self) -> Iterable[LeftMoving]:
@@ -267,7 +267,7 @@ class Family(ABC):
 
     @abstractmethod
     async def let_go(self) -> None:
-        """Give those who wait for moves what is known now."""
+        """Give the waiters for moves what is known now."""
 
     @abstractmethod
     async def close(self) -> None:

@@ -49,7 +49,7 @@ class Stopping(ABC):
 
     @abstractmethod
     def submit(self) -> None:
-        """Send the stop, and note what becomes of it whenever that is known."""
+        """Send the stop, and note its outcome when that is known."""
 
     @abstractmethod
     async def stands_still(self) -> bool:

@@ -96,7 +96,7 @@ class RobotMoves:
         await self._tasks.begun()
 
     def let_go(self) -> None:
-        """Give those who wait for moves what is known now."""
+        """Give the waiters for moves what is known now."""
         self.log.let_go()
 
     async def close(self) -> None:

@@ -142,7 +142,7 @@ class _RobotStop(Stopping):
     # sending
 
     def submit(self) -> None:
-        """Send a stop, and note what becomes of it whenever that is known."""
+        """Send a stop, and note its outcome when that is known."""
         line = self._line
         command: FicsCommand[Any] = (
             StopAllImmediately() if self.mode == "immediate" else StopAllDecelerating()

@@ -1,4 +1,4 @@
-"""Commands of the tables: what becomes of each is decided by its effect."""
+"""Commands of the tables: the effect of each decides how it is carried out."""
 
 from gateway.core.errors import NotAllowed
 from gateway.core.move_record import START_WITHIN_S

@@ -350,7 +350,7 @@ class Body:
                 "Wait for its end or stop it.",
             )
 
-    # what becomes of it
+    # what it was sent and has answered
 
     def was_told(self, command: RorzeCommand[Any]) -> None:
         """Note what a command may change, when it is queued and again when its outcome is known.

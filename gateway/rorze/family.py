@@ -551,7 +551,7 @@ class Rorze(Family):
         self.site.events.publish(kind, f"/bodies/{body.address}", facts)
 
     def _on_strangers(self, group: Group, numbers: set[int]) -> None:
-        """The link master means others by the group than we do: who has obeyed may move now."""
+        """The link master knows other members of the group than the gateway: those may move now."""
         strangers = [f"{group.line.id}.{number:02X}" for number in sorted(numbers)]
         for address in strangers:
             if address in self._bodies:
@@ -579,7 +579,7 @@ class Rorze(Family):
         return unseen or not move.status.final
 
     async def at_rest(self) -> None:
-        """Wait for stops, and for those who are told that nothing was sent."""
+        """Wait for stops, and for refusals of moves."""
         await self.stops.confirmed()
         await self.scara_moves.begun()
         await self.moves.begun()
@@ -594,7 +594,7 @@ class Rorze(Family):
                 yield LeftMoving("body", f"/bodies/{body.address}", why, move_id)
 
     async def let_go(self) -> None:
-        """Give those who wait for moves what is known now."""
+        """Give the waiters for moves what is known now."""
         await self.scans.close()
         await self.restores.close()
         await self.uploads.close()

@@ -92,7 +92,7 @@ class Moves:
 
         One move comes back for a body, one for each member for a group; `on_sent` is called with each when
         the command is on the wire. `kind` is what it is for, where the command does not tell. `course` says
-        where who has planned the move has seen the motors, and where they should come to.
+        where the planner of the move has seen the motors, and where they should come to.
 
         :raises NotAllowed: it would never end, and the configuration does not allow that.
         :raises BodyBusy: a body moves, or the group is being defined anew; nothing was sent.
@@ -140,7 +140,7 @@ class Moves:
         await self._tasks.begun()
 
     def let_go(self) -> None:
-        """Give those who wait for moves what is known now."""
+        """Give the waiters for moves what is known now."""
         self.log.let_go()
 
     async def close(self) -> None:
@@ -338,7 +338,7 @@ class Moves:
             )
 
     def ended(self, body: Body, frame: MoveEnded) -> None:
-        """The link master announces an end: only a reason to look now, never a proof."""
+        """The link master announces an end: a reason to ask now, never a proof."""
         if body.move is None:
             body.moved_unseen()
         if body.move is None or body.move.command == frame.code:
@@ -375,7 +375,7 @@ class _Flight:
     answered: Beginning = field(default_factory=lambda: asyncio.get_running_loop().create_future())
 
     def answer(self, results: _Results) -> None:
-        """Tell who asked: an error if a single body did not take the command, or nobody was sent it."""
+        """Answer the caller: an error if a single body did not take the command, or it was sent to nobody."""
         errors = [
             it for it in results.values() if isinstance(it, GatewayError) and not isinstance(it, NoReply)
         ]

@@ -38,7 +38,7 @@ T = TypeVar("T")
 
 HISTORY = 100
 BLOCK = 2
-"""So many instructions are sent in one turn of the body's lock: then those who wait to read have theirs.
+"""So many instructions are sent in one turn of the body's lock: then waiting reads have theirs.
 
 At 9600 baud, with a fence before each, that takes 0.1 s.
 """
