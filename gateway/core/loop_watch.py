@@ -45,7 +45,7 @@ class LoopWatch:
         self._due = inf
 
     def look(self) -> None:
-        """Notice a suspension now: after it, whatever is called first looks before the next beat comes."""
+        """Notice a suspension now: what is called first after it checks, before the next beat comes."""
         now = self._clock()
         late_s = now - self._due
         if late_s > SUSPENDED_S:

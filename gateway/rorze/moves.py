@@ -324,7 +324,7 @@ class Moves:
             await self._expect_end_frame(case)
 
     async def _expect_end_frame(self, case: Case) -> None:
-        """An unannounced end is a sign that the link master has restarted, if the line was heard then."""
+        """An unannounced end is a sign that the link master has restarted, if the line answered then."""
         body = case.body
         if case.set_ups != body.line.set_ups:
             return

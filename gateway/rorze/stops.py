@@ -92,7 +92,7 @@ class Stops(StopsUnderWay["_BodyStop"]):
         return any(stop.body.line is line for stop in self._tasks)
 
     def in_reach_again(self, body: Body) -> None:
-        """A body that was silent answers again, or its line is up again: the next stop will be heard."""
+        """A body that was silent answers again, or its line is up again: the next stop will arrive."""
         for stop in self._tasks:
             if stop.body is body:
                 stop.repeat_at_once()
@@ -254,7 +254,7 @@ class _BodyStop(Stopping):
         self.body.line.cancel(lambda it: it.body == number and it.lane is Lane.AGAIN, StoppedFirst())
 
     def repeat_at_once(self) -> None:
-        """Wait no longer with the next repetition: it will be heard."""
+        """Send the next repetition now: it will arrive."""
         self._answers = True
         super().repeat_at_once()
 
@@ -316,7 +316,7 @@ class _BodyStop(Stopping):
         return None
 
     async def _position(self) -> int:
-        """Where it stands; on a line of many, one that has rested since it last told is not asked again."""
+        """Where it stands; on a line of many, one at rest since its last answer is not asked again."""
         if (rest := self.body.rest) is not None and not is_prompt(self.body.line):
             return rest.position
         company = [it for it in self._company_of(self.body) if it.rest is None]
@@ -338,13 +338,13 @@ class _BodyStop(Stopping):
         return bool(program.status & PROGRAM_RUNS)
 
     def replies_heard(self) -> int:
-        """All of its line: while others are heard, its own turn comes."""
+        """All of its line: while others answer, its own turn comes."""
         return self.body.line.counters["replies"]
 
     # telling
 
     def why_not(self) -> list[str]:
-        """What the controller has told, or why it has not."""
+        """What the controller has answered, or why it has not."""
         return [self._why] if self._why else []
 
     def publish(self, what: str) -> None:
