@@ -16,7 +16,7 @@ KEEP_USES_S: Final = 60.0
 
 
 class AccessControl:
-    """Lets in who has a good credential; its tasks run from `start` to `stop`."""
+    """Lets in callers with a good credential; its tasks run from `start` to `stop`."""
 
     def __init__(self, config: Config, data: Path) -> None:
         """Read the keys and the certificate.

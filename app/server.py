@@ -251,6 +251,6 @@ def _uvicorn_config(asgi: object, settings: Server, certificate: Certificate | N
         root_path=settings.root_path,
         ssl_context_factory=(lambda *_: certificate.context) if certificate else None,
         lifespan="off",
-        # By then the lines are closed, and those who still wait have had an answer.
+        # By then the lines are closed, and all waiters have had an answer.
         timeout_graceful_shutdown=int(2 * REQUESTS_S),
     )

@@ -3,7 +3,8 @@
 import asyncio
 import logging
 import random
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import partial
 from typing import Any, TypeVar
 
@@ -15,12 +16,14 @@ from gateway.config_file import ConfigFile, changes
 from gateway.core import tables
 from gateway.core.addresses import there_are
 from gateway.core.admission import Admission
-from gateway.core.alarms import Alarms
+from gateway.core.alarms import Alarms, Latched
 from gateway.core.backup_record import Reading
 from gateway.core.backups import Backups, Comparisons
 from gateway.core.errors import BodyBusy, HeldUp, NotFound
 from gateway.core.events import EventHub
+from gateway.core.exchange import Exchange
 from gateway.core.family import AnyLine, Family, PortInfo, Site
+from gateway.core.gate import Guard
 from gateway.core.journal.journal import Journal
 from gateway.core.journal.opening import Opened
 from gateway.core.kept_works import KeptWorks
@@ -33,7 +36,6 @@ from gateway.core.own_faults import carry_on
 from gateway.core.parts import Part
 from gateway.core.targets import Target
 from gateway.families import FAMILIES
-from gateway.fics.family import Fics
 from gateway.figures import Figures
 from gateway.memory import Memory
 from gateway.port_scans import PortScans
@@ -98,7 +100,7 @@ class Plant:
         self.figures = Figures(self._line_of)
         self.events.listeners += [self.figures.note, logbook.note, self.alarms.hear]
         self.on_lines: Callable[[], None] = lambda: None
-        """Told that there are other lines."""
+        """Called when other lines are served."""
         self._open_transport = open_transport
         self.port_scans = PortScans(self.events, lambda: self.config, open_transport)
         self._reloading = asyncio.Lock()
@@ -109,7 +111,7 @@ class Plant:
         )
         for line in config.lines:
             self._build(line)
-        self.territory = Territory(self._ports, self.family(Rorze), self.family(Fics))
+        self.territory = Territory(self._ports, self.families.values())
 
     def _build(self, line: tables.Line) -> None:
         port = self._open_port(line)
@@ -117,6 +119,8 @@ class Plant:
         built.admission = self.admission
         built.recorder = self.recorders[built.id]
         built.gate.add(self.leases.guard(built.id))
+        if self.config.server.latch:
+            built.gate.add(self._latch(built))
         if self._memory is not None:
             self._memory.keep(built)
         for scara in self.config.scaras:
@@ -192,7 +196,7 @@ class Plant:
                 self._start(line_id)
             for line_id in wanted:  # in the order of the configuration
                 self._ports[line_id] = self._ports.pop(line_id)
-            self.territory.learn()
+            self.territory.forget()
             self.on_lines()
             self.events.publish("gateway.reloaded", SUBJECT, found)
 
@@ -226,7 +230,8 @@ class Plant:
         return sorted({*there, *family.at_work(self._ports[line_id])})
 
     def _part(self, address: str) -> Part:
-        return next(iter(self.territory.parts(address)), Part(address, address))
+        """What a whole address means; of what has been removed its line is all that is known."""
+        return next(iter(self.territory.parts(address)), Part(address.partition(".")[0], address))
 
     async def _remove(self, line_id: str) -> None:
         await self._unwatch(line_id)
@@ -341,11 +346,8 @@ class Plant:
         return self._family_of(line_id).info(self.port(line_id))
 
     def _line_of(self, subject: str) -> str:
-        """The line of a body, a group or a robot, by the subject of its events."""
-        _, kind, address, *_ = subject.split("/")
-        if kind == "robots":
-            return self.family(Fics).robot(address).line.id
-        return address.partition(".")[0]
+        """The line of what events are about, by their subject."""
+        return self._part(subject.split("/")[2]).line_id
 
     def _family_of(self, line_id: str) -> Family:
         self.port(line_id)
@@ -364,13 +366,41 @@ class Plant:
                 return family.target(collection, names)
         raise NotFound(f"There is no {path}; nothing was sent.")
 
-    def require_unlatched(self, subjects: Iterable[str]) -> None:
+    def named(self, address: str) -> Target:
+        """Find what an address names, in whatever collection it stands.
+
+        :raises NotFound: there is no such thing.
+        :raises Ambiguous: it fits several lines.
+        """
+        for family in self.families.values():
+            for collection in family.collections:
+                with suppress(NotFound):
+                    return family.target(collection, address.split("/"))
+        raise NotFound(f"There is nothing of the address {address}; nothing was sent.")
+
+    def require_unlatched(self, address: str) -> None:
         """Refuse to move what alarms keep from moving, where the configuration lets them.
 
-        :raises Latched: an alarm of one of these stands, or one of the gateway itself.
+        :raises Latched: an alarm of one of its parts stands, or one of the gateway itself.
         """
-        if self.config.server.latch:
-            self.alarms.require_none([SUBJECT, *subjects])
+        refusal = self._latched(address)
+        if refusal is not None:
+            raise refusal
+
+    def _latched(self, address: str) -> Latched | None:
+        if not self.config.server.latch:
+            return None
+        parts = self.territory.parts(address)
+        return self.alarms.latched([SUBJECT.removeprefix("/"), *(part.address for part in parts)])
+
+    def _latch(self, line: AnyLine) -> Guard[Any]:
+        """Make the guard of a line's gate: an alarm may have come while a motion waited for its turn."""
+
+        def guard(exchange: Exchange[Any, Any, Any], _: float) -> Latched | None:
+            starts = exchange.command.starts_motion()
+            return self._latched(line.address_of(exchange.target)) if starts else None
+
+        return guard
 
     def addresses(self) -> set[str]:
         """All addresses by which events can be wanted."""

@@ -53,7 +53,7 @@ ENTRIES = 2048
 F = TypeVar("F")
 T = TypeVar("T")
 Tell = Callable[[str, str], None]
-"""Told the address of a port, and what goes on there."""
+"""Called with the address of a port, and what goes on there."""
 
 
 def serial_devices() -> list[str]:

@@ -35,7 +35,7 @@ class _Spec(ctypes.Structure):
 class Nudge:
     """Expects a reply as long after a frame as the last reply to the same frame came, and wakes up before it.
 
-    When it comes at another time, nothing is lost but a wake-up in vain. Where the system has no such timers,
+    When it comes at another time, only a wake-up is wasted. Where the system has no such timers,
     nobody is woken.
     """
 

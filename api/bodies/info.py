@@ -375,7 +375,7 @@ def _position(body: Body, pulses: int, at: float) -> Position:
 async def _sweep(
     request: Request, line_id: str, command: RorzeCommand[Any]
 ) -> tuple[Mapping[Body, tuple[Any, float]], list[Unanswered]]:
-    """Ask all bodies of a line, and part those who told from those who did not."""
+    """Ask all bodies of a line, and part those that answered from those that did not."""
     results = await bodies.sweep(plant_of(request), origin(), line_id, command)
     told = {body: it for body, it in results.items() if not isinstance(it, GatewayError)}
     unanswered = [

@@ -3,7 +3,7 @@
 import asyncio
 import logging
 import re
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from time import monotonic
 from typing import Final
@@ -22,6 +22,7 @@ from gateway.access.limits import Limits, Usages, Use
 from gateway.access.principal import EVERYBODY, PRINCIPAL, Principal
 from gateway.access.principal import current as current_principal
 from gateway.core.errors import InvalidRequest
+from gateway.core.family import Family
 from gateway.core.origin import ORIGIN, Claim, Origin, current
 from gateway.core.rights import Right
 from gateway.plant import Plant
@@ -34,7 +35,6 @@ LOOK_AGAIN_S: Final = 5.0
 """How often it is asked whether the credential of an event stream is still good."""
 CLOSE_NOT_AUTHENTICATED: Final = 4401
 _SHOWS_LEASES: Final = frozenset({Right.OPERATE, Right.SETUP})
-_TARGETS: Final = ("body_id", "group_id", "scara_id", "robot_id", "line_id")
 _SAFE: Final = frozenset({"GET", "HEAD"})
 _TICKET: Final = "ticket"
 _AUTHORIZATION: Final = b"authorization"
@@ -59,7 +59,7 @@ _NOT_GOOD_JA: Final = (
 
 
 class Passage:
-    """A request that may go on; within it the code acts in the name of who asked."""
+    """A request that may go on; within it the code acts in the name of the caller."""
 
     holds: Callable[[], bool] | None = None
     """Of an event stream, which lasts: whether its credential is still good."""
@@ -113,6 +113,7 @@ class Access:
         self.sessions = Sessions()
         self.tickets = Tickets()
         self.territory = plant.territory
+        self._named_by = _parameters_of(plant.families.values())
         self._usages = Usages(
             Limits(settings.subscribers_per_key, settings.requests_per_key, settings.moves_per_key_and_s)
         )
@@ -141,7 +142,7 @@ class Access:
             if any_scope:
                 self.territory.require_right(grant.principal, right)
             else:
-                self.territory.require(grant.principal, right, *_targets(scope))
+                self.territory.require(grant.principal, right, *self._targets(scope))
         except (NotAuthenticated, NotPermitted) as error:
             self._tell(scope, error)
             raise
@@ -159,11 +160,11 @@ class Access:
         return self.credentials.keys
 
     def sees(self, address: str) -> bool:
-        """Whether who asks may see this in a list."""
+        """Whether the caller may see this in a list."""
         return self.territory.covers(current_principal(), address)
 
     def caller_of(self, scope: Scope) -> str | None:
-        """Name who asks, as it stays the same over all requests; None where none may be answered."""
+        """Name the caller, the same for all its requests; None where none may be answered."""
         if self.is_open:
             return current().caller
         try:
@@ -178,11 +179,22 @@ class Access:
         """
         return self._grant_of(scope)[0]
 
+    def _targets(self, scope: Scope) -> list[str]:
+        """What a request is about, by its path; events by their query."""
+        params = scope.get("path_params") or {}
+        named = [str(params[name]) for name in self._named_by if name in params]
+        if named or path_of(scope) not in STREAMS:
+            return named
+        query = parse_qs(scope["query_string"].decode("latin-1"), keep_blank_values=True)
+        wanted = query.get("bodies", [])
+        # Which of two is heeded, or whether an empty one means all, is not for this place to guess.
+        return [part.strip() for part in wanted[0].split(",")] if len(wanted) == 1 else []
+
     def _holds(self, grant: Grant, session: str | None) -> bool:
         return self.credentials.holds(grant) and (session is None or self.sessions.lasts(session))
 
     def _grant_of(self, scope: Scope) -> tuple[Grant, str | None]:
-        """Find who asks, and by which session if by one."""
+        """Find the caller, and the session if there is one."""
         shown = [value for name, value in scope["headers"] if name == _AUTHORIZATION]
         if shown:
             return self._bearer_of(shown), None
@@ -309,16 +321,10 @@ def _use_of(scope: Scope, right: Right) -> Use:
     return Use.SUBSCRIBER if listens else Use.REQUEST
 
 
-def _targets(scope: Scope) -> list[str]:
-    """What a request is about, by its path; events by their query."""
-    params = scope.get("path_params") or {}
-    named = [str(params[name]) for name in _TARGETS if name in params]
-    if named or path_of(scope) not in STREAMS:
-        return named
-    query = parse_qs(scope["query_string"].decode("latin-1"), keep_blank_values=True)
-    wanted = query.get("bodies", [])
-    # Which of two is heeded, or whether an empty one means all, is not for this place to guess.
-    return [part.strip() for part in wanted[0].split(",")] if len(wanted) == 1 else []
+def _parameters_of(families: Iterable[Family]) -> Collection[str]:
+    """The parameters of paths that name what a request is about: the first of each place."""
+    places = {place.path for family in families for place, _ in family.commands}
+    return {"line_id", "scara_id", *(path.split("/")[2].strip("{}") for path in places)}
 
 
 def _with_leases(origin: Origin, scope: Scope, right: Right) -> Origin:

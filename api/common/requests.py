@@ -55,7 +55,7 @@ def new_router(tag: str, route_class: type[HttpRoute] = StrictRoute) -> Router:
 
 
 origin = current
-"""Who has sent the request that is served: all of it is done in that name."""
+"""The sender of the request that is served: all of it is done in that name."""
 
 
 def plant_of(request: HTTPConnection) -> Plant:
@@ -65,7 +65,7 @@ def plant_of(request: HTTPConnection) -> Plant:
 
 
 def is_seen(request: Request, address: str) -> bool:
-    """Whether who asks may see this in a list: keys with a scope see what it covers."""
+    """Whether the caller may see this in a list: keys with a scope see what it covers."""
     access: Access = request.app.state.access
     return access.sees(address)
 

@@ -1,4 +1,4 @@
-"""How many connections there may be, and what becomes of those that are too many: they may still stop."""
+"""How many connections there may be, and what those beyond that may do: they may still stop."""
 
 import logging
 from collections.abc import Callable

@@ -15,7 +15,7 @@ class TokenVerifier(Protocol):
     """Checks tokens that are no keys."""
 
     def verify(self, token: str) -> Grant | None:
-        """Find out who has a token; None if it is not good.
+        """Find the holder of a token; None if it is not good.
 
         :raises NotPermitted: it is good, and gives no role here.
         """

@@ -4,7 +4,7 @@ from gateway.core.errors import GatewayError, NotSent
 
 
 class NotAuthenticated(GatewayError):
-    """Nobody knows who asks."""
+    """The caller is not known."""
 
     kind = "not-authenticated"
     title = "A valid key is needed"
@@ -12,7 +12,7 @@ class NotAuthenticated(GatewayError):
 
 
 class NotPermitted(GatewayError):
-    """The one who asks does not have the right, or not on this body, group, line or robot."""
+    """The caller does not have the right, or not on this body, group, line or robot."""
 
     kind = "not-permitted"
     title = "The key does not allow it"

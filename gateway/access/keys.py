@@ -107,7 +107,7 @@ class Key(BaseModel):
         )
 
     def principal(self) -> Principal:
-        """The one who has it."""
+        """Its holder."""
         scope = None if self.scope is None else frozenset(self.scope)
         return Principal(self.name, self.role, scope, self.prefix)
 

@@ -82,7 +82,7 @@ class OidcVerifier:
                 await _first(self._wanted, FETCH_S - RETRY_S)
 
     def verify(self, token: str) -> Grant | None:
-        """Find out who has a token; None if it is not good, or its key is not known (yet).
+        """Find the holder of a token; None if it is not good, or its key is not known (yet).
 
         :raises NotPermitted: it is good, and gives no role here.
         """

@@ -28,7 +28,7 @@ def weakened(config: Config) -> Iterator[Weakness]:
             access.lease_mode == "off",
             "access.lease_mode",
             "off",
-            "Nobody can keep others from moving what he moves.",
+            "Nobody can keep others from moving the same motor.",
         ),
         (far, "server.host", server.host, "Other machines reach the gateway."),
         (plain, "server.tls_certificate", "none", "The way from the proxy to the gateway is plain text."),

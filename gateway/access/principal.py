@@ -1,4 +1,4 @@
-"""Somebody who asks for something, and in whose name the running code acts."""
+"""The caller in whose name the running code acts."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -29,7 +29,7 @@ PRINCIPAL: ContextVar[Principal | None] = ContextVar("principal", default=None)
 
 
 def current() -> Principal:
-    """Tell who asked for what the running code does; tasks inherit it from those that begin them.
+    """Give the caller of the running code; tasks inherit it from the tasks that begin them.
 
     :raises NotAuthenticated: nobody did.
     """

@@ -1,17 +1,15 @@
 """Which part of a plant a scope covers, and the one check of rights that all front ends share."""
 
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Collection, Container, Iterable, Sequence
 from typing import Final
 
 from gateway.access.errors import NotPermitted
 from gateway.access.principal import Principal
 from gateway.access.roles import RIGHTS_OF
-from gateway.core.addresses import numbered_address
-from gateway.core.errors import NotFound
+from gateway.core.addresses import fits
+from gateway.core.family import Family
 from gateway.core.parts import Part
 from gateway.core.rights import Right
-from gateway.fics.family import Fics
-from gateway.rorze.family import Rorze
 
 MOST_KNOWN: Final = 10_000
 """So many addresses, each in any case, are found at once when they come again."""
@@ -20,28 +18,18 @@ MOST_KNOWN: Final = 10_000
 class Territory:
     """The addresses of a plant.
 
-    A line covers its bodies, groups and robot. A command to a group, or to a SCARA robot, needs all that are
-    members now. One in a scope covers the members that the configuration gives it: a group defined anew gives
-    nobody more.
+    A line covers all that is on it. A command to a group, or to a SCARA robot, needs all that are members
+    now. One in a scope covers the members that the configuration gives it.
     """
 
-    def __init__(self, lines: Container[str], bodies: Rorze, robots: Fics) -> None:
-        self._lines, self._bodies, self._robots = lines, bodies, robots
+    def __init__(self, lines: Container[str], families: Collection[Family]) -> None:
+        self._lines, self._families = lines, families
         self._covered: dict[frozenset[str], frozenset[str]] = {}
         self._single: dict[str, Sequence[Part]] = {}
         """What addresses mean that are those of one part: of groups that changes."""
-        self.learn()
 
-    def learn(self) -> None:
-        """Look anew at what scopes cover: there are other bodies, groups or robots now."""
-        self._configured = {
-            group.address: [Part(group.line.id, member.address) for member in group.members]
-            for group in self._bodies.groups()
-        }
-        self._scaras = {
-            scara.id: [Part(scara.line.id, member.address) for member in scara.members]
-            for scara in self._bodies.scaras()
-        }
+    def forget(self) -> None:
+        """Read anew what addresses mean: other things are configured now."""
         self._covered.clear()
         self._single.clear()
 
@@ -114,59 +102,22 @@ class Territory:
 
     def _meant_by(self, name: str) -> Iterable[str]:
         """The addresses that a name in a scope covers: none, if it fits nothing or several lines."""
-        if name in self._scaras:
-            return [part.address for part in self._scaras[name]]
-        fitting = [address for address in self._configured if _fits(name, address)]
-        if len(fitting) == 1:
-            return [part.address for part in self._configured[fitting[0]]]
-        bodies = [body.address for body in self._bodies.bodies() if _fits(name, body.address)]
-        if len(bodies) == 1:
-            return bodies
-        return [name] if name in self._lines or self._robot(name) else []
+        if name in self._lines:
+            return [name]
+        return [part.address for family in self._families for part in family.parts_in_scope(name)]
 
     def parts(self, address: str) -> Sequence[Part]:
         """What an address means: the members of a group, its line where there is no such group yet.
 
         :raises Ambiguous: it fits several lines.
         """
-        known = self._single.get(address) or self._scaras.get(address.lower())
+        known = self._single.get(address)
         if known is not None:
             return known
-        part = self._one(address)
-        if part is None:
-            return self._parts_of_group(numbered_address(address))
-        if len(self._single) < MOST_KNOWN:
-            self._single[address] = [part]
-        return [part]
-
-    def _one(self, address: str) -> Part | None:
-        """The line, the body or the robot that an address means."""
         if address in self._lines:
-            return Part(address, address)
-        robot = self._robot(address.partition("/")[0])
-        if robot:
-            return robot
-        try:
-            body = self._bodies.body(address)
-        except NotFound:
-            return None
-        return Part(body.line.id, body.address)
-
-    def _parts_of_group(self, address: str) -> list[Part]:
-        try:
-            group = self._bodies.group(address)
-            return [Part(group.line.id, member.address) for member in group.members]
-        except NotFound:
-            # To define a new group is a matter of the whole line.
-            line_id = address.rpartition(".")[0]
-            return [Part(line_id, line_id)] if line_id in self._lines else []
-
-    def _robot(self, robot_id: str) -> Part | None:
-        parts = (Part(robot.line.id, robot.id) for robot in self._robots.robots() if robot.id == robot_id)
-        return next(parts, None)
-
-
-def _fits(name: str, address: str) -> bool:
-    """Whether a name, `3F` or `line1.3F`, fits an address."""
-    written = numbered_address(name)
-    return written == address or ("." not in written and address.endswith(f".{written}"))
+            return [Part(address, address)]
+        parts = [part for family in self._families for part in family.parts(address)]
+        own = address.partition("/")[0]
+        if len(parts) == 1 and fits(own, parts[0].address) and len(self._single) < MOST_KNOWN:
+            self._single[address] = parts
+        return parts

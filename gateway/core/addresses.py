@@ -19,6 +19,12 @@ def numbered_address(text: str) -> str:
     return f"{line.lower()}{dot}{number.upper()}"
 
 
+def fits(name: str, address: str) -> bool:
+    """Whether a name, `3F`, `line1.3F` or `r1`, fits an address."""
+    written = numbered_address(name)
+    return address in (name, written) or ("." not in written and address.endswith(f".{written}"))
+
+
 def canonical_address(text: str) -> str:
     """Write any address as it is answered: `3F`, `arm.3F`, `r1` or `r1/units/1`.
 

@@ -24,7 +24,7 @@ from gateway.core.rights import Right
 HISTORY: Final = 1000
 """Alarms that are over and reset are kept until so many newer ones exist."""
 AGAIN: Final = "gateway: it came again"
-"""Who has reset an alarm in whose place a newer one stands."""
+"""`reset_by` of an alarm that a newer one has replaced."""
 
 Facts = Mapping[str, Any]
 T = TypeVar("T")
@@ -335,23 +335,21 @@ class Alarms:
 
     # the latch
 
-    def require_none(self, subjects: Iterable[str]) -> None:
-        """Refuse to move what an alarm is about.
-
-        :raises Latched: one stands.
-        """
-        wanted = {"/".join(subject.split("/")[:3]) for subject in subjects}
-        found = [alarm for alarm in self._standing.values() if alarm.subject in wanted]
-        if found:
-            names = ", ".join(f"{alarm.cause} at {alarm.subject} ({alarm.id})" for alarm in found)
-            raise Latched(
-                f"Alarms stand: {names}; nothing was sent.",
-                "See to their causes, then reset them.",
-                [call for alarm in found for call in (*alarm.next, reset_of(alarm))],
-            ).in_japanese(
-                f"アラームが発生中です: {names}。何も送信していません。",
-                "原因を取り除いてから、アラームを解除してください。",
-            )
+    def latched(self, addresses: Collection[str]) -> Latched | None:
+        """Why these must not move: alarms about one of them stand."""
+        standing = self._standing.values()
+        found = [alarm for alarm in standing if alarm.subject.rpartition("/")[2] in addresses]
+        if not found:
+            return None
+        names = ", ".join(f"{alarm.cause} at {alarm.subject} ({alarm.id})" for alarm in found)
+        return Latched(
+            f"Alarms stand: {names}; nothing was sent.",
+            "See to their causes, then reset them.",
+            [call for alarm in found for call in (*alarm.next, reset_of(alarm))],
+        ).in_japanese(
+            f"アラームが発生中です: {names}。何も送信していません。",
+            "原因を取り除いてから、アラームを解除してください。",
+        )
 
 
 def reset_of(alarm: Alarm) -> NextCall:

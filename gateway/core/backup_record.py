@@ -5,8 +5,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from gateway.core.origin import current
-from gateway.core.records import Record
+from gateway.core.records import Record, request_id_field
 from gateway.core.restore_record import Difference, RestoreError
 
 Status = Literal["running", "succeeded", "failed", "cancelled"]
@@ -31,10 +30,7 @@ class Reading(Record):
         "where nobody knows.",
     )
     error: BackupError | None = Field(None, description="Why it was not read.")
-    request_id: str | None = Field(
-        default_factory=lambda: current().request_id,
-        description="The X-Request-Id of the request that asked for it.",
-    )
+    request_id: str | None = request_id_field()
     started_at: datetime
     ended_at: datetime | None = None
 

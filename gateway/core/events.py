@@ -51,8 +51,8 @@ _SOURCE = "/motion-gateway"
 _MADE_FOR_ONE = {GAP: "-gap", SNAPSHOT: "-snapshot"}
 """What the ids of events end with that have no number of their own."""
 _CURSOR = re.compile("([0-9a-f]{8})-([0-9]{12})")
-_ADDRESSED = frozenset({"bodies", "groups", "robots", "scaras"})
-"""What has an address that a filter can name."""
+_NOT_ADDRESSED = frozenset({"events", "gateway", "lines"})
+"""Subjects without an address that a filter can name."""
 _TYPE = re.compile(r"[a-z0-9_]+(?:\.[a-z0-9_]+)*(?P<any>\.\*)?")
 
 
@@ -168,7 +168,7 @@ class Filter(NamedTuple):
         if (self.types or self.prefixes) and not (type_ in self.types or type_.startswith(self.prefixes)):
             return False
         kind, _, address = subject.removeprefix("/").partition("/")
-        return not self.bodies or (kind in _ADDRESSED and self.wants_address(address))
+        return not self.bodies or (kind not in _NOT_ADDRESSED and self.wants_address(address))
 
     def wants_address(self, address: str) -> bool:
         """Whether something of this whole address is wanted."""

@@ -5,7 +5,7 @@ import random
 from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Callable, Collection, Coroutine, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol
+from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
 
 from pydantic import Field
 from typing_extensions import TypedDict
@@ -63,7 +63,8 @@ class Place:
 class LeftMoving(NamedTuple):
     """What may move on when the gateway has ended."""
 
-    what: Literal["body", "robot"]
+    what: str
+    """What it is, as the types of its events begin: `body` or `robot`."""
     subject: str
     why: str
     move_id: str | None
@@ -182,6 +183,18 @@ class Family(ABC):
     def seen(self) -> Iterable[Seen]:
         """Tell of what is on its lines; no controller is asked."""
 
+    def parts(self, address: str) -> Sequence[Part]:
+        """What an address means now: all members of a group; nothing where there is no such thing.
+
+        :raises Ambiguous: it fits several lines.
+        """
+        own = address.partition("/")[0]
+        return [Part(it.line_id, it.address) for it in self.seen() if it.address == own]
+
+    def parts_in_scope(self, name: str) -> Sequence[Part]:
+        """What a name in a scope covers, by the configuration; nothing where it fits several lines."""
+        return self.parts(name)
+
     @abstractmethod
     def info(self, line: Any) -> PortInfo:
         """Tell the state of one of its lines."""
@@ -255,7 +268,7 @@ class Family(ABC):
 
     @abstractmethod
     async def at_rest(self) -> None:
-        """Wait for these stops, and for those who are told that nothing was sent."""
+        """Wait for these stops, and for refusals of moves."""
 
     @abstractmethod
     def left_moving(self) -> Iterable[LeftMoving]:
@@ -263,7 +276,7 @@ class Family(ABC):
 
     @abstractmethod
     async def let_go(self) -> None:
-        """Give those who wait for moves what is known now."""
+        """Give the waiters for moves what is known now."""
 
     @abstractmethod
     async def close(self) -> None:

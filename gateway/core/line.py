@@ -1,6 +1,6 @@
 """The driver of a line: its port kept open, set up and paced, and a session carried over it.
 
-What may go is written; what comes is cut into frames and heard.
+What may go is written; what comes is cut into frames and credited.
 """
 
 import asyncio

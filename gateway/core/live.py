@@ -1,4 +1,4 @@
-"""Values as they are now: the newest of each, for those who watch, as often as they ask for it.
+"""Values as they are now: the newest of each, for watchers, as often as they ask for it.
 
 They are no events: they have no place in their order and are not kept. A new one takes the place of the last.
 """
@@ -82,7 +82,7 @@ class Live:
         return found[::-1]
 
     def rate(self, type_: str, subject: str) -> float:
-        """How often a second a value is wanted by those who want it most often; 0 where nobody does."""
+        """How often a second the most demanding watcher wants a value; 0 where there is none."""
         if (rate := self._rates.get((type_, subject))) is None:
             rate = max((it.hz for it in self._audiences.values() if it.wants(type_, subject)), default=0.0)
             self._rates[type_, subject] = rate

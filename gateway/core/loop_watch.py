@@ -8,7 +8,7 @@ from math import inf
 
 BEAT_S = 0.05
 HELD_S = 0.25
-"""A beat later than this is told."""
+"""A beat later than this is published."""
 SUSPENDED_S = 2.0
 """After a beat later than this nothing is sent that was asked for before."""
 DOUBT_S = 0.5
@@ -26,7 +26,7 @@ class LoopWatch:
 
     def __init__(self, clock: Callable[[], float] = boot_time) -> None:
         self.on_held: Callable[[float], None] = lambda _seconds: None
-        """Told for how long the loop was held, from `HELD_S` on."""
+        """Called with the seconds for which the loop was held, from `HELD_S` on."""
         self._clock = clock
         self._due = inf
         """When the next beat is due."""
@@ -45,7 +45,7 @@ class LoopWatch:
         self._due = inf
 
     def look(self) -> None:
-        """Notice a suspension now: after it, whatever is called first looks before the next beat comes."""
+        """Notice a suspension now: what is called first after it checks, before the next beat comes."""
         now = self._clock()
         late_s = now - self._due
         if late_s > SUSPENDED_S:

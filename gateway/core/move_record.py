@@ -9,8 +9,7 @@ from pydantic import Field
 
 from gateway.core.errors import ControllerError, GatewayError, Moved
 from gateway.core.next_calls import NextCall
-from gateway.core.origin import current
-from gateway.core.records import Record, RequestModel
+from gateway.core.records import Record, RequestModel, request_id_field
 from protocols.members import at_hand
 
 LOST_AFTER_S = 30.0
@@ -95,10 +94,7 @@ class MoveRecord(Record):
     frame: str = Field(description="The exact bytes, CR as \\r.")
     evidence: list[str] = Field(default_factory=list, description="How the gateway knows what it says.")
     error: MoveError | None = None
-    request_id: str | None = Field(
-        default_factory=lambda: current().request_id,
-        description="The X-Request-Id of the request that asked for it.",
-    )
+    request_id: str | None = request_id_field()
     created_at: datetime
     sent_at: datetime | None = None
     acknowledged_at: datetime | None = None

@@ -1,4 +1,4 @@
-"""Who asked, and by which request: every exchange carries it."""
+"""The caller and the request that an exchange comes from: every exchange carries both."""
 
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager

@@ -2,7 +2,9 @@
 
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, JsonValue, TypeAdapter
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, TypeAdapter
+
+from gateway.core.origin import current
 
 
 def _all_required(schema: dict[str, Any]) -> None:
@@ -12,6 +14,11 @@ def _all_required(schema: dict[str, Any]) -> None:
 def example(**members: object) -> dict[str, JsonValue]:
     """What a class of requests takes as `json_schema_extra`, to show one that works on the demo."""
     return {"examples": [TypeAdapter(JsonValue).validate_python(members)]}
+
+
+def request_id_field(which: str = "the request that asked for it") -> Any:
+    """The field of a record with the id of the request that it comes from."""
+    return Field(default_factory=lambda: current().request_id, description=f"The X-Request-Id of {which}.")
 
 
 class Record(BaseModel):

@@ -6,8 +6,7 @@ from typing import Literal, Self
 from pydantic import Field
 
 from gateway.core.errors import GatewayError
-from gateway.core.origin import current
-from gateway.core.records import Record
+from gateway.core.records import Record, request_id_field
 
 Status = Literal["running", "verified", "differs", "failed", "cancelled"]
 Phase = Literal["comparing", "writing", "reading_back", "saving", "awaiting_power_cycle", "verifying", "done"]
@@ -85,9 +84,6 @@ class Restore(Record):
         "Events tell the first 20.",
     )
     error: RestoreError | None = Field(None, description="What has ended it early.")
-    request_id: str | None = Field(
-        default_factory=lambda: current().request_id,
-        description="The X-Request-Id of the request that asked for it.",
-    )
+    request_id: str | None = request_id_field()
     started_at: datetime
     ended_at: datetime | None = None

@@ -89,7 +89,7 @@ class SequenceLock:
             queue.remove(turn)
 
     def _pass_on(self) -> None:
-        """Give the lock to the next, who has it from this moment on."""
+        """Give the lock to the next waiter, which has it from this moment on."""
         for queue in self._waiting.values():
             while queue:
                 turn = queue.popleft()

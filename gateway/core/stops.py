@@ -49,7 +49,7 @@ class Stopping(ABC):
 
     @abstractmethod
     def submit(self) -> None:
-        """Send the stop, and note what becomes of it whenever that is known."""
+        """Send the stop, and note its outcome when that is known."""
 
     @abstractmethod
     async def stands_still(self) -> bool:
@@ -84,7 +84,7 @@ class Stopping(ABC):
         self._report.state, self._report.detail = "confirmed", None
 
     def repeat_at_once(self) -> None:
-        """Wait no longer with the next repetition: it will be heard."""
+        """Send the next repetition now: it will arrive."""
         self._at_once.set()
 
     async def _pause(self, pause_s: float) -> None:
@@ -92,7 +92,7 @@ class Stopping(ABC):
         self._at_once.clear()
 
     async def _is_proved(self) -> bool:
-        """Ask for proof; while nobody on the line is heard, nobody can give it, and the stop is repeated."""
+        """Ask for proof; while nobody on the line answers there is none, and the stop is repeated."""
         async with asyncio.TaskGroup() as group:
             proof = group.create_task(self.stands_still(), name="proof of a stop")
             while not proof.done():

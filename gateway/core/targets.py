@@ -155,11 +155,6 @@ class Target(ABC):
         """Stop as a command of the table says."""
         return await self.stop(self.stop_modes[type(command)])
 
-    @property
-    def moved(self) -> Sequence[str]:
-        """The subjects of all that moves with it."""
-        return (self.path,)
-
     def calls_for(self, error: GatewayError) -> Sequence[NextCall]:
         """The calls that help where a request about it has failed."""
         return error.next

@@ -47,9 +47,9 @@ class Commander:
         self._older_may_hide = False
         """Whether the last answer was an error that stands: behind it an older refusal may still wait."""
         self.on_error: Callable[[str], Awaitable[None]] = _unheeded
-        """Told every error of the system that is read, with the sequence lock held."""
+        """Called with every error of the system that is read, with the sequence lock held."""
         self.on_alarm: Callable[[], object] = lambda: None
-        """Told that a motion was refused because an error stands which nobody has read."""
+        """Called when a motion was refused because of an error that is not read yet."""
 
     async def say(
         self,

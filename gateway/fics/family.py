@@ -279,7 +279,7 @@ class Fics(Family):
         return [robot.stop("decelerate") for robot in robots if everything and robot.moving]
 
     async def at_rest(self) -> None:
-        """Wait for stops, for those who are told that nothing was sent, and for the ends of uploads."""
+        """Wait for stops, for refusals of moves, and for the ends of uploads."""
         for robot in self.robots():
             await robot.jogs.settled()
             await robot.stops.confirmed()
@@ -299,7 +299,7 @@ class Fics(Family):
                 yield LeftMoving("robot", f"/robots/{robot.id}", why, next(iter(moves), None))
 
     async def let_go(self) -> None:
-        """Give those who wait for moves what is known now."""
+        """Give the waiters for moves what is known now."""
         await self.restores.close()
         self.moves.let_go()
 

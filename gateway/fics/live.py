@@ -1,4 +1,4 @@
-"""Where units of robots stand, and how inputs and outputs of robots are, for those who watch them."""
+"""Where units of robots stand, and how inputs and outputs of robots are, for their watchers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -74,7 +74,7 @@ class ChannelSource(Source):
         return self.edges_hz
 
     async def read(self, _: Sequence[Source]) -> list[Source]:
-        """Ask, put what was told, and tell what has changed; outputs are for those who watch."""
+        """Ask, put what was told, and tell what has changed; outputs only for watchers."""
         asking = self.robot.asking
         asked = await asking.ask(GetInputChannel(channel=CHANNEL), lane=Lane.BACKGROUND)
         inputs = asked.replies[0].bits

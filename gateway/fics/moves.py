@@ -1,7 +1,7 @@
 """The moves of robots: started at most once each, remembered when they are over."""
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from datetime import UTC, datetime
 from functools import partial
 from typing import Any
@@ -10,6 +10,7 @@ from gateway.core.errors import GatewayError, RestartedFirst
 from gateway.core.events import Event
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import START_WITHIN_S, MoveError, MoveStatus
+from gateway.core.move_tasks import MoveTasks
 from gateway.core.trajectories import Trajectories
 from gateway.fics.calls import calls_for_robot
 from gateway.fics.errors import RobotBusy
@@ -31,7 +32,7 @@ class RobotMoves:
         """Called when the trajectory of a move begins, or has ended."""
         self.log = MoveLog[RobotMove]()
         self.trajectories = Trajectories[RobotTrajectory]()
-        self._tasks: dict[asyncio.Task[None], asyncio.Future[GatewayError | None]] = {}
+        self._tasks = MoveTasks()
         """With what is known when the robot has taken the command, or why it has not."""
 
     def get(self, move_id: str) -> RobotMove:
@@ -73,7 +74,7 @@ class RobotMoves:
             raise RobotBusy(f"A move of {robot.id} is not over; nothing was sent.", "Wait for it or stop it.")
         move = self._new(robot, unit, command)
         run = self._run(robot, unit, command, move)
-        self._keep(run, run.make(start_within_s), move)
+        self._tasks.add(move.id, run.make(start_within_s), run.begun)
         refusal = await asyncio.shield(run.begun)
         if refusal is not None:
             await name_limits(unit, move.coordinates, move.target_position, refusal)
@@ -92,35 +93,24 @@ class RobotMoves:
         move.evidence.append("The gateway was restarted in the middle of the move; the robot was asked.")
         robot.motion.begin_move(move.unit, move)
         run = self._run(robot, robot.unit(move.unit), _command_of(move), move)
-        self._keep(run, run.take_over(), move)
+        self._tasks.add(move.id, run.take_over(), run.begun)
 
     async def begun(self) -> None:
         """Wait until every move that was asked for has been taken or refused."""
-        if self._tasks:
-            await asyncio.wait(self._tasks.values())
+        await self._tasks.begun()
 
     def let_go(self) -> None:
-        """Give those who wait for moves what is known now."""
+        """Give the waiters for moves what is known now."""
         self.log.let_go()
 
     async def close(self) -> None:
         """Stop following, once the lines are closed; the robots keep doing what they do."""
-        await self.begun()
-        tasks = list(self._tasks)
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await self._tasks.close()
 
     def _run(self, robot: Robot, unit: RobotUnit, command: FicsCommand[Any], move: RobotMove) -> MoveRun:
         advance = partial(self.advance, robot, unit)
         publish = partial(robot.publish, unit=unit, correlation=move.id)
         return MoveRun(unit, command, move, robot.motions, robot.durations, advance, publish)
-
-    def _keep(self, run: MoveRun, making: Coroutine[Any, Any, None], move: RobotMove) -> None:
-        task = asyncio.create_task(making, name=f"move {move.id}")
-        self._tasks[task] = run.begun
-        task.add_done_callback(self._tasks.pop)
-        task.add_done_callback(lambda _: run.begun.cancel())
 
     def _new(self, robot: Robot, unit: RobotUnit, command: FicsCommand[Any]) -> RobotMove:
         now, coordinates = datetime.now(UTC), unit.coordinates_of(command)

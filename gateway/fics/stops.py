@@ -9,9 +9,8 @@ from pydantic import Field
 
 from gateway.core.errors import GatewayError, NotSent
 from gateway.core.lanes import Lane
-from gateway.core.origin import current
 from gateway.core.own_faults import carry_on
-from gateway.core.records import Record
+from gateway.core.records import Record, request_id_field
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState, StopsUnderWay
 from gateway.core.waiting import happens
 from gateway.fics.axes import Places, at_rest
@@ -47,10 +46,7 @@ class RobotStopReport(Record):
         "requested", description="Only confirmed means that the robot itself reports standstill of all axes."
     )
     detail: str | None = Field(None, description="Why it is not confirmed.")
-    request_id: str | None = Field(
-        default_factory=lambda: current().request_id,
-        description="The X-Request-Id of the request that asked for it first.",
-    )
+    request_id: str | None = request_id_field("the request that asked for it first")
     units_unknown: list[int] = Field(
         default_factory=list, description="Units of which the robot has not told whether they stand still."
     )
@@ -147,7 +143,7 @@ class _RobotStop(Stopping):
     # sending
 
     def submit(self) -> None:
-        """Send a stop, and note what becomes of it whenever that is known."""
+        """Send a stop, and note its outcome when that is known."""
         line = self._line
         command: FicsCommand[Any] = (
             StopAllImmediately() if self.mode == "immediate" else StopAllDecelerating()

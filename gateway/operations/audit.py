@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from pydantic import Field
 
-from gateway.core.errors import InvalidRequest, NotFound
+from gateway.core.errors import NotFound
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.journal.writes import Value
 from gateway.core.records import Record
@@ -93,9 +93,8 @@ async def deeds(plant: Plant, wanted: Wanted, limit: int) -> Sequence[Deed]:
 
 def _address_of(plant: Plant, given: str | None) -> str | None:
     """The whole address of what was named shortly; a line, or what there is no more, stays as it is."""
-    for collection in ("bodies", "groups", "robots"):
-        with suppress(NotFound, InvalidRequest):
-            return given and plant.target(f"/{collection}/{given}").address
+    with suppress(NotFound):
+        return given and plant.named(given).address
     return given
 
 

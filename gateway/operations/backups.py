@@ -112,7 +112,7 @@ async def read(plant: Plant, reading: Reading, wait_s: float) -> Backup:
 async def text(plant: Plant, reading: Reading) -> str:
     """Read a backup to its end; errors as of `read`, and where something was not read.
 
-    Who gives up waiting ends it.
+    A caller that gives up ends it.
     """
     require(plant, Right.VIEW, reading.target)
     for source in reading.sources:

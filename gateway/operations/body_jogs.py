@@ -13,7 +13,7 @@ async def start(plant: Plant, body_id: str, request: BodyJogRequest) -> Opened:
     """Start to jog a body; errors as of `BodyJogs.start`."""
     rorze = plant.family(Rorze)
     body = rorze.body(body_id)
-    plant.require_unlatched([f"/bodies/{body.address}"])
+    plant.require_unlatched(body.address)
     jog = await rorze.jogs.start(body, request)
     return Opened(f"/bodies/{body.address}/jogs/{jog.id}", jog)
 

@@ -1,4 +1,4 @@
-"""The caller of an operation, and whether he may: every front end asks here."""
+"""The caller of an operation and the rights of that caller: every front end asks here."""
 
 from collections.abc import Callable, Coroutine
 from functools import wraps

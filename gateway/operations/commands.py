@@ -1,4 +1,4 @@
-"""Commands of the tables: what becomes of each is decided by its effect."""
+"""Commands of the tables: the effect of each decides how it is carried out."""
 
 from gateway.core.errors import NotAllowed
 from gateway.core.move_record import START_WITHIN_S
@@ -30,7 +30,7 @@ async def do(
         return await addressed.stop_by(command)
     if not command.starts_motion():
         return await addressed.ask(command)
-    plant.require_unlatched(addressed.moved)
+    plant.require_unlatched(addressed.address)
     return await addressed.start_and_wait(command, wait_s, start_within_s)
 
 

@@ -22,7 +22,7 @@ class Key(NamedTuple):
     """A key, with the scope in which it stands for one request."""
 
     scope: str
-    """Who asks for what, and where."""
+    """The caller, and what it asks for."""
     key: str
     digest: str
     """Of all that makes it this request and no other."""

@@ -61,12 +61,10 @@ def _path(plant: Plant, scope: str) -> str:
     """Where among the resources what an address names stands."""
     if scope in plant.ports():
         return f"/lines/{scope}"
-    for collection in (name for family in plant.families.values() for name in family.collections):
-        try:
-            return plant.target(f"/{collection}/{scope}").path
-        except NotFound:
-            continue
-    raise NotFound(
-        f"There is no line, body, group or robot {scope}; nothing was leased.",
-        "GET /lines, /bodies, /groups, /scaras and /robots list what there is.",
-    )
+    try:
+        return plant.named(scope).path
+    except NotFound:
+        raise NotFound(
+            f"There is no line, body, group or robot {scope}; nothing was leased.",
+            "GET /lines, /bodies, /groups, /scaras and /robots list what there is.",
+        ) from None

@@ -25,7 +25,7 @@ async def start(plant: Plant, target: str, request: Any, wait_s: float = 0.0) ->
     command = addressed.command_for(request)
     if request.validate_only:
         return await addressed.plan(command)
-    plant.require_unlatched(addressed.moved)
+    plant.require_unlatched(addressed.address)
     return await addressed.start_and_wait(command, wait_s, request.start_within_s)
 
 

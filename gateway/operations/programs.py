@@ -69,7 +69,7 @@ async def upload(plant: Plant, body_id: str, program: Assembled, flash: bool, wa
 async def run(plant: Plant, body_id: str, command: RunProgram | StepProgram, wait_s: float) -> ProgramRun:
     """Run a body's program, or one instruction of it; errors as of `ProgramRuns.start`."""
     runs, body = plant.family(Rorze).runs, _body(plant, body_id)
-    plant.require_unlatched([f"/bodies/{body.address}"])
+    plant.require_unlatched(body.address)
     begun = await runs.start(body, command)
     await runs.wait(begun, wait_s)
     return begun

@@ -8,7 +8,7 @@ from gateway.core.errors import GatewayError
 from gateway.core.next_calls import NextCall
 from gateway.plant import Plant
 
-_TARGET: Final = re.compile(r"/(?:bodies|groups|lines|robots)/[^/]+(?:/units/\d+)?")
+_TARGET: Final = re.compile(r"/[^/]+/[^/]+(?:/units/\d+)?")
 
 
 def calls_for(plant: Plant, path: str, error: GatewayError) -> Sequence[NextCall]:

@@ -65,7 +65,7 @@ async def start_move(
     moves, scara = plant.family(Rorze).scara_moves, _scara(plant, scara_id)
     if request.validate_only:
         return await moves.plan(scara, request)
-    plant.require_unlatched([f"/bodies/{member.address}" for member in scara.members])
+    plant.require_unlatched(scara_id)
     move = await moves.start(scara, request)
     return await moves.log.wait(move.id, wait_s)
 

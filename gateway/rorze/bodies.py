@@ -114,9 +114,9 @@ class Body:
     mode: ModeName | None = None
     """Its operating mode; None where it may have changed since it was read."""
     prepared: bool | None = None
-    """Whether an interpolated move was prepared since it was told positions or moved; None: not known."""
+    """Whether an interpolated move was prepared since it got positions or moved; None: not known."""
     told: int = 0
-    """Counts what it is sent that is no mere read: a look around one of these has seen two states."""
+    """Counts the commands sent to it that are no reads: a poll around one of these has seen two states."""
     no_program_at: float | None = None
     """When it last said that no user program runs; None where one may have been started since."""
     in_program: bool = False
@@ -161,7 +161,7 @@ class Body:
 
     @property
     def settings(self) -> tuple[int, int]:
-        """Tells whether its settings may have changed: by what it was told, or with its power."""
+        """Tells whether its settings may have changed: by a command, or with its power."""
         return self.changes, self.power.losses
 
     @property
@@ -228,9 +228,9 @@ class Body:
         return self.mode
 
     async def where_it_rests(self) -> MotorState:
-        """Give the state it was seen at rest in a moment ago; otherwise look: it may run.
+        """Give the state it was seen at rest in a moment ago; otherwise ask: it may run.
 
-        While the line errs a single look is not believed.
+        While the line errs a single poll is not believed.
 
         :raises GatewayError: it did not tell.
         """
@@ -350,12 +350,12 @@ class Body:
                 "Wait for its end or stop it.",
             )
 
-    # what becomes of it
+    # what it was sent and has answered
 
     def was_told(self, command: RorzeCommand[Any]) -> None:
         """Note what a command may change, when it is queued and again when its outcome is known.
 
-        What was read before it was written is heard in between, and is undone by the second time.
+        A read that was written before it is answered in between; the second time undoes what that noted.
         """
         if command.effect is Effect.READ:
             return
@@ -445,7 +445,7 @@ class Body:
             self.on_news("body.status.changed", {"status": names_of(bits, CONTROLLER_STATUS_BITS)})
 
     def reported(self, fields: Mapping[str, int]) -> None:
-        """It has reported a change of its state unasked (RC-420 manual 13.11): a reason to look, no proof."""
+        """It has reported a change of its state unasked (RC-420 manual 13.11): a reason to ask, no proof."""
         self.edges.reported(fields)
         if "C" in fields:
             self.look_due.set()
@@ -468,7 +468,7 @@ class Body:
         self.end_due.clear()
 
     def announced(self) -> None:
-        """The link master has announced the end of its move: only a reason to look now, never a proof."""
+        """The link master has announced the end of its move: a reason to ask now, never a proof."""
         self.move_ended.set()
         self.end_due.set()
 
@@ -493,7 +493,7 @@ class Body:
         self.may_move()
 
     def may_move(self) -> None:
-        """What was moving counts as moving, what stood still may move: look."""
+        """What was moving counts as moving, what stood still may move: ask."""
         self._forget_rest()
         self.look_due.set()
 
@@ -503,7 +503,7 @@ class Body:
         self.power.mark_due = True
 
     def out_of_sight(self) -> None:
-        """Nobody can look: it may move, or lose its power."""
+        """It cannot be asked: it may move, or lose its power."""
         self._forget_rest()
         self.power.note_silence()
 

@@ -2,12 +2,13 @@
 
 import asyncio
 from collections.abc import Awaitable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from typing import Annotated, Any, Final, Literal, TypeVar
 
 from pydantic import Field
 
-from gateway.core.addresses import numbered_address, there_are
+from gateway.core.addresses import fits, numbered_address, there_are
 from gateway.core.alarms import Cause
 from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
 from gateway.core.family import (
@@ -120,6 +121,8 @@ class Rorze(Family):
         self._bodies: dict[str, Body] = {}
         self._events: dict[Body, config.Events] = {}
         self._groups: dict[str, Group] = {}
+        self._configured: dict[str, Sequence[Part]] = {}
+        """The members that the configuration gives each group, by its address."""
         self._health: dict[str, Health] = {}
         self._tables: dict[str, config.Line] = {}
         self._defining = asyncio.Lock()
@@ -169,7 +172,7 @@ class Rorze(Family):
         self._tables[line.id] = table
         for group in table.groups:
             members = [self._bodies[f"{line.id}.{member}"] for member in group.members]
-            self._add_group(Group(line, group.number, members))
+            self._configure_group(Group(line, group.number, members))
         return line
 
     def _add_body(self, line: Line, table: config.Line, it: config.Body) -> None:
@@ -194,6 +197,8 @@ class Rorze(Family):
     async def remove(self, line: Line) -> None:
         """Close a line, and forget its bodies and groups."""
         await line.close()
+        for group in self._groups_on(line):
+            self._configured.pop(group.address, None)
         for things in (self._bodies, self._groups, self._scaras):
             for address in [it for it, thing in things.items() if thing.line is line]:
                 del things[address]
@@ -201,6 +206,10 @@ class Rorze(Family):
             del self._events[body]
         for of_line in (self.lines, self.sweeps, self._health, self._tables):
             del of_line[line.id]
+
+    def _configure_group(self, group: Group) -> None:
+        self._add_group(group)
+        self._configured[group.address] = _parts_of(group)
 
     def _add_group(self, group: Group) -> None:
         group.on_strangers = partial(self._on_strangers, group)
@@ -214,7 +223,7 @@ class Rorze(Family):
             members = [self._bodies[f"{line.id}.{member}"] for member in table.members]
             group = Group(line, table.group_number, members, table.name or table.id)
             line.groups[group.number] = [member.number for member in members]
-            self._add_group(group)
+            self._configure_group(group)
         self._scaras[table.id] = Scara(
             table.id,
             group,
@@ -303,6 +312,30 @@ class Rorze(Family):
     def seen(self) -> Iterator[Seen]:
         """Tell of all bodies."""
         return (Seen(it.line.id, it.address, BodyNow.of(it)) for it in self.bodies())
+
+    def parts(self, address: str) -> Sequence[Part]:
+        """A body, or the members of a group or a SCARA robot; a group that is not there yet is its line."""
+        scara = self._scaras.get(address.lower())
+        if scara is not None:
+            return _parts_of(scara.group)
+        with suppress(NotFound):
+            return [_part_of(self.body(address))]
+        with suppress(NotFound):
+            return _parts_of(self.group(address))
+        line_id = address.rpartition(".")[0].lower()
+        return [Part(line_id, line_id)] if line_id in self.lines else []
+
+    def parts_in_scope(self, name: str) -> Sequence[Part]:
+        """The members that the configuration gives a group: one defined anew gives nobody more."""
+        fitting = [parts for address, parts in self._configured.items() if fits(name, address)]
+        if len(fitting) == 1:
+            return fitting[0]
+        scara = self._scaras.get(name)
+        if scara is not None:
+            return _parts_of(scara.group)
+        with suppress(NotFound, Ambiguous):
+            return [_part_of(self.body(name))]
+        return []
 
     def info(self, line: Line) -> LineInfo:
         """Tell the state of a line."""
@@ -526,7 +559,7 @@ class Rorze(Family):
         self.site.events.publish(kind, f"/bodies/{body.address}", facts)
 
     def _on_strangers(self, group: Group, numbers: set[int]) -> None:
-        """The link master means others by the group than we do: who has obeyed may move now."""
+        """The link master knows other members of the group than the gateway: those may move now."""
         strangers = [f"{group.line.id}.{number:02X}" for number in sorted(numbers)]
         for address in strangers:
             if address in self._bodies:
@@ -554,7 +587,7 @@ class Rorze(Family):
         return unseen or not move.status.final
 
     async def at_rest(self) -> None:
-        """Wait for stops, and for those who are told that nothing was sent."""
+        """Wait for stops, and for refusals of moves."""
         await self.stops.confirmed()
         await self.scara_moves.begun()
         await self.moves.begun()
@@ -569,7 +602,7 @@ class Rorze(Family):
                 yield LeftMoving("body", f"/bodies/{body.address}", why, move_id)
 
     async def let_go(self) -> None:
-        """Give those who wait for moves what is known now."""
+        """Give the waiters for moves what is known now."""
         await self.scans.close()
         await self.restores.close()
         await self.uploads.close()
@@ -589,6 +622,14 @@ class Rorze(Family):
 
 
 T = TypeVar("T", Body, Group)
+
+
+def _part_of(body: Body) -> Part:
+    return Part(body.line.id, body.address)
+
+
+def _parts_of(group: Group) -> list[Part]:
+    return [_part_of(member) for member in group.members]
 
 
 def _find(things: dict[str, T], lines: Iterable[str], address: str, what: str) -> T:

@@ -23,7 +23,7 @@ _UNSEEN: Final = frozenset((RunProgram, StepProgram, EraseFlash))
 
 @dataclass(eq=False)
 class FlashState:
-    """What is known of one body's flash memory. It asks nothing: it is told."""
+    """What is known of one body's flash memory. It asks nothing: the body notes it."""
 
     known: bool = False
     """Whether power-on or FIS was seen, and nothing since that could change settings unseen."""

@@ -1,4 +1,4 @@
-"""Where bodies stand, and how their inputs and outputs are, for those who watch them."""
+"""Where bodies stand, and how their inputs and outputs are, for their watchers."""
 
 import asyncio
 from collections.abc import Mapping, Sequence

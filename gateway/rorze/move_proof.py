@@ -77,7 +77,7 @@ class Stretch(NamedTuple):
 
 @dataclass(eq=False)
 class Case:
-    """A move of one body, with what is known of both."""
+    """What proves how the move of one body ends."""
 
     body: Body
     move: Move
@@ -140,7 +140,7 @@ class Case:
             )
 
     def expect(self, stretch: Stretch) -> None:
-        """Take the target from who has planned the move.
+        """Take the target from the plan of the move.
 
         :raises NotSent: the motor does not stand where the plan begins.
         """

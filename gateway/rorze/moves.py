@@ -17,6 +17,7 @@ from gateway.core.errors import (
 from gateway.core.journal.intents import OF_MOVES
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import START_WITHIN_S, Move, MoveError, MoveKind, MoveStatus
+from gateway.core.move_tasks import Beginning, MoveTasks
 from gateway.core.origin import working
 from gateway.core.trajectories import Trajectories
 from gateway.core.waiting import together
@@ -57,7 +58,7 @@ class Moves:
         self._allow_endless_moves = allow_endless_moves
         self.log = MoveLog[Move]()
         self.trajectories = Trajectories[BodyTrajectory]()
-        self._tasks: dict[asyncio.Task[None], asyncio.Future[GatewayError | None]] = {}
+        self._tasks = MoveTasks()
         self._no_set_up_before: dict[Line, float] = {}
 
     def get(self, move_id: str) -> Move:
@@ -91,7 +92,7 @@ class Moves:
 
         One move comes back for a body, one for each member for a group; `on_sent` is called with each when
         the command is on the wire. `kind` is what it is for, where the command does not tell. `course` says
-        where who has planned the move has seen the motors, and where they should come to.
+        where the planner of the move has seen the motors, and where they should come to.
 
         :raises NotAllowed: it would never end, and the configuration does not allow that.
         :raises BodyBusy: a body moves, or the group is being defined anew; nothing was sent.
@@ -115,10 +116,7 @@ class Moves:
             course or {},
             on_sent,
         )
-        task = asyncio.create_task(self._fly(flight, start_within_s), name=f"move {flight.cases[0].move.id}")
-        self._tasks[task] = flight.answered
-        task.add_done_callback(self._tasks.pop)
-        task.add_done_callback(lambda _: flight.answered.cancel())
+        self._tasks.add(flight.cases[0].move.id, self._fly(flight, start_within_s), flight.answered)
         refusal = await asyncio.shield(flight.answered)
         if refusal is not None:
             if isinstance(target, Body):
@@ -139,20 +137,15 @@ class Moves:
 
     async def begun(self) -> None:
         """Wait until every move that was asked for has been taken or refused."""
-        if self._tasks:
-            await asyncio.wait(self._tasks.values())
+        await self._tasks.begun()
 
     def let_go(self) -> None:
-        """Give those who wait for moves what is known now."""
+        """Give the waiters for moves what is known now."""
         self.log.let_go()
 
     async def close(self) -> None:
         """Stop following, once the lines are closed; the motors keep doing what they do."""
-        await self.begun()
-        tasks = list(self._tasks)
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await self._tasks.close()
 
     def _new(self, body: Body, target: Body | Group, command: RorzeCommand[Any], kind: MoveKind) -> Move:
         now = datetime.now(UTC)
@@ -280,12 +273,10 @@ class Moves:
         move.evidence.append("The gateway was restarted in the middle of the move; the body was asked.")
         body.move = move
         body.free.clear()
-        answered: asyncio.Future[GatewayError | None] = asyncio.get_running_loop().create_future()
+        answered: Beginning = asyncio.get_running_loop().create_future()
         answered.set_result(None)
         case = Case(body, move, rested_at(move), tolerance)
-        task = asyncio.create_task(self._see_through(case, _ended_with(body)), name=f"move {move.id}")
-        self._tasks[task] = answered
-        task.add_done_callback(self._tasks.pop)
+        self._tasks.add(move.id, self._see_through(case, _ended_with(body)), answered)
 
     # from the reply to the end
 
@@ -333,7 +324,7 @@ class Moves:
             await self._expect_end_frame(case)
 
     async def _expect_end_frame(self, case: Case) -> None:
-        """An unannounced end is a sign that the link master has restarted, if the line was heard then."""
+        """An unannounced end is a sign that the link master has restarted, if the line answered then."""
         body = case.body
         if case.set_ups != body.line.set_ups:
             return
@@ -347,7 +338,7 @@ class Moves:
             )
 
     def ended(self, body: Body, frame: MoveEnded) -> None:
-        """The link master announces an end: only a reason to look now, never a proof."""
+        """The link master announces an end: a reason to ask now, never a proof."""
         if body.move is None:
             body.moved_unseen()
         if body.move is None or body.move.command == frame.code:
@@ -381,12 +372,10 @@ class _Flight:
     """The target's stop epoch at admission."""
     course: Mapping[Body, Stretch]
     on_sent: Callable[[Move], None]
-    answered: "asyncio.Future[GatewayError | None]" = field(
-        default_factory=lambda: asyncio.get_running_loop().create_future()
-    )
+    answered: Beginning = field(default_factory=lambda: asyncio.get_running_loop().create_future())
 
     def answer(self, results: _Results) -> None:
-        """Tell who asked: an error if a single body did not take the command, or nobody was sent it."""
+        """Answer the caller: an error if a single body did not take the command, or it was sent to nobody."""
         errors = [
             it for it in results.values() if isinstance(it, GatewayError) and not isinstance(it, NoReply)
         ]

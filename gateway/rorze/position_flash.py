@@ -20,7 +20,7 @@ _PROGRAMS: Final = frozenset((RunProgram, StepProgram))
 
 @dataclass(eq=False)
 class PositionFlash:
-    """What is known of the positions in one body's flash memory. It asks nothing: it is told."""
+    """What is known of the positions in one body's flash memory. It asks nothing: the body notes it."""
 
     _same: bool = False
     """Whether RAM holds the same, but for what was set since."""

@@ -105,7 +105,7 @@ class Memory(BaseModel):
 
 @dataclass(eq=False)
 class Power:
-    """What is known of a body's power. It asks nothing and has no clock: it is told."""
+    """What is known of a body's power. It asks nothing and has no clock: the body notes it."""
 
     comment: int = 0
     """Number of the user comment (9VS) that holds the mark, 1-7; 0: there is no mark."""
@@ -179,7 +179,7 @@ class Power:
         """Whether a loss of power from now on shows as well as it can: by the mark, where one can be."""
         return self.mark is not None or not self.comment or self.taken
 
-    # what it is told
+    # what the body notes
 
     def note_told(self, command: RorzeCommand[Any]) -> None:
         """A command that is no mere read was queued, or its outcome is known."""
@@ -263,7 +263,7 @@ class Power:
         self.on_memory()
 
     def _forget_settings(self) -> None:
-        """What is told from now on counts, where it was not as before."""
+        """What is read from now on counts, where it was not as before."""
         if self.changed is not None:
             self.changed = None
             self._settings.clear()

@@ -10,8 +10,8 @@ from pydantic import Field
 from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply, NotFound
 from gateway.core.kept_works import CUT_OFF, KeptWorks
 from gateway.core.move_log import new_id
-from gateway.core.origin import RESTART, acting, current
-from gateway.core.records import Record
+from gateway.core.origin import RESTART, acting
+from gateway.core.records import Record, request_id_field
 from gateway.rorze.bodies import Body
 from gateway.rorze.stored_program import RUNS, addresses, as_written, instruction_at, runs
 from protocols.rorze.programs import (
@@ -57,10 +57,7 @@ class ProgramRun(Record):
     )
     ended_at_address: int | None = None
     detail: str | None = Field(None, description="Why nobody knows how it has ended.")
-    request_id: str | None = Field(
-        default_factory=lambda: current().request_id,
-        description="The X-Request-Id of the request that asked for it.",
-    )
+    request_id: str | None = request_id_field()
     started_at: datetime
     ended_at: datetime | None = None
 

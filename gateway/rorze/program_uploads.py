@@ -22,8 +22,7 @@ from gateway.core.errors import (
 from gateway.core.kept_works import CUT_OFF, GATEWAY_ENDED, KeptWorks
 from gateway.core.lanes import Lane
 from gateway.core.move_log import new_id
-from gateway.core.origin import current
-from gateway.core.records import Record
+from gateway.core.records import Record, request_id_field
 from gateway.core.sequence_lock import Series
 from gateway.rorze.bodies import Body
 from gateway.rorze.errors import ProgramDiffers, SaveUncertain
@@ -39,7 +38,7 @@ T = TypeVar("T")
 
 HISTORY = 100
 BLOCK = 2
-"""So many instructions are sent in one turn of the body's lock: then those who wait to read have theirs.
+"""So many instructions are sent in one turn of the body's lock: then waiting reads have theirs.
 
 At 9600 baud, with a fence before each, that takes 0.1 s.
 """
@@ -98,10 +97,7 @@ class ProgramUpload(Record):
     saved: bool = Field(False, description="Whether it was written to flash memory.")
     stored: str = Field("", description="What the body holds now, as far as is known.")
     error: UploadError | None = None
-    request_id: str | None = Field(
-        default_factory=lambda: current().request_id,
-        description="The X-Request-Id of the request that asked for it.",
-    )
+    request_id: str | None = request_id_field()
     started_at: datetime
     ended_at: datetime | None = None
 

@@ -10,9 +10,9 @@ from pydantic import Field
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSent, StoppedFirst
 from gateway.core.events import EventHub
 from gateway.core.lanes import Lane
-from gateway.core.origin import current, working
+from gateway.core.origin import working
 from gateway.core.own_faults import carry_on
-from gateway.core.records import Record
+from gateway.core.records import Record, request_id_field
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, REPEAT_S, Stopping, StopState, StopsUnderWay
 from gateway.core.stops import StopMode as StopMode
 from gateway.core.waiting import happens
@@ -46,10 +46,7 @@ class StopReport(Record):
     )
     position: int | None = Field(None, description="In pulses, at standstill.")
     detail: str | None = Field(None, description="Why it is not confirmed.")
-    request_id: str | None = Field(
-        default_factory=lambda: current().request_id,
-        description="The X-Request-Id of the request that asked for it first.",
-    )
+    request_id: str | None = request_id_field("the request that asked for it first")
 
 
 class Stops(StopsUnderWay["_BodyStop"]):
@@ -96,7 +93,7 @@ class Stops(StopsUnderWay["_BodyStop"]):
         return any(stop.body.line is line for stop in self._tasks)
 
     def in_reach_again(self, body: Body) -> None:
-        """A body that was silent answers again, or its line is up again: the next stop will be heard."""
+        """A body that was silent answers again, or its line is up again: the next stop will arrive."""
         for stop in self._tasks:
             if stop.body is body:
                 stop.repeat_at_once()
@@ -258,7 +255,7 @@ class _BodyStop(Stopping):
         self.body.line.cancel(lambda it: it.body == number and it.lane is Lane.AGAIN, StoppedFirst())
 
     def repeat_at_once(self) -> None:
-        """Wait no longer with the next repetition: it will be heard."""
+        """Send the next repetition now: it will arrive."""
         self._answers = True
         super().repeat_at_once()
 
@@ -320,7 +317,7 @@ class _BodyStop(Stopping):
         return None
 
     async def _position(self) -> int:
-        """Where it stands; on a line of many, one that has rested since it last told is not asked again."""
+        """Where it stands; on a line of many, one at rest since its last answer is not asked again."""
         if (rest := self.body.rest) is not None and not is_prompt(self.body.line):
             return rest.position
         company = [it for it in self._company_of(self.body) if it.rest is None]
@@ -342,13 +339,13 @@ class _BodyStop(Stopping):
         return bool(program.status & PROGRAM_RUNS)
 
     def replies_heard(self) -> int:
-        """All of its line: while others are heard, its own turn comes."""
+        """All of its line: while others answer, its own turn comes."""
         return self.body.line.counters["replies"]
 
     # telling
 
     def why_not(self) -> list[str]:
-        """What the controller has told, or why it has not."""
+        """What the controller has answered, or why it has not."""
         return [self._why] if self._why else []
 
     def publish(self, what: str) -> None:

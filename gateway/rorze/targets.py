@@ -47,11 +47,6 @@ class _Motors(Target):
     def _bodies(self) -> Sequence[Body]:
         return self.thing.members if isinstance(self.thing, Group) else [self.thing]
 
-    @property
-    def moved(self) -> Sequence[str]:
-        """All its bodies."""
-        return [f"/bodies/{body.address}" for body in self._bodies]
-
     async def start(self, command: Any, start_within_s: float = START_WITHIN_S) -> Begun | Opened:
         """Start the moves of its bodies; errors as of `Moves.start`."""
         moves = await self._moves.start(self.thing, command, start_within_s)

@@ -417,7 +417,7 @@ ROWS: Final = {
     ),
     "C20": _row(
         "somebody writes into the comment of the mark",
-        "his text is left alone; a mark that has gone counts as a loss of power",
+        "the text is left alone; a mark that has gone counts as a loss of power",
         (BODY_POWER, "a_comment_with_somebodys_own_text_is_left_alone_and_told_once"),
         (BODY_POWER, "where_position_0_proves_nothing_the_mark_does"),
     ),

@@ -11,6 +11,7 @@ import pytest
 from gateway.core.alarms import AlarmLasts, Latched
 from gateway.core.lanes import Lane
 from gateway.core.origin import Origin
+from gateway.core.sequence_lock import SequenceLock
 from gateway.operations.alarms import reset
 from gateway.operations.commands import do
 from gateway.operations.stops import stop
@@ -250,6 +251,39 @@ async def _ends(plant: Plant, cause: str, end: Awaitable[None], *, lasts: bool) 
     await end
     for alarm in plant.alarms.standing():
         await reset(plant, OPERATOR, alarm.id)
+
+
+@in_virtual_time
+async def test_an_alarm_keeps_back_what_waited_for_its_turn_when_it_came() -> None:
+    async with rig(server=LATCH) as it:
+        lock = it.body().line.lock_of(0x3F)
+        await _is_held_back(it.plant, lock, "/bodies/line1.3F", MOVE, "body.offline")
+        assert not it.axis().motor.moving
+    async with fics_rig(options=f"[server]\n{LATCH}\n") as cell:
+        await cell.move(HomeRobot())
+        lock = cell.robot.line.sequence_lock
+        await _is_held_back(cell.plant, lock, "/robots/r1/units/1", JUMP, "robot.motion.foreign")
+        assert "MMI" not in cell.cable.frames()[-1]
+
+
+async def _is_held_back(
+    plant: Plant, lock: SequenceLock, target: str, command: Command[Any], cause: str
+) -> None:
+    """A series of others delays a motion; an alarm is raised meanwhile."""
+
+    async def other_series() -> None:
+        async with lock.held():
+            await asyncio.sleep(1.0)
+
+    other = asyncio.create_task(other_series())
+    await asyncio.sleep(0.1)
+    waiting = asyncio.create_task(do(plant, OPERATOR, target, command))
+    await asyncio.sleep(0.1)
+    subject = target.removesuffix("/units/1")
+    plant.alarms.find(cause, subject)
+    with pytest.raises(Latched, match=f"{cause} at {subject}"):
+        await waiting
+    await other
 
 
 @in_virtual_time

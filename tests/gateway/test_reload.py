@@ -15,6 +15,7 @@ from gateway.config_file import ConfigFile, LineChange
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NotAllowed, NotFound, NotSent
 from gateway.core.origin import Origin
 from gateway.core.targets import Answer, Begun
+from gateway.operations.bodies import define_group
 from gateway.operations.commands import do
 from gateway.operations.configuration import add_bodies, add_line, reload
 from gateway.operations.moves import get
@@ -201,6 +202,19 @@ async def test_a_body_that_a_scan_has_found_is_added_and_stands_in_the_file(tmp_
         for wrong in ([{"id": "40"}], [{"id": "xx"}]):
             with pytest.raises(InvalidRequest):
                 await add_bodies(it.plant, ME, "arm", wrong, dry_run=False)
+
+
+@in_virtual_time
+async def test_a_group_defined_anew_gives_nobody_more_after_a_reload(tmp_path: Path) -> None:
+    arm = ARM.replace('{ id = "3F" }', '{ id = "3F" }, { id = "40" }')
+    arm += 'groups = [{ id = "80", members = ["00", "3F"] }]\n'
+    async with hall(tmp_path, arm, LEG) as it:
+        key = Principal("a", Role.OPERATOR, frozenset({"80"}))
+        await define_group(it.plant, ME, "arm.80", ["3F", "40"], "")
+        it.write(arm, LEG + "reply_timeout_s = 0.6\n")
+        await reload(it.plant, ME, dry_run=False)
+        covered = [it.plant.territory.covers(key, body) for body in ("arm.00", "arm.3F", "arm.40", "arm.80")]
+        assert covered == [True, True, False, False]
 
 
 @in_virtual_time

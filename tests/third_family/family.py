@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Literal
 
 from gateway.core import tables
 from gateway.core.errors import BodyBusy, GatewayError, NoReply, NotFound
-from gateway.core.event_types import EventType, move_types
+from gateway.core.event_types import EventType, lease_types, move_types
 from gateway.core.events import EventHub
 from gateway.core.family import Family, LeftMoving, Place, PortInfo, Seen, Site, facts_of
 from gateway.core.lanes import Lane
@@ -184,6 +184,7 @@ class ToyStopping(Stopping):
 
 TYPES = (
     *move_types("toy", TOY.path, ToyMove),
+    *lease_types("toy", TOY.path),
     *(EventType(f"toy.stop.{it}", TOY.path, ToyStop, it) for it in ("requested", "confirmed", "unconfirmed")),
 )
 

@@ -1,8 +1,10 @@
 """A family that one entry of the registry brings is configured, served, moved, stopped and followed."""
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import AsyncIterator, Callable, Coroutine
+from contextlib import asynccontextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import httpx2
@@ -10,6 +12,9 @@ import pytest
 from httpx2 import ASGITransport, AsyncClient
 
 from api.app import create_app
+from gateway.access.credentials import Credentials
+from gateway.access.keys import KeyStore
+from gateway.access.roles import Role
 from gateway.config import ConfigError, parse
 from gateway.families import FAMILIES
 from gateway.plant import Plant
@@ -54,13 +59,20 @@ def on_bench(story: Story) -> Callable[[pytest.MonkeyPatch], None]:
 
 
 async def _told(story: Story) -> None:
+    async with bench_of(LINE + OPEN) as bench:
+        await story(bench)
+
+
+@asynccontextmanager
+async def bench_of(text: str, credentials: Credentials | None = None) -> AsyncIterator[Bench]:
+    """Serve a configuration."""
     machine = ToyMachine()
-    plant = Plant(parse(LINE + OPEN, "toy.toml"), open_transport=lambda _: SimulatedCable(machine))
+    plant = Plant(parse(text, "toy.toml"), open_transport=lambda _: SimulatedCable(machine))
     await plant.start()
     await asyncio.sleep(0.5)
-    transport = ASGITransport(create_app(plant), raise_app_exceptions=False)
+    transport = ASGITransport(create_app(plant, credentials), raise_app_exceptions=False)
     async with AsyncClient(transport=transport, base_url=f"http://{HOST}") as client:
-        await story(Bench(plant, machine, client))
+        yield Bench(plant, machine, client)
     await plant.close()
 
 
@@ -138,6 +150,7 @@ async def test_its_line_is_told_with_the_others(bench: Bench) -> None:
 
 @on_bench
 async def test_a_snapshot_tells_of_its_axes_and_figures_count_them(bench: Bench) -> None:
+    await bench.post(f"{TOY}/commands/go?wait=30", {"place": 100})
     move = (await bench.post(f"{TOY}/commands/go", {"place": 9000})).json()
     missed = (await bench.client.get("/events?after=00000000-000000000001&limit=2")).json()["events"]
     assert [it["type"] for it in missed] == ["stream.gap", "stream.snapshot"]
@@ -146,3 +159,40 @@ async def test_a_snapshot_tells_of_its_axes_and_figures_count_them(bench: Bench)
     assert [it["id"] for it in now["moves"]] == [move["id"]]
     figures = (await bench.client.get("/metrics")).text
     assert 'motion_gateway_toys{kind="moving",line="bench"} 1.0' in figures
+    assert 'motion_gateway_moves_total{line="bench",outcome="succeeded"} 1.0' in figures
+
+
+@on_bench
+async def test_its_events_pass_a_filter_by_its_address(bench: Bench) -> None:
+    await bench.post(f"{TOY}/commands/go?wait=30", {"place": 100})
+    answer = await bench.client.get("/events?bodies=t1")
+    found = answer.json()["events"]
+    assert [it["type"] for it in found] == ["toy.move.queued", "toy.move.sent", "toy.move.succeeded"]
+
+
+@on_bench
+async def test_a_lease_keeps_it_for_its_holder(bench: Bench) -> None:
+    lease = await bench.post("/leases", {"scope": "t1", "ttl_s": 10})
+    assert (lease.status_code, lease.json()["covers"]) == (201, ["t1"])
+    refused = await bench.post(f"{TOY}/commands/go", {"place": 100})
+    assert (refused.status_code, refused.json()["type"].rpartition(":")[2]) == (409, "lease")
+    token = {"lease-token": str(lease.json()["token"])}
+    begun = await bench.client.post(f"{TOY}/commands/go", json={"place": 100}, headers=token)
+    assert begun.status_code == 202
+
+
+def test_a_scope_covers_it_by_its_address_and_by_its_line(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setitem(FAMILIES, "toy", Toys)
+    store = KeyStore(tmp_path)
+    keys = {it: store.create(f"of-{it}", Role.OPERATOR, [it]) for it in ("t1", "bench", "t2")}
+
+    async def story() -> None:
+        async with bench_of(LINE, Credentials(store)) as bench:
+            for scope, status in {"t1": 200, "bench": 200, "t2": 403}.items():
+                header = {"authorization": f"Bearer {keys[scope]}"}
+                answer = await bench.client.post(f"{TOY}/commands/get-place", headers=header)
+                assert (scope, answer.status_code) == (scope, status)
+
+    run_virtual(story())

@@ -21,7 +21,7 @@ from gateway.core.sequence_lock import current_series
 from protocols.table import Effect
 
 ITS_OWN: Final = frozenset({FENCE, POLL, PROBE, SET_UP})
-"""What the gateway says of its own accord is not written down."""
+"""What the gateway sends on its own is not written down."""
 NOT_SENT: Final = "not_sent"
 """The outcome of what was not handed to the port."""
 OF_MOVES: ContextVar[Sequence[str]] = ContextVar("of_moves", default=())

@@ -275,7 +275,7 @@ class Journal:
     def _answer(self, question: _Question) -> None:
         try:
             rows = self.disk.rows(question.sql, question.values)
-        except Exception as error:  # whatever it is belongs to who asked
+        except Exception as error:  # it belongs to the caller
             self._loop.call_soon_threadsafe(_fail, question.answer, error)
         else:
             self._loop.call_soon_threadsafe(_give, question.answer, rows)

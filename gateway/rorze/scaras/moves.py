@@ -135,7 +135,7 @@ class ScaraMoves:
             await asyncio.wait(beginning)
 
     def let_go(self) -> None:
-        """Give those who wait for moves what is known now."""
+        """Give the waiters for moves what is known now."""
         self.log.let_go()
 
     async def close(self) -> None:
@@ -420,7 +420,7 @@ def _note_plan(move: ScaraMove, plan: Plan) -> None:
 
 
 async def _statuses(group: Group) -> dict[Body, int]:
-    """The status of those who answer; of nobody where the frame was lost: that proves nothing."""
+    """The status of the bodies that answer; of none where the frame was lost: that proves nothing."""
     try:
         results = await group.ask(GetControllerStatus(), lane=Lane.PROOF)
     except GatewayError:

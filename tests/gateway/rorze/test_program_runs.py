@@ -97,7 +97,7 @@ async def test_another_program_is_not_timed_as_the_last_run() -> None:
 
 
 @in_virtual_time
-async def test_a_move_beside_a_program_that_moves_the_motor_is_told_of_it() -> None:
+async def test_a_move_beside_a_program_that_moves_the_motor_names_the_program() -> None:
     async with rig(bodies=(0x3F,), groups={}) as it:
         it.axis().program = ("1+MZ", *WAITING)
         await it.plant.rorze.runs.start(it.body(), RunProgram())

@@ -1030,7 +1030,7 @@ class AnySession(RuleBasedStateMachine):
     # what must hold
 
     @invariant()
-    def whoever_is_told_a_reply_is_told_that_of_a_frame_written_for_him(self) -> None:
+    def a_waiter_gets_the_reply_to_a_frame_that_was_written_for_it(self) -> None:
         for future in self.futures:
             if future.done() and (number := _number(future.result())) is not None:
                 assert future in self.owners[number], "a reply is credited to another"
