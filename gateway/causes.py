@@ -1,9 +1,10 @@
 """The causes of alarms: those of lines and of the gateway itself, and those of every family."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from datetime import datetime
 from typing import Final
 
-from gateway.core.alarms import Cause, Kind, words
+from gateway.core.alarms import Cause, Facts, Kind, words
 from gateway.core.family import AnyLine, Family
 from gateway.core.line_state import LineState
 from gateway.core.next_calls import ALARMS, LINE_STATE, READY, get, post
@@ -18,6 +19,16 @@ LINE_DOWN = "line.down"
 CONFIGURED_ANEW = "it is configured anew"
 """Why a line is closed that somebody has changed, at rest: nobody needs to look at it."""
 UNUSABLE = (LineState.DOWN, LineState.SILENT)
+
+
+def _facts_of_crash(crash: Facts) -> Facts:
+    """What was under way, by its motor, and the time as people write it."""
+    seen_at = crash["last_seen_at"]
+    return {
+        "last_seen": seen_at and f"{datetime.fromisoformat(seen_at):%Y-%m-%d %H:%M:%S} UTC",
+        "moves": [f"{it} ({move})" for move, it in zip(crash["moves"], crash["targets"], strict=True)],
+        "commands": crash["commands"],
+    }
 
 
 LINES: Final[Sequence[Kind[AnyLine]]] = (
@@ -87,19 +98,20 @@ GATEWAY: Final[Sequence[Kind[str]]] = (
     Kind(
         "gateway.crashed",
         words(
-            "The gateway did not end as it should (last seen {last_seen_at}). Under way were the moves "
-            "{moves} and the commands {commands}.",
+            "The gateway did not end as it should; it was last seen at {last_seen}. "
+            "Moves under way: {moves}. Commands under way: {commands}.",
             "Motors went on with what they were told last. Moves under way are followed to their ends, or "
             "are `unknown`.",
-            "Look at these moves, and at the log of that time.",
+            "Look at these motors and their moves, and at the log of that time.",
         ),
         words(
-            "ゲートウェイが異常終了しました(最終確認 {last_seen_at})。実行中の移動: {moves}、"
+            "ゲートウェイが異常終了しました（最終確認 {last_seen}）。実行中の移動: {moves}、"
             "コマンド: {commands}",
             "モータは最後に指示された動作を続けました。実行中の移動は終了まで追跡するか、結果不明として記録します。",
-            "これらの移動と、その時刻のログを確認してください。",
+            "これらのモータと移動、その時刻のログを確認してください。",
         ),
         next=(EVENTS, AUDIT),
+        facts=_facts_of_crash,
     ),
     Kind(
         "gateway.held_up",

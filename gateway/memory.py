@@ -129,17 +129,15 @@ class Memory:
             self._tell_of_trouble(self.journal.trouble)
         if self._past.was_clean:
             return
-        open_moves = [record["id"] for record in records if record["ended_at"] is None]
-        commands = list(dict.fromkeys(f"{it.command} to {it.target}" for it in self._past.open_intents))
+        moves = {record["id"]: record["body_id"] for record in records if record["ended_at"] is None}
         seen_at = self._past.seen_at and datetime.fromtimestamp(self._past.seen_at, UTC).isoformat()
-        log.error(
-            "the last life of the gateway did not end as it should (last seen %s); under way were the moves "
-            "%s and the commands %s",
-            seen_at or "never",
-            ", ".join(open_moves) or "(none)",
-            ", ".join(commands) or "(none)",
-        )
-        told = {"last_seen_at": seen_at, "moves": open_moves, "commands": commands}
+        told = {
+            "last_seen_at": seen_at,
+            "moves": list(moves),
+            "targets": list(moves.values()),
+            "commands": list(dict.fromkeys(f"{it.command} to {it.target}" for it in self._past.open_intents)),
+        }
+        log.error("the last life of the gateway did not end as it should; its alarm tells what was under way")
         self._events.publish("gateway.crashed", SUBJECT, told)
 
 

@@ -235,7 +235,7 @@ class Access:
         now = monotonic()
         if now - self._told_at >= 1:
             what = f"{scope.get('method', 'WebSocket')} {scope['path'][:200]!a} from {current().caller}"
-            log.warning("%d requests refused; the last: %s: %a", self._refused, what, error.detail)
+            log.warning("refused requests: %d; the last: %s: %a", self._refused, what, error.detail)
             self._told_at, self._refused = now, 0
 
 

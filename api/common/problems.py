@@ -259,14 +259,29 @@ async def _tell_http_error(request: Request, error: HTTPException) -> Response:
 
 
 def _meant_by(request: Request) -> str:
-    """Name the part of a path, or the command, that was meant by one that nobody knows."""
+    """Name the path, the part of one or the command that was meant by one that nobody knows."""
     asked = path_of(request.scope).split("/")
+    if whole := _ending_in(request.app.routes, asked[1:]):
+        return f"; did you mean {' or '.join(whole)}?"
     only = len(asked) - 1 if "commands" in asked else None
     for index, known in _known_parts(request.app.routes, asked).items():
         similar = get_close_matches(asked[index][:MOST_SHOWN], known, n=1)
         if similar and only in (None, index):
             return f"; did you mean {similar[0]}?"
     return ""
+
+
+def _ending_in(routes: Sequence[BaseRoute], asked: Sequence[str]) -> list[str]:
+    """The paths whose end was asked for: `/moves/5` without the body."""
+    paths = dict.fromkeys(route.path for route in routes if isinstance(route, Route))
+    ends = {path: path.split("/")[1:][-len(asked) :] for path in paths}
+    return [path for path, end in ends.items() if end[0] == asked[0] and _fits(end, asked)]
+
+
+def _fits(parts: Sequence[str], asked: Sequence[str]) -> bool:
+    return len(parts) == len(asked) and all(
+        part == word or (part.startswith("{") and word) for part, word in zip(parts, asked, strict=True)
+    )
 
 
 def _known_parts(routes: Sequence[BaseRoute], asked: Sequence[str]) -> dict[int, set[str]]:

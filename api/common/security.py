@@ -1,7 +1,7 @@
 """Which browsers and host names may talk to the gateway: whatever key they send."""
 
 from collections.abc import Iterable
-from typing import Final
+from typing import Final, NamedTuple
 from urllib.parse import quote
 
 from starlette.responses import Response
@@ -10,6 +10,24 @@ from starlette.types import Scope
 from api.common.problems import TYPE_PREFIX, plain_problem, response_to
 
 LOOPBACK: Final = frozenset({"127.0.0.1", "localhost", "[::1]"})
+
+
+class Reason(NamedTuple):
+    """Why a request is refused, and what to do about it."""
+
+    detail: str
+    remedy: str
+
+
+_HOST: Final = Reason(
+    "The Host header is not a name of this gateway.",
+    "Use one of its names, or add this one to allowed_hosts in the configuration.",
+)
+_ORIGIN: Final = Reason(
+    "Pages of this Origin may not use the gateway.",
+    "Use the gateway's own pages, or add this Origin to allowed_origins in the configuration.",
+)
+_SITE: Final = Reason("Pages of other sites may not use the gateway.", _ORIGIN.remedy)
 
 
 class SameSite:
@@ -23,7 +41,7 @@ class SameSite:
         self._hosts = LOOPBACK | {host.lower() for host in allowed_hosts}
         self._origins = {origin.lower() for origin in allowed_origins}
 
-    def reason_against(self, scope: Scope) -> str | None:
+    def reason_against(self, scope: Scope) -> Reason | None:
         """Say why a request or a WebSocket is refused; None where it is not."""
         host = origin = site = ""
         for name, value in scope["headers"]:
@@ -34,11 +52,11 @@ class SameSite:
             elif name == b"sec-fetch-site":
                 site = value.decode("latin-1").lower()
         if _without_port(host) not in self._hosts:
-            return "The Host header is not a name of this gateway; see allowed_hosts in the configuration."
+            return _HOST
         if origin and not self._is_allowed(origin, host):
-            return "Pages of this Origin may not use the gateway; see allowed_origins in the configuration."
+            return _ORIGIN
         if site == "cross-site" and not origin:
-            return "Pages of other sites may not use the gateway."
+            return _SITE
         return None
 
     def _is_allowed(self, origin: str, host: str) -> bool:
@@ -50,8 +68,9 @@ def _without_port(host: str) -> str:
     return name if colon and port.isdecimal() else host
 
 
-def refusal(scope: Scope, reason: str) -> Response:
+def refusal(scope: Scope, reason: Reason) -> Response:
     """Answer with a problem; a WebSocket that is not open yet, too."""
-    problem = plain_problem(403, f"{reason} Nothing was sent.", quote(scope["path"]))
-    problem.type, problem.title, problem.remedy = f"{TYPE_PREFIX}not-from-there", "Not from there", ""
+    problem = plain_problem(403, f"{reason.detail} Nothing was sent.", quote(scope["path"]))
+    problem.type, problem.title = f"{TYPE_PREFIX}not-from-there", "Not from there"
+    problem.remedy = reason.remedy
     return response_to(problem)

@@ -117,10 +117,8 @@ def _being_read(record: dict[str, Any]) -> str:
 
 
 def _being_restored(record: dict[str, Any]) -> str:
-    return (
-        f"{record['phase'].replace('_', ' ')}: {record['read']} read, "
-        f"{record['written']} of {record['commands']} written"
-    )
+    written = f", {record['written']} of {record['commands']} written" if record["commands"] else ""
+    return f"{record['phase'].replace('_', ' ')}: {record['read']} read{written}"
 
 
 def _followed(

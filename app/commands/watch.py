@@ -49,7 +49,9 @@ def _line_row(line: dict[str, Any]) -> Row:
 
 def _body_row(body: dict[str, Any]) -> Row:
     position = "" if body["position"] is None else str(body["position"])
-    return body["body_id"], body["name"], _state(body), position, _lost_power(body)
+    errors = (bit.replace("_", " ") for bit in body["status"] or () if bit.endswith("_error"))
+    note = "; ".join(filter(None, (_lost_power(body), *errors)))
+    return body["body_id"], body["name"], _state(body), position, note
 
 
 def _scara_row(scara: dict[str, Any]) -> Row:

@@ -224,6 +224,7 @@ class Crashed(EventData):
 
     last_seen_at: str | None = Field(description="When it was last known to live; null where it never was.")
     moves: list[str] = Field(description="Moves that were not over: they are followed, or resolved.")
+    targets: list[str] = Field(description="The body, unit or SCARA robot of each of these moves.")
     commands: list[str] = Field(description="Commands of which nobody knows what has become of them.")
 
 

@@ -246,11 +246,13 @@ class Leases:
         rest_s = max(0.0, held.until - self.clock())
         return LeaseRefused(
             f"{held.scope} is leased to {held.holder.name} for {rest_s:.1f} s; nothing was sent.",
-            "Wait for the end of the lease, or let an admin take it over. A stop needs none.",
+            "If it is your lease, send its token as Lease-Token. If not, wait for its end, or let an admin "
+            "take it over. A stop needs none.",
         ).in_japanese(
             f"{held.scope} は {held.holder.name} がリース中です（残り {rest_s:.1f} 秒）。"
             "何も送信していません。",
-            "リースの終了を待つか、管理者が引き継いでください。停止にリースは不要です。",
+            "自分のリースであれば、トークンを Lease-Token で送信してください。"
+            "他者のリースであれば、終了を待つか、管理者が引き継いでください。停止にリースは不要です。",
         )
 
     # time

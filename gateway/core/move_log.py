@@ -61,8 +61,7 @@ class MoveLog(Generic[M]):
         move = self._moves.get(move_id)
         if move is None:
             raise NotFound(
-                f"There is no move {move_id}; finished moves are kept until {HISTORY} newer ones exist "
-                "or the gateway is restarted.",
+                f"There is no move {move_id}; finished moves are kept until {HISTORY} newer ones exist.",
                 "The list of moves of the same body or unit has those that are kept.",
             )
         return move

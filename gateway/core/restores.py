@@ -108,6 +108,8 @@ class _Work:
     record: Restore
     works: KeptWorks[Restore]
     unwanted: bool = False
+    saved: int = 0
+    """Controllers whose flash memory holds the backup."""
     told_at: float = field(default_factory=lambda: asyncio.get_running_loop().time())
 
     def require_wanted(self) -> None:
@@ -242,19 +244,18 @@ class Restores(KeptWorks[Restore], Generic[C]):
     async def _run(self, work: _Work, controllers: Sequence[C]) -> None:
         record, error = work.record, None
         differences: list[Difference] | None = []
-        saved = []
         try:
             for controller in controllers:
                 ended = await _restored(work, controller)
                 error = error or ended.error
-                saved.append(ended.saved)
                 if ended.differences is None or differences is None:
                     differences = None
                 else:
                     differences += ended.differences
         except asyncio.CancelledError:
             error, differences = error or (_unwanted(work) or ShuttingDown()), None
-        record.differences, record.saved = differences, record.flash and all(saved)
+        record.differences = differences
+        record.saved = record.flash and work.saved == len(controllers)
         self._end(work, _status(work, error), error)
 
     def _end(self, work: _Work, status: Status, error: GatewayError | None) -> None:
@@ -289,18 +290,17 @@ class _Ended(NamedTuple):
 
     differences: list[Difference] | None
     error: GatewayError | None
-    saved: bool = False
 
 
 async def _restored(work: _Work, controller: Controller) -> _Ended:
     """Restore one controller. Whatever happens on the way, what it holds then is found out."""
-    record, saved, lasting = work.record, False, False
+    record, lasting = work.record, False
     try:
         differences = await _written(work, controller)
         if record.flash and not differences:
             work.begin("saving")
             await controller.save(work)
-            saved = True
+            work.saved += 1
         if record.power_cycle and not differences:
             work.begin("awaiting_power_cycle")
             await controller.power_cycled(work)
@@ -309,8 +309,8 @@ async def _restored(work: _Work, controller: Controller) -> _Ended:
             differences = (await _compared(work, controller, lasting=True)).differences
     except GatewayError as error:
         work.begin("comparing")
-        return _Ended(await _found_out(work, controller, lasting=lasting), error, saved)
-    return _Ended(differences, None, saved)
+        return _Ended(await _found_out(work, controller, lasting=lasting), error)
+    return _Ended(differences, None)
 
 
 async def _written(work: _Work, controller: Controller) -> list[Difference]:

@@ -1,6 +1,7 @@
 """Alarms of a whole plant: what goes wrong raises them, and who has seen to it resets them."""
 
 import asyncio
+import re
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
@@ -186,6 +187,22 @@ async def test_alarms_stand_over_restarts_and_a_crash_is_one(tmp_path: Path) -> 
         await do_reset(plant)
     async with world.gateway() as plant:
         assert [it.reset_by for it in plant.alarms.history()][:2] == ["operator", "operator"]
+
+
+@in_virtual_time
+async def test_a_crash_is_told_with_the_motors_that_moved_and_a_time_that_people_read(tmp_path: Path) -> None:
+    world = World(tmp_path / "data")
+    async with world.gateway() as plant:
+        await asyncio.sleep(SET_UP_S)
+        [move] = await plant.moves.start(plant.body("3F"), MoveClockwise(distance=50_000))
+        world.crash()
+    async with world.gateway() as plant:
+        crash = standing(plant)["gateway.crashed"]
+        assert f"Moves under way: line1.3F ({move.id}). Commands under way: -." in crash.en.happened
+        assert f"実行中の移動: line1.3F ({move.id})" in crash.ja.happened
+        for text in (crash.en, crash.ja):
+            assert re.search(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d UTC", text.happened)
+        assert "motors" in crash.en.remedy
 
 
 @in_virtual_time

@@ -183,7 +183,7 @@ async def test_a_move_goes_on_in_its_own_record_after_a_crash(world: World) -> N
         world.crash()
     async with world.gateway() as plant:
         [crash] = [it for it in _events(plant) if it.type == "gateway.crashed"]
-        assert crash.data["moves"] == [move.id]
+        assert (crash.data["moves"], crash.data["targets"]) == ([move.id], ["line1.3F"])
         assert plant.body("3F").move is plant.moves.get(move.id)
         end = await over(plant, move.id)
         assert (end.status, end.position, end.end_cause) == (MoveStatus.SUCCEEDED, 20_000, "normal")

@@ -42,8 +42,7 @@ class JournalUnavailable(NotSent):
 
     def __init__(self, why: str, *, failed: bool = False) -> None:
         super().__init__(
-            f"The journal cannot be written ({why}), so nothing with an effect is sent; nothing was sent. "
-            "Stops and reads go on.",
+            f"The journal cannot be written ({why}); nothing was sent. Stops and reads go on.",
             "Mend the disk, then restart the gateway: it does not trust this file again before."
             if failed
             else "Make room on the disk, or mend it; the gateway tries again every few seconds.",

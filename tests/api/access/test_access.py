@@ -143,6 +143,16 @@ def test_two_credentials_are_none(name: str) -> None:
     story()
 
 
+def test_refusals_are_counted_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
+    @guarded()
+    async def story(stand: Stand, _: Keys) -> None:
+        stand.app.state.access._told_at = -10.0
+        await stand.get("/bodies", authorization="Bearer mg_0_secret", host=HOST)
+
+    story()
+    assert "refused requests: 1; the last: GET '/bodies'" in caplog.text
+
+
 @guarded()
 async def test_a_refusal_is_logged_without_the_key(stand: Stand, keys: Keys) -> None:
     access = stand.app.state.access

@@ -147,6 +147,17 @@ def test_every_refusal_tells_what_to_do_next(path: str) -> None:
         ("/robots/r1/units/1/move", "; did you mean moves?"),
         ("/bodies/3F/moves/1/2/3", ""),
         ("/sing", ""),
+        (
+            "/moves/5",
+            "; did you mean /bodies/{body_id}/moves/{move_id} or /scaras/{scara_id}/moves/{move_id} or "
+            "/robots/{robot_id}/units/{unit}/moves/{move_id}?",
+        ),
+        (
+            "/power-cycle/acknowledge",
+            "; did you mean /bodies/{body_id}/power-cycle/acknowledge or "
+            "/robots/{robot_id}/power-cycle/acknowledge?",
+        ),
+        ("/moves/", ""),
     ],
 )
 def test_a_misspelt_path_or_command_is_answered_by_the_one_that_was_meant(path: str, meant: str) -> None:

@@ -23,6 +23,7 @@ def test_another_host_name_is_403_and_nothing_is_sent(host: str) -> None:
         answer = await stand.post("/bodies/3F/moves", RELATIVE, host=host)
         assert answer.status_code == 403
         assert answer.json()["moved"] == "no"
+        assert "allowed_hosts" in answer.json()["remedy"]
         assert stand.moved() == []
 
     story()
@@ -53,6 +54,7 @@ def test_a_foreign_page_can_neither_move_nor_listen(headers: dict[str, str]) -> 
         answer = await stand.post("/bodies/3F/moves", RELATIVE, **headers)
         assert answer.status_code == 403
         assert answer.headers["content-type"] == "application/problem+json"
+        assert "allowed_origins" in answer.json()["remedy"]
         assert stand.moved() == []
         async with socket(stand, "/events", headers=headers) as client:
             refused = await client.message()

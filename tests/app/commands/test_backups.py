@@ -155,6 +155,17 @@ def test_a_restore_is_followed_to_its_end(file: Path, monkeypatch: pytest.Monkey
     assert len(gateway.paths) == 3
 
 
+@pytest.mark.parametrize(("commands", "words"), [(0, "9 read\n"), (4, "9 read, 1 of 4 written\n")])
+def test_the_progress_of_a_restore_counts_commands_where_there_are_any(
+    file: Path, monkeypatch: pytest.MonkeyPatch, commands: int, words: str
+) -> None:
+    monkeypatch.setattr("app.progress.QUIET_S", 0.0)
+    running, over = record("running", phase="comparing", commands=commands), record("verified", [])
+    answers: dict[str, list[Answer]] = {PATH: [(202, running)], "/bodies/arm.3F/restores/7": [(200, over)]}
+    said = FakeGateway(answers).run(monkeypatch, "restore", "3F", str(file))
+    assert f"comparing: {words}" in said.stderr
+
+
 @pytest.mark.parametrize(
     ("over", "code", "words"),
     [

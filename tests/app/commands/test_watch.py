@@ -19,6 +19,7 @@ BODY = {
     "moving": True,
     "position": -250,
     "power_cycled": False,
+    "status": ["pulses_running", "limit_error", "ems_error"],
 }
 UNITS = [{"number": 1, "axes": [{"name": "X"}, {"name": "@"}]}]
 ROBOT = {"robot_id": "r1", "name": "", "online": True, "moving": None, "missing_units": [2], "units": UNITS}
@@ -37,7 +38,9 @@ STATUS: dict[str, list[Answer]] = {
             {"lines": [{"line_id": "a", "state": "down", "address": "tcp://x:1", "down_reason": "gone"}]},
         )
     ],
-    "/bodies": [(200, {"bodies": [BODY, {**BODY, "body_id": "a.02", "name": "", "online": False}]})],
+    "/bodies": [
+        (200, {"bodies": [BODY, {**BODY, "body_id": "a.02", "name": "", "online": False, "status": None}]})
+    ],
     "/scaras": [(200, {"scaras": [SCARA]})],
     "/robots": [(200, {"robots": [{**ROBOT, "power_cycled": True, "error": {"code": "101"}}]})],
 }
@@ -51,7 +54,7 @@ def test_status_is_a_table(monkeypatch: pytest.MonkeyPatch) -> None:
         "a     down   tcp://x:1  gone",
         "",
         "BODY  NAME  STATE    POSITION  NOTE",
-        "a.3F  arm   moving   -250",
+        "a.3F  arm   moving   -250      limit error; ems error",
         "a.02        offline  -250",
         "",
         "SCARA  NAME  STATE     AXES        NOTE",

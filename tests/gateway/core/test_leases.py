@@ -67,6 +67,9 @@ def test_what_is_leased_is_moved_with_its_token_only(hall: Hall) -> None:
     token = hall.take(ANNA, LIFT).token
     assert hall.may(LIFT, token)
     assert not hall.may(LIFT)
+    with pytest.raises(LeaseRefused) as refusal:
+        hall.leases.admit(Claim((), (LIFT,), ANNA.id))
+    assert "send its token as Lease-Token" in refusal.value.remedy
     assert not hall.may(LIFT, token - 1)
     assert not hall.may(LIFT, token + 1)
     assert hall.may(TURN)

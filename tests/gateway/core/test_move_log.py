@@ -38,7 +38,7 @@ def test_the_oldest_that_are_over_are_forgotten_for_new_ones() -> None:
     log = log_of(*(a_move(str(number), MoveStatus.SUCCEEDED) for number in range(HISTORY)))
     assert log.get("0").id == "0"
     log.add(a_move("new"))
-    with pytest.raises(NotFound, match=r"no move 0; .* or the gateway is restarted\.$"):
+    with pytest.raises(NotFound, match=r"no move 0; .* until 1000 newer ones exist\.$"):
         log.get("0")
     assert [log.get(kept).id for kept in ("1", "new")] == ["1", "new"]
 

@@ -214,6 +214,23 @@ async def test_cancelled_twice_it_ends_at_once() -> None:
 
 
 @in_virtual_time
+async def test_what_was_broken_off_before_it_was_saved_is_not_called_saved() -> None:
+    of, _ = restores()
+    machine = Machine()
+    machine.writes = 100
+    begun = await of.start(TARGET, [machine], flash=True)
+    await asyncio.sleep(3.0)
+    machine.silent_until = 10_000.0
+    await of.cancel(TARGET)
+    await of.cancel(TARGET)
+    machine.silent_until = 0.0
+    ended = await of.start(TARGET, [machine], flash=True)
+    await asyncio.sleep(3.0)
+    await of.close()
+    assert [(it.status, it.saved) for it in (begun, ended)] == [("cancelled", False)] * 2
+
+
+@in_virtual_time
 async def test_a_controller_has_one_restore_at_a_time_and_is_kept_for_it() -> None:
     of, told = restores()
     machine = Machine()

@@ -139,7 +139,7 @@ def test_an_immediate_stop_whose_repetition_is_refused_is_told_as_refused_too(mo
             mode=mode, prepare=lambda machine: setattr(machine.robot, "settings", settings)
         ) as rig:
             await rig.robot.ask(SetDecelerationTimes(times_ms=[None, None, 8000]), 1)
-            await rig.plant.robot_moves.start(rig.robot, 1, MoveRelative(coordinates=[None, None, -90.0]))
+            await rig.start(MoveRelative(coordinates=[None, None, -90.0]))
             await asyncio.sleep(0.5)
             decelerate = rig.robot.stop("decelerate")
             await asyncio.sleep(0.01)
