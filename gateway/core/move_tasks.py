@@ -1,11 +1,16 @@
 """The tasks that see moves through: each is asked for, begun or refused, and followed to its end."""
 
 import asyncio
-from collections.abc import Coroutine
+import logging
+from collections.abc import Callable, Coroutine
 from typing import Any
 
 from gateway.core.errors import GatewayError
 
+log = logging.getLogger(__name__)
+
+GiveUp = Callable[[str], None]
+"""Says that nobody knows how a move ends, and why."""
 Beginning = asyncio.Future[GatewayError | None]
 """What is known of a move when it has been taken, or refused with an error."""
 
@@ -16,9 +21,18 @@ class MoveTasks:
     def __init__(self) -> None:
         self._beginnings: dict[asyncio.Task[None], Beginning] = {}
 
-    def add(self, move_id: str, work: Coroutine[Any, Any, None], beginning: Beginning) -> None:
-        """See a move through; its `beginning` ends with the task at the latest."""
-        task = asyncio.create_task(work, name=f"move {move_id}")
+    def add(
+        self,
+        move_id: str,
+        work: Callable[[], Coroutine[Any, Any, None]],
+        beginning: Beginning,
+        give_up: GiveUp,
+    ) -> None:
+        """See a move through; its `beginning` ends with the task at the latest.
+
+        After a fault of the gateway itself nobody follows the move: `give_up` is called.
+        """
+        task = asyncio.create_task(_seen_through(move_id, work, beginning, give_up), name=f"move {move_id}")
         self._beginnings[task] = beginning
         task.add_done_callback(self._beginnings.pop)
         task.add_done_callback(lambda _: beginning.cancel())
@@ -35,3 +49,15 @@ class MoveTasks:
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
+
+
+async def _seen_through(
+    move_id: str, work: Callable[[], Coroutine[Any, Any, None]], beginning: Beginning, give_up: GiveUp
+) -> None:
+    try:
+        await work()
+    except Exception as fault:
+        log.exception("move %s has met a fault of the gateway itself", move_id)
+        if not beginning.done():
+            beginning.set_exception(fault)
+        give_up(f"A fault of the gateway itself ({type(fault).__name__}) has ended its watch over the move.")

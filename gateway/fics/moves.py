@@ -6,8 +6,9 @@ from datetime import UTC, datetime
 from functools import partial
 from typing import Any
 
-from gateway.core.errors import GatewayError, RestartedFirst
+from gateway.core.errors import Cancelled, GatewayError, RestartedFirst
 from gateway.core.events import Event
+from gateway.core.lanes import Lane
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import START_WITHIN_S, MoveError, MoveStatus
 from gateway.core.move_tasks import MoveTasks
@@ -74,7 +75,8 @@ class RobotMoves:
             raise RobotBusy(f"A move of {robot.id} is not over; nothing was sent.", "Wait for it or stop it.")
         move = self._new(robot, unit, command)
         run = self._run(robot, unit, command, move)
-        self._tasks.add(move.id, run.make(start_within_s), run.begun)
+        give_up = partial(self._give_up, robot, unit, move)
+        self._tasks.add(move.id, partial(run.make, start_within_s), run.begun, give_up)
         refusal = await asyncio.shield(run.begun)
         if refusal is not None:
             await name_limits(unit, move.coordinates, move.target_position, refusal)
@@ -92,8 +94,9 @@ class RobotMoves:
             move.evidence.append("The journal does not tell whether the command was written.")
         move.evidence.append("The gateway was restarted in the middle of the move; the robot was asked.")
         robot.motion.begin_move(move.unit, move)
-        run = self._run(robot, robot.unit(move.unit), _command_of(move), move)
-        self._tasks.add(move.id, run.take_over(), run.begun)
+        unit = robot.unit(move.unit)
+        run = self._run(robot, unit, _command_of(move), move)
+        self._tasks.add(move.id, run.take_over, run.begun, partial(self._give_up, robot, unit, move))
 
     async def begun(self) -> None:
         """Wait until every move that was asked for has been taken or refused."""
@@ -112,6 +115,15 @@ class RobotMoves:
         publish = partial(robot.publish, unit=unit, correlation=move.id)
         return MoveRun(unit, command, move, robot.motions, robot.durations, advance, publish)
 
+    def _give_up(self, robot: Robot, unit: RobotUnit, move: RobotMove, why: str) -> None:
+        """Nobody knows how it ends; what is not written yet never is."""
+        robot.line.cancel(
+            lambda it: it.lane is Lane.COMMAND, Cancelled(f"{why} Nothing was sent.", "Try again.")
+        )
+        if not move.status.final:
+            move.evidence.append(why)
+            self.advance(robot, unit, move, MoveStatus.UNKNOWN)
+
     def _new(self, robot: Robot, unit: RobotUnit, command: FicsCommand[Any]) -> RobotMove:
         now, coordinates = datetime.now(UTC), unit.coordinates_of(command)
         move = RobotMove(
@@ -128,7 +140,11 @@ class RobotMoves:
         )
         self.log.add(move)
         robot.motion.begin_move(unit.number, move)
-        move.event_cursor = _publish("queued", robot, unit, move).cursor
+        try:
+            move.event_cursor = _publish("queued", robot, unit, move).cursor
+        except Exception:
+            self._give_up(robot, unit, move, "A fault of the gateway itself came before it was sent.")
+            raise
         self.log.on_change(move)
         return move
 

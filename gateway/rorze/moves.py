@@ -1,9 +1,10 @@
 """The life of a move: sent at most once, followed to its end by what the controller itself says."""
 
 import asyncio
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import partial
 from typing import Any
 
 from gateway.core.errors import (
@@ -108,15 +109,17 @@ class Moves:
         for body in bodies:
             body.require_power(command)
         epoch = target.line.gate.epoch(target.number)
-        flight = _Flight(
-            target,
-            command,
-            [Case(body, self._new(body, target, command, kind or kind_of(command))) for body in bodies],
-            epoch,
-            course or {},
-            on_sent,
-        )
-        self._tasks.add(flight.cases[0].move.id, self._fly(flight, start_within_s), flight.answered)
+        try:
+            moves = [self._new(body, target, command, kind or kind_of(command)) for body in bodies]
+        except Exception:
+            begun = [(body, body.move) for body in bodies if body.move is not None]
+            self._give_up(begun, "A fault of the gateway itself came before it was sent.")
+            raise
+        cases = [Case(body, move) for body, move in zip(bodies, moves, strict=True)]
+        flight = _Flight(target, command, cases, epoch, course or {}, on_sent)
+        flying = partial(self._fly, flight, start_within_s)
+        give_up = partial(self._give_up, list(zip(bodies, moves, strict=True)))
+        self._tasks.add(moves[0].id, flying, flight.answered, give_up)
         refusal = await asyncio.shield(flight.answered)
         if refusal is not None:
             if isinstance(target, Body):
@@ -190,6 +193,14 @@ class Moves:
     def _end(self, case: Case, verdict: Verdict) -> None:
         case.move.end_cause = verdict.end_cause
         self._advance(case.body, case.move, verdict.status, verdict.error)
+
+    def _give_up(self, moves: Sequence[tuple[Body, Move]], why: str) -> None:
+        """Nobody knows how they end; what is not written yet never is, for no move stands for it."""
+        for body, move in moves:
+            if not move.status.final:
+                move.evidence.append(why)
+                body.may_move()
+                self._advance(body, move, MoveStatus.UNKNOWN)
 
     # from the queue to the reply
 
@@ -276,7 +287,8 @@ class Moves:
         answered: Beginning = asyncio.get_running_loop().create_future()
         answered.set_result(None)
         case = Case(body, move, rested_at(move), tolerance)
-        self._tasks.add(move.id, self._see_through(case, _ended_with(body)), answered)
+        following = partial(self._see_through, case, _ended_with(body))
+        self._tasks.add(move.id, following, answered, partial(self._give_up, [(body, move)]))
 
     # from the reply to the end
 

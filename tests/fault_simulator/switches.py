@@ -180,7 +180,7 @@ def a_restart_sends_again(patch: Patch) -> None:
                 await body.line.submit(body.number, command, Lane.COMMAND)
 
         took(self, body, move, **how)
-        self._tasks.add(move.id, again(), asyncio.get_running_loop().create_future())
+        self._tasks.add(move.id, again, asyncio.get_running_loop().create_future(), lambda _: None)
 
     took = Moves.take_over
     patch.setattr(Moves, "take_over", take_over)

@@ -22,11 +22,29 @@ class Run:
         self.over = True
 
 
+def nobody(why: str) -> None:
+    pytest.fail(why)
+
+
+@virtual
+async def test_after_a_fault_of_the_gateway_itself_a_move_is_given_up_and_its_caller_told() -> None:
+    async def faulty() -> None:
+        raise ZeroDivisionError
+
+    told: list[str] = []
+    tasks, run = MoveTasks(), Run()
+    tasks.add("m1", faulty, run.beginning, told.append)
+    with pytest.raises(ZeroDivisionError):
+        await run.beginning
+    await asyncio.sleep(0)
+    assert told == ["A fault of the gateway itself (ZeroDivisionError) has ended its watch over the move."]
+
+
 @virtual
 async def test_a_beginning_is_waited_for_and_not_the_end() -> None:
     tasks, run = MoveTasks(), Run()
     await tasks.begun()
-    tasks.add("m1", run.seen_through(), run.beginning)
+    tasks.add("m1", run.seen_through, run.beginning, nobody)
     await tasks.begun()
     assert run.beginning.done()
     assert not run.over
@@ -37,7 +55,7 @@ async def test_a_beginning_is_waited_for_and_not_the_end() -> None:
 @virtual
 async def test_at_the_close_a_move_still_begins_and_is_followed_no_more() -> None:
     tasks, run = MoveTasks(), Run()
-    tasks.add("m1", run.seen_through(), run.beginning)
+    tasks.add("m1", run.seen_through, run.beginning, nobody)
     await tasks.close()
     assert run.beginning.done()
     await asyncio.sleep(2.0)
@@ -50,6 +68,6 @@ async def test_nobody_waits_for_a_beginning_that_will_not_come() -> None:
         return
 
     tasks, run = MoveTasks(), Run()
-    tasks.add("m1", broken_off(), run.beginning)
+    tasks.add("m1", broken_off, run.beginning, nobody)
     with pytest.raises(asyncio.CancelledError):
         await run.beginning

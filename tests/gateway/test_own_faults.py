@@ -1,0 +1,145 @@
+"""A fault of the gateway itself, at any place, leaves nobody waiting and no motor without its stop."""
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from gateway.core.gate import Gate
+from gateway.core.load import Load
+from gateway.core.move_record import MoveStatus
+from gateway.core.scheduler import Scheduler
+from gateway.core.session import Session
+from gateway.core.stops import Stopping
+from gateway.fics.move_runs import MoveRun
+from gateway.rorze.bodies import Body
+from gateway.rorze.body_watch import BodyWatch
+from gateway.rorze.move_proof import Case
+from gateway.rorze.moves import Moves
+from gateway.rorze.session import RorzeSession
+from protocols.fics.homing import HomeRobot
+from protocols.fics.moves import MoveRelative
+from protocols.fics.system import GetSystemVersion
+from protocols.rorze.moves import MoveClockwise
+from protocols.rorze.position import GetPosition
+from tests.fics_plants import fics_rig
+from tests.plants import Rig, in_virtual_time, rig
+
+LONG = MoveClockwise(distance=20_000)
+SHORT = MoveClockwise(distance=300)
+AGAIN_S = 30.0
+"""After this time the gateway is itself again, whatever has happened."""
+
+Place = tuple[type[Any], str]
+
+
+def fail_once(monkeypatch: pytest.MonkeyPatch, place: Place) -> list[str]:
+    """Let the next call of a method raise what nobody has foreseen; gives the list that it is noted in."""
+    owner, name = place
+    good: Callable[..., Any] = getattr(owner, name)
+    failed: list[str] = []
+
+    def bad(*args: Any, **kwargs: Any) -> Any:
+        if failed:
+            return good(*args, **kwargs)
+        failed.append(name)
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(owner, name, bad)
+    return failed
+
+
+async def is_itself(it: Rig) -> None:
+    """Each body answers, moves, and is stopped with a confirmation."""
+    for body in it.plant.bodies():
+        await body.ask(GetPosition())
+        [move] = await it.plant.moves.start(body, SHORT)
+        assert (await it.plant.moves.wait(move.id, 60.0)).status is MoveStatus.SUCCEEDED
+        [report] = await it.plant.stops.stop([body], "immediate")
+        assert report.state == "confirmed"
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        (Session, "has_something"),
+        (Session, "next"),
+        (Session, "written"),
+        (Session, "pass_deadlines"),
+        (Session, "_ended"),
+        (RorzeSession, "heard"),
+        (RorzeSession, "was_written"),
+        (Gate, "refuses"),
+        (Scheduler, "next"),
+        (Load, "note"),
+        (Body, "was_told"),
+        (Body, "heard"),
+        (Body, "was_set_going"),
+        (BodyWatch, "_attend"),
+        (Case, "know_the_start"),
+        (Case, "running"),
+        (Case, "at_rest"),
+        (Moves, "_write"),
+        (Moves, "_advance"),
+        (Stopping, "_is_proved"),
+        (Stopping, "_repeat"),
+    ],
+    ids=lambda place: f"{place[0].__name__}.{place[1]}",
+)
+@in_virtual_time
+async def test_a_fault_amid_moves_and_stops_of_bodies_is_survived(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with rig(bodies=(0x00, 0x3F), groups={}) as it:
+        await asyncio.sleep(3.0)
+        failed = fail_once(monkeypatch, place)
+        moving = asyncio.gather(it.plant.moves.start(it.body(), LONG), return_exceptions=True)
+        asking = asyncio.gather(it.plant.body("00").ask(GetPosition()), return_exceptions=True)
+        await asyncio.sleep(0.7)
+        stopping = asyncio.gather(it.plant.stops.stop([it.body()], "decelerate"), return_exceptions=True)
+        await asyncio.sleep(AGAIN_S)
+        assert moving.done()
+        assert asking.done()
+        assert stopping.done()
+        assert failed
+        assert it.body().move is None
+        assert not it.axis().motor.moving
+        await is_itself(it)
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        (Session, "next"),
+        (Session, "written"),
+        (Session, "_ended"),
+        (Gate, "refuses"),
+        (Load, "note"),
+        (MoveRun, "make"),
+        (MoveRun, "_follow"),
+        (Stopping, "_is_proved"),
+    ],
+    ids=lambda place: f"{place[0].__name__}.{place[1]}",
+)
+@in_virtual_time
+async def test_a_fault_amid_moves_and_stops_of_a_robot_is_survived(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with fics_rig() as it:
+        assert (await it.move(HomeRobot())).status is MoveStatus.SUCCEEDED
+        failed = fail_once(monkeypatch, place)
+        moving = asyncio.gather(
+            it.start(MoveRelative(coordinates=[90.0, None, None])), return_exceptions=True
+        )
+        asking = asyncio.gather(it.robot.ask(GetSystemVersion()), return_exceptions=True)
+        await asyncio.sleep(0.7)
+        stopping = asyncio.gather(it.robot.stop("decelerate"), return_exceptions=True)
+        await asyncio.sleep(AGAIN_S)
+        assert moving.done()
+        assert asking.done()
+        assert stopping.done()
+        assert failed
+        assert it.robot.motion.idle.is_set()
+        assert (await it.move(MoveRelative(coordinates=[5.0, None, None]))).status is MoveStatus.SUCCEEDED
+        assert (await it.robot.stop("immediate")).state == "confirmed"
