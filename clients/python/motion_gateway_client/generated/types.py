@@ -2019,6 +2019,8 @@ class Crashed(TypedDict):
     """When it was last known to live; null where it never was."""
     moves: list[str]
     """Moves that were not over: they are followed, or resolved."""
+    targets: list[str]
+    """The body, unit or SCARA robot of each of these moves."""
     commands: list[str]
     """Commands of which nobody knows what has become of them."""
 
@@ -5489,7 +5491,7 @@ class RobotRawReply(TypedDict):
     sent: str
     """The exact bytes, the terminator as \\r."""
     replies: list[str]
-    """What followed the name in each answer, as it was read."""
+    """What followed the name in each answer, as it came; none where mode 2 answers nothing."""
 
 
 class RobotRawRequest(TypedDict):

@@ -8358,6 +8358,11 @@ export interface components {
              */
             moves: string[];
             /**
+             * Targets
+             * @description The body, unit or SCARA robot of each of these moves.
+             */
+            targets: string[];
+            /**
              * Commands
              * @description Commands of which nobody knows what has become of them.
              */
@@ -16234,7 +16239,7 @@ export interface components {
             sent: string;
             /**
              * Replies
-             * @description What followed the name in each answer, as it was read.
+             * @description What followed the name in each answer, as it came; none where mode 2 answers nothing.
              */
             replies: string[];
         };
