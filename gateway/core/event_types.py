@@ -6,6 +6,7 @@ the tests check every event of every plant.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from datetime import datetime
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -222,7 +223,9 @@ class JournalSetAside(EventData):
 class Crashed(EventData):
     """What was under way when the last life of the gateway ended without being told to."""
 
-    last_seen_at: str | None = Field(description="When it was last known to live; null where it never was.")
+    last_seen_at: datetime | None = Field(
+        description="When it was last known to live; null where it never was."
+    )
     moves: list[str] = Field(description="Moves that were not over: they are followed, or resolved.")
     targets: list[str] = Field(description="The body, unit or SCARA robot of each of these moves.")
     commands: list[str] = Field(description="Commands of which nobody knows what has become of them.")
