@@ -10,7 +10,7 @@ from gateway.config import ConfigError
 
 log = logging.getLogger(__name__)
 
-LOOK_AGAIN_S: Final = 5.0
+RECHECK_S: Final = 5.0
 
 
 class Certificate:
@@ -35,10 +35,10 @@ class Certificate:
     async def watch(self) -> None:
         """Look at the files from time to time until it is cancelled."""
         while True:
-            await asyncio.sleep(LOOK_AGAIN_S)
-            self.look()
+            await asyncio.sleep(RECHECK_S)
+            self.check()
 
-    def look(self) -> None:
+    def check(self) -> None:
         """Take the files anew if they are others; what cannot be used leaves those before in force."""
         stamp = self._stamp()
         if stamp == self._seen or stamp is None:

@@ -25,7 +25,7 @@ BODIES = list(range(LAST_BODY + 1))
 MOVERS = BODIES[:30]
 READS = [get(f"/bodies/{body:02X}/position") for body in BODIES[30:]]
 ROUNDS = 5
-LOOK_AGAIN_S = 0.1
+RECHECK_S = 0.1
 LOOKS_AT_LOAD = 5
 QUIET_LOOKS = 20
 
@@ -72,7 +72,7 @@ def _wait_until_at_rest(port: int) -> None:
     while quiet < QUIET_LOOKS:
         if monotonic() > give_up_at:
             raise RuntimeError(f"not measured, because the line was not at rest after {FILL_S:g} s")
-        sleep(LOOK_AGAIN_S)
+        sleep(RECHECK_S)
         known = all(body["position"] is not None for body in _asked(port, get("/bodies"))["bodies"])
         waiting = _asked(port, get("/lines/line"))["waiting"]["background"]
         quiet = quiet + 1 if known and not waiting else 0
@@ -102,7 +102,7 @@ def _stop_s(port: int, cursor: str) -> float:
         confirmed |= {event["subject"] for event in told["events"]}
         if monotonic() - begun_at > FILL_S:
             raise RuntimeError(f"not measured, because only {len(confirmed)} stops were confirmed")
-        sleep(LOOK_AGAIN_S / 10)
+        sleep(RECHECK_S / 10)
     return monotonic() - begun_at
 
 

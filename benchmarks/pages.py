@@ -22,7 +22,7 @@ CONSOLE = (
 )
 DOCUMENTS = ("docs", "docs/resources", "docs/all")
 FETCHED = ("documents", "commands", "metrics")
-LOOK_S = 1.0
+CHECK_S = 1.0
 """How long somebody looks at a page."""
 ROUNDS = 3
 QUIET_SHARE = 0.25
@@ -41,7 +41,7 @@ async def run(seconds: float) -> list[Figure]:
         holds = asyncio.create_task(_holds(process))
         page = await browser.new_page(viewport={"width": 1280, "height": 900})
         begun_at = monotonic()
-        await asyncio.sleep(LOOK_S)
+        await asyncio.sleep(CHECK_S)
         opened_at = monotonic()
         shown_ms = await _look_at_all(page, f"http://127.0.0.1:{port}/")
         closed_at = monotonic()
@@ -91,7 +91,7 @@ async def _look_at_all(page: Page, url: str) -> list[tuple[float, float, float]]
     ]
     for path in (*DOCUMENTS, *(f"#/{it}" for it in CONSOLE)):
         await page.goto(url + path)
-        await asyncio.sleep(LOOK_S)
+        await asyncio.sleep(CHECK_S)
     return shown_ms
 
 

@@ -31,7 +31,7 @@ MOVERS = BODIES[:6]
 HOSTILE = ("documents", "commands", "metrics", "giant-heads", "slow-heads")
 FILL_S = 240.0
 """What has not happened by then never will."""
-LOOK_AGAIN_S = 0.1
+RECHECK_S = 0.1
 QUIET_SHARE = 0.25
 """The part of the seconds in which nobody else asks."""
 LEAST_STOPS = 3
@@ -123,7 +123,7 @@ def _wait_until_full(port: int) -> None:
             found = _EVENTS.search(ask(sock, get("/metrics")))
             if found and float(found[1]) >= RETAINED_EVENTS:
                 return
-            sleep(LOOK_AGAIN_S)
+            sleep(RECHECK_S)
     raise RuntimeError(f"not measured, because the event ring was not full after {FILL_S:g} s")
 
 

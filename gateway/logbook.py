@@ -12,45 +12,45 @@ from gateway.core.origin import current
 
 log = logging.getLogger(__name__)
 
-Told = Mapping[str, Any]
+EventData = Mapping[str, Any]
 
 
 class _Line(NamedTuple):
     level: int
-    say: Callable[[str, Told], str]
+    say: Callable[[str, EventData], str]
     """Writes the sentence for an address and the event's data."""
 
 
-def _of_move(_: str, move: Told) -> str:
+def _of_move(_: str, move: EventData) -> str:
     error = move["error"] or {}
     place = "" if move["position"] is None else f" at {move['position']}"
     why = f": {error['detail']}" if error else f" ({move['end_cause']})" if move["end_cause"] else ""
     return f"move {move['id']} of {move['body_id']} ({move['kind']}) {move['status']}{place}{why}"
 
 
-def _of_stop(how: str) -> Callable[[str, Told], str]:
+def _of_stop(how: str) -> Callable[[str, EventData], str]:
     return lambda address, report: (
         f"stop of {address} {how}" + (f": {report['detail']}" if report["detail"] else "")
     )
 
 
-def _of_jog(address: str, jog: Told) -> str:
+def _of_jog(address: str, jog: EventData) -> str:
     return f"JOG {jog['id']} of axis {jog['axis']} of {address} {jog['state']}"
 
 
-def _comes(address: str, _: Told) -> str:
+def _comes(address: str, _: EventData) -> str:
     return f"{address} answers again"
 
 
-def _goes(address: str, _: Told) -> str:
+def _goes(address: str, _: EventData) -> str:
     return f"{address} does not answer any more"
 
 
-def _raised(_: str, alarm: Told) -> str:
+def _raised(_: str, alarm: EventData) -> str:
     return f"alarm {alarm['id']} {alarm['cause']}: {alarm['en']['happened']}"
 
 
-def _reset(_: str, alarm: Told) -> str:
+def _reset(_: str, alarm: EventData) -> str:
     return f"alarm {alarm['id']} {alarm['cause']} at {alarm['subject']} is reset by {alarm['reset_by']}"
 
 

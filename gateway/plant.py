@@ -50,7 +50,7 @@ from transports.trace_file import TraceFile
 
 log = logging.getLogger(__name__)
 
-ALARMS_LOOK_S = 5.0
+ALARMS_CHECK_S = 5.0
 
 F = TypeVar("F", bound=Family)
 
@@ -98,7 +98,7 @@ class Plant:
         self.position_readings = PositionReadings(partial(self._publish_reading, "position_reading"))
         self.position_uploads = TableUploads(partial(self._publish_reading, "position_upload"))
         self.figures = Figures(self._line_of)
-        self.events.listeners += [self.figures.note, logbook.note, self.alarms.hear]
+        self.events.listeners += [self.figures.note, logbook.note, self.alarms.note]
         self.on_lines: Callable[[], None] = lambda: None
         """Called when other lines are served."""
         self._open_transport = open_transport
@@ -279,8 +279,8 @@ class Plant:
     async def _watch_alarms(self) -> None:
         """Note which causes are over, and raise what no event tells: a line that never was up."""
         while True:
-            await asyncio.sleep(ALARMS_LOOK_S)
-            self.alarms.look()
+            await asyncio.sleep(ALARMS_CHECK_S)
+            self.alarms.note_ends()
             for port in self._ports.values():
                 if port.state in UNUSABLE and port.trouble is not None:
                     self.alarms.find(LINE_DOWN, f"/lines/{port.id}", reason=port.trouble)
@@ -298,7 +298,7 @@ class Plant:
         )
         if not suspended:
             return
-        self.leases.look()
+        self.leases.expire()
         for port in self._ports.values():
             port.revoke(HeldUp)
             port.fence()

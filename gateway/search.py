@@ -139,7 +139,7 @@ class Questions:
 
     def __init__(self, port: Transport) -> None:
         self.port = port
-        self._heard: asyncio.Queue[bytes | TransportLost] = asyncio.Queue()
+        self._received: asyncio.Queue[bytes | TransportLost] = asyncio.Queue()
 
     async def open(self) -> None:
         """Open the port and end whatever was half said on it.
@@ -152,11 +152,11 @@ class Questions:
 
     def data_received(self, data: bytes) -> None:
         """Bytes from the port."""
-        self._heard.put_nowait(data)
+        self._received.put_nowait(data)
 
     def connection_lost(self, error: TransportLost) -> None:
         """The port has gone."""
-        self._heard.put_nowait(error)
+        self._received.put_nowait(error)
 
     async def ask(
         self, question: bytes, reader: Reader[F], answer: Callable[[F], T | None], within_s: float
@@ -165,24 +165,24 @@ class Questions:
 
         :raises TransportLost: the port has gone.
         """
-        while not self._heard.empty():
-            self._next(self._heard.get_nowait())
+        while not self._received.empty():
+            self._next(self._received.get_nowait())
         self.port.write(question)
         wire_s = (len(question) + LONGEST_ANSWER) * self.port.byte_time_s
         try:
             async with asyncio.timeout(wire_s + within_s):
                 while True:
-                    for frame in reader.feed(self._next(await self._heard.get())):
+                    for frame in reader.feed(self._next(await self._received.get())):
                         if (found := answer(frame)) is not None:
                             return found
         except TimeoutError:
             return None
 
     @staticmethod
-    def _next(heard: bytes | TransportLost) -> bytes:
-        if isinstance(heard, TransportLost):
-            raise heard
-        return heard
+    def _next(received: bytes | TransportLost) -> bytes:
+        if isinstance(received, TransportLost):
+            raise received
+        return received
 
 
 # an RC-400

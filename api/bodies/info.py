@@ -326,7 +326,7 @@ async def get_statuses(request: Request, line_id: LineId) -> Response:
 async def list_bodies(request: Request, *, fresh: Fresh = False) -> Response:
     """List all bodies as they were last seen; with `fresh`, they are asked for status and position first."""
     if fresh:
-        await bodies.look_at_all(plant_of(request), origin())
+        await bodies.poll_all(plant_of(request), origin())
     rorze = plant_of(request).family(Rorze)
     seen = [_info(rorze, body) for body in rorze.bodies() if is_seen(request, body.address)]
     return content_response({"bodies": seen})

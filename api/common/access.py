@@ -31,7 +31,7 @@ log = logging.getLogger(__name__)
 
 STREAMS: Final = frozenset({"/events", "/events/stream"})
 """What can be about some bodies only, by its query."""
-LOOK_AGAIN_S: Final = 5.0
+RECHECK_S: Final = 5.0
 """How often it is asked whether the credential of an event stream is still good."""
 CLOSE_NOT_AUTHENTICATED: Final = 4401
 _SHOWS_LEASES: Final = frozenset({Right.OPERATE, Right.SETUP})
@@ -214,7 +214,7 @@ class Access:
         """Find whose a header is; one that was good is not read again until the keys are looked at again."""
         now = monotonic()
         if now >= self._forget_at:
-            self._forget_at = now + keys.LOOK_AGAIN_S
+            self._forget_at = now + keys.RECHECK_S
             self._good_ones.clear()
         grant = self._good_ones.get(shown[0]) if len(shown) == 1 else None
         if grant is None or not self.credentials.knows(grant):
@@ -359,7 +359,7 @@ async def while_it_holds(holds: Callable[[], bool], handling: Awaitable[None]) -
     """Serve an event stream, and end it soon after its credential; give whether that was the end."""
     task = asyncio.ensure_future(handling)
     try:
-        while not (await asyncio.wait({task}, timeout=LOOK_AGAIN_S))[0]:
+        while not (await asyncio.wait({task}, timeout=RECHECK_S))[0]:
             if not holds():
                 return False
         await task

@@ -10,7 +10,7 @@ from fastapi import HTTPException, Request, Response
 from pydantic import ValidationError
 from starlette.types import Message, Receive, Scope, Send
 
-from api.common.direct import NO_QUERY, NOTHING, DirectCall, NotPlain
+from api.common.fast_route import NO_QUERY, NOTHING, FastCall, NotPlain
 from api.common.faults import InvalidBody
 from api.common.idempotency import WITH_EFFECT, require_no_key
 from api.common.query_params import require_known
@@ -168,7 +168,7 @@ class StrictRoute(HttpRoute):
 
     def __init__(self, path: str, endpoint: Callable[..., Any], **options: Any) -> None:
         super().__init__(path, endpoint, **options)
-        self._direct = DirectCall.of(self)
+        self._fast_call = FastCall.of(self)
         self._by_fastapi, self.app = self.app, self._answer
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
@@ -190,7 +190,7 @@ class StrictRoute(HttpRoute):
 
     async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer directly what can be, and leave the rest to FastAPI."""
-        if self._direct is None:
+        if self._fast_call is None:
             await self._by_fastapi(scope, receive, send)
             return
         asked = Request(scope, receive, send)
@@ -199,7 +199,7 @@ class StrictRoute(HttpRoute):
         has_body = self.body_field is not None and await request.body()
         content = await request.json() if has_body else NOTHING
         try:
-            answering = self._direct.begin(request, scope["path_params"], content, query)
+            answering = self._fast_call.begin(request, scope["path_params"], content, query)
         except NotPlain:
             read_again = receive if self.body_field is None else _again(await request.body())
             await self._by_fastapi(scope, read_again, send)

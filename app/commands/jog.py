@@ -19,7 +19,7 @@ from gateway.core.stops import CONFIRM_WITHIN_S
 
 HEARTBEATS: Final = 3
 """In the time in which one has to come."""
-LOOK_S: Final = 0.1
+CHECK_S: Final = 0.1
 STILL_WITHIN_S: Final = 2 * CONFIRM_WITHIN_S
 """Standstill that is not seen by then is not waited for."""
 _WAYS: Final = ("+", "-", "cw", "ccw")
@@ -132,7 +132,7 @@ def _end(client: Client, path: str) -> dict[str, Any]:
     late_at = time.monotonic() + STILL_WITHIN_S
     over = client.request("POST", f"{path}/stop")
     while over["state"] == "stopping" and time.monotonic() < late_at:
-        time.sleep(LOOK_S)
+        time.sleep(CHECK_S)
         over = client.request("POST", f"{path}/stop")
     return over
 

@@ -16,7 +16,7 @@ from protocols.rorze.programs import LAST_ADDRESS, STEPS
 if TYPE_CHECKING:
     from protocols.rorze.user_program.assembler import Assembled
 
-LOOK_S = 10
+CHECK_S = 10
 """While an upload runs, its progress is printed at least this often."""
 DOWNLOAD_S = 600
 """A full program takes minutes at 9600 baud."""
@@ -53,7 +53,7 @@ def upload(
     record = client.request("PUT", f"{path}?flash={str(flash).lower()}", {"source": source})
     while record["status"] == "running":
         typer.echo(f"{record['phase']}: {record['written']} of {record['instructions']} written", err=True)
-        record = client.request("GET", f"{path}/uploads/{record['id']}", wait_s=LOOK_S)
+        record = client.request("GET", f"{path}/uploads/{record['id']}", wait_s=CHECK_S)
     if (error := record["error"]) is not None:
         raise Failure(f"{error['detail']} {record['stored']} {error['remedy']}", exits.REFUSED)
     typer.echo(record["stored"])

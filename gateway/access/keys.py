@@ -30,7 +30,7 @@ _LOCK: Final = "keys.lock"
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._@-]{0,63}")
 _SCOPE: Final = re.compile(r"(?:[a-z][a-z0-9-]{0,31}[.])?[0-9A-Fa-f]{2}|[a-z][a-z0-9-]{0,31}")
 _RESERVED: Final = frozenset({"gateway", "everybody"})
-LOOK_AGAIN_S: Final = 0.05
+RECHECK_S: Final = 0.05
 """The file is looked at no more often for keys that are known: it takes a third of the time of the check."""
 LONGEST_S: Final = 10 * 365 * 86_400.0
 """No key that ends lasts longer."""
@@ -125,7 +125,7 @@ class _File(BaseModel):
 class KeyStore:
     """The keys in a data directory; the file is read again whenever it is another one.
 
-    A key that another process makes is good at once, one that it revokes is not after `LOOK_AGAIN_S`.
+    A key that another process makes is good at once, one that it revokes is not after `RECHECK_S`.
     """
 
     def __init__(self, directory: Path, clock: Callable[[], float] = time.time) -> None:
@@ -189,7 +189,7 @@ class KeyStore:
         """
         return self._read().keys
 
-    def told(self) -> Sequence[KeyInfo]:
+    def infos(self) -> Sequence[KeyInfo]:
         """The same, without what is secret of them."""
         uses, now = {**self.uses(), **self._used}, self._clock()
         return [key.told_at(now, uses.get(key.prefix)) for key in self.all()]
@@ -255,7 +255,7 @@ class KeyStore:
 
     def _look(self) -> None:
         """Read the file if it is another one; one that cannot be read leaves what is known."""
-        self._look_at = time.monotonic() + LOOK_AGAIN_S
+        self._look_at = time.monotonic() + RECHECK_S
         try:
             status = os.stat(self._place)  # noqa: PTH116  # half the time, at every request
         except FileNotFoundError:

@@ -10,7 +10,7 @@ class Admission:
     def __init__(self, watch: LoopWatch | None = None) -> None:
         self._watch = watch or LoopWatch()
         self._ended = False
-        self.revise = self._watch.look
+        self.revise = self._watch.check
         """See that nothing is written that was admitted before a suspension."""
 
     def require(self) -> None:

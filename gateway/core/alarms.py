@@ -210,7 +210,7 @@ class Alarms:
 
     # raising
 
-    def hear(self, event: Event) -> None:
+    def note(self, event: Event) -> None:
         """Raise what an event means."""
         if self.closed or event.type not in self._by_event:
             return
@@ -259,12 +259,12 @@ class Alarms:
 
     # looking
 
-    def look(self) -> None:
+    def note_ends(self) -> None:
         """Note which causes are over."""
         for alarm in self._standing.values():
-            self._look_at(alarm)
+            self._note_end(alarm)
 
-    def _look_at(self, alarm: Alarm) -> None:
+    def _note_end(self, alarm: Alarm) -> None:
         cause = self._causes.get(alarm.cause)
         if alarm.ended_at is None and not (cause is not None and cause.lasts(alarm.subject)):
             alarm.ended_at = datetime.now(UTC)
@@ -272,7 +272,7 @@ class Alarms:
 
     def standing(self) -> list[Alarm]:
         """Those that are not reset, newest first."""
-        self.look()
+        self.note_ends()
         return sorted(self._standing.values(), key=lambda it: it.id, reverse=True)
 
     def history(self) -> list[Alarm]:
@@ -287,7 +287,7 @@ class Alarms:
         found = self._over.get(alarm_id)
         for alarm in self._standing.values():
             if alarm.id == alarm_id:
-                self._look_at(found := alarm)
+                self._note_end(found := alarm)
         if found is None:
             detail = f"There is no alarm {alarm_id}, or it is no longer kept."
             raise NotFound(detail, "GET /alarms lists them.", [ALARMS])

@@ -11,18 +11,18 @@ class Lane(IntEnum):
     """Who goes first: the lower number."""
 
     STOP = 0
-    PROOF = 1
+    VERIFY = 1
     """Questions a motor waits for: whether a stop has worked, and what is to be known before a move."""
     COMMAND = 2
-    AGAIN = 3
+    STOP_REPEAT = 3
     """Stops repeated to a body that has not answered the last one and may be dead."""
     READ = 4
     BACKGROUND = 5
     """What the gateway asks for itself: health, and whether a motor still runs."""
 
 
-STOPS = (Lane.STOP, Lane.AGAIN)
-QUESTIONS = (Lane.READ, Lane.PROOF, Lane.BACKGROUND)
+STOPS = (Lane.STOP, Lane.STOP_REPEAT)
+QUESTIONS = (Lane.READ, Lane.VERIFY, Lane.BACKGROUND)
 IMPATIENT = (Lane.COMMAND, Lane.READ, Lane.BACKGROUND)
 """What is too late some day, and has its turn before that."""
 

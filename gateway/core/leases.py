@@ -125,7 +125,7 @@ class Leases:
                 "Leases are switched off; nothing was leased.", "Set lease_mode in the configuration."
             )
         token = await self._tokens.next()
-        self.look()
+        self.expire()
         in_the_way = [held for held in self._held.values() if any(map(held.meets, parts))]
         if in_the_way and not over:
             raise self._is_leased(in_the_way[0])
@@ -172,7 +172,7 @@ class Leases:
 
     def all(self) -> list[Lease]:
         """All that have not ended, in the order of their tokens."""
-        self.look()
+        self.expire()
         return [self._told(held) for held in self._held.values()]
 
     def get(self, lease_id: str) -> Lease:
@@ -214,7 +214,7 @@ class Leases:
     def _refusal(self, claim: Claim) -> LeaseRefused | None:
         if self.mode == "off" or not (self._held or claim.tokens or self.mode == "required"):
             return None
-        self.look()
+        self.expire()
         return next((why for part in claim.parts if (why := self._why_not(part, claim))), None)
 
     def _why_not(self, part: Part, claim: Claim) -> LeaseRefused | None:
@@ -257,7 +257,7 @@ class Leases:
 
     # time
 
-    def look(self) -> None:
+    def expire(self) -> None:
         """End what is over."""
         now = self.clock()
         for held in [it for it in self._held.values() if now >= it.until]:
@@ -278,7 +278,7 @@ class Leases:
             self._timer = asyncio.get_running_loop().call_later(max(rest_s, 0.001), self._wake)
 
     def _wake(self) -> None:
-        self.look()
+        self.expire()
         self._wait()
 
     def _end(self, held: _Held, why: End) -> None:
@@ -287,7 +287,7 @@ class Leases:
         self.on_end(held.subject, self._told(held), why, held.parts)
 
     def _find(self, lease_id: str) -> _Held:
-        self.look()
+        self.expire()
         if lease_id not in self._held:
             raise NotFound(
                 f"There is no lease {lease_id}, or it is over.",

@@ -77,13 +77,13 @@ class PortLoop(ABC):
         self._ready = False
         self._silence: str | None = None
         """Why nobody seems to answer, while that is so."""
-        self._told_up = False
+        self._up_published = False
         self.byte_time_s = transport.byte_time_s
         """Seconds one byte takes on the wire; 0.0 where that does not pace the gateway."""
         self._tx_free_at = 0.0
         self._last_rx_at = 0.0
         self._stuck_since: float | None = None
-        self._heard_out = False
+        self._all_answered = False
         """Whether all that was written has been answered: none of it can wait in the port."""
         self._timer: asyncio.Handle | None = None
         self._timer_at = 0.0
@@ -199,7 +199,7 @@ class PortLoop(ABC):
     def _went_down(self, why: str, fault: Exception | None = None, *, level: int = logging.WARNING) -> None:
         reason = why.removesuffix("Nothing was sent.").rstrip(" .")  # sentences say so themselves
         was_open, self._open, self._ready = self._open, False, False
-        self._heard_out = False
+        self._all_answered = False
         changed = was_open or reason != self.down_reason
         self.down_reason = reason
         self._stuck_since = self._silence = None
@@ -213,8 +213,8 @@ class PortLoop(ABC):
         """Somebody answers and is set up; told once, until the line is down or silent."""
         self._ready, self._silence = True, None
         log.info("line %s is up", self.id)
-        if not self._told_up:
-            self._told_up = True
+        if not self._up_published:
+            self._up_published = True
             self.on_change("line.up", facts)
 
     def _is_silent(self, why: str) -> None:
@@ -226,8 +226,8 @@ class PortLoop(ABC):
 
     def _tell_down(self, reason: str) -> None:
         """Every line.down follows a line.up."""
-        if self._told_up:
-            self._told_up = False
+        if self._up_published:
+            self._up_published = False
             self.on_change("line.down", {"reason": reason})
 
     def _down(self) -> LineDown:
@@ -266,10 +266,10 @@ class PortLoop(ABC):
 
         A port that stays blocked is opened anew.
         """
-        if now < self._tx_free_at and not (self._heard_out and self.transport.is_bridged):
+        if now < self._tx_free_at and not (self._all_answered and self.transport.is_bridged):
             self._wake_at(self._tx_free_at)
             return False
-        if self._heard_out or self.transport.unsent() == 0:
+        if self._all_answered or self.transport.unsent() == 0:
             self._stuck_since = None
             return True
         if self._stuck_since is None:
@@ -290,7 +290,7 @@ class PortLoop(ABC):
         except TransportLost as error:
             self._went_down(str(error))
             return False
-        self._heard_out = False
+        self._all_answered = False
         self._tx_free_at = now + len(frame) * self.byte_time_s
         return True
 
@@ -384,7 +384,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
             series.epochs = {number: self.gate.epoch(number) for number in numbers}
             yield series
 
-    def talk_of(self, _: bytes) -> FrameSubject:
+    def subject_of(self, _: bytes) -> FrameSubject:
         """What a frame on it is about; where no address stands in frames, all are about the same."""
         return FrameSubject(b"")
 
@@ -451,7 +451,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         try:
             for frame in self._reader.feed(data):
                 if isinstance(frame, Garbage):
-                    self._hear_noise(frame.why)
+                    self._receive_noise(frame.why)
                 else:
                     self._take(frame)
         except Exception as fault:
@@ -531,10 +531,10 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         if next_at is not None:
             self._expire_at(max(next_at, now + EXPIRY_STEP_S))
 
-    def _hear(self, reply: F) -> None:
+    def _receive(self, reply: F) -> None:
         """Hear a reply; the next frame goes out before its waiters have it."""
-        settle = self._session.heard(reply, self._last_rx_at)
-        self._heard_out = self._session.heard_out
+        settle = self._session.receive(reply, self._last_rx_at)
+        self._all_answered = self._session.all_answered
         self._pump()
         if settle is not None:
             settle()
@@ -548,7 +548,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def _named(self, exchange: X) -> str:
         return f"{exchange.command.name()} of {self.address_of(exchange.target)}"
 
-    def _hear_noise(self, what: str) -> None:
+    def _receive_noise(self, what: str) -> None:
         """Hear what can be no reply."""
         self.counters["garbage"] += 1
         self._session.noise(what, self._last_rx_at)

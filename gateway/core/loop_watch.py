@@ -44,7 +44,7 @@ class LoopWatch:
             self._timer.cancel()
         self._due = inf
 
-    def look(self) -> None:
+    def check(self) -> None:
         """Notice a suspension now: what is called first after it checks, before the next beat comes."""
         now = self._clock()
         late_s = now - self._due
@@ -54,7 +54,7 @@ class LoopWatch:
 
     def in_doubt(self) -> bool:
         """Whether nobody knows how old a request is that comes now."""
-        self.look()
+        self.check()
         return self._clock() < self._doubt_until
 
     def _beat(self) -> None:

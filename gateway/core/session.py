@@ -77,7 +77,7 @@ class Session(ABC, Generic[X, F]):
         self._busy_since = 0.0
         self.strict = False
         """Whether a fence has to prove that the reply to a command was the last."""
-        self.heard_out = False
+        self.all_answered = False
         """Whether the reply to the last frame has come, where every frame has one."""
         self.doubts = 0
         """How often a reply stayed away, could not be understood, or came though nobody had asked."""
@@ -273,7 +273,7 @@ class Session(ABC, Generic[X, F]):
         self._busy_since = now
         self.counters["frames_sent"] += 1
         self._written += 1
-        self.heard_out = False
+        self.all_answered = False
         exchange.number, exchange.doubt = self._written, None
         exchange.deadline = exchange.due_at = deadline
         if exchange.proves is not None:
@@ -302,7 +302,7 @@ class Session(ABC, Generic[X, F]):
         """Whether anything was written that is neither answered nor given up."""
         return bool(self._sent)
 
-    def heard(self, frame: F, now: float) -> Settle | None:
+    def receive(self, frame: F, now: float) -> Settle | None:
         """Credit a reply; None if it ends no exchange."""
         for exchange in self._sent:
             outcome = exchange.credit(frame, now)
@@ -322,7 +322,7 @@ class Session(ABC, Generic[X, F]):
         self._let_go(exchange)
         self._note_order(exchange)
         self._note_load(now)
-        self.heard_out = self.heard_out or (self.answers_all and exchange.number == self._written)
+        self.all_answered = self.all_answered or (self.answers_all and exchange.number == self._written)
         self.learn(exchange, outcome, frame, now)
         if exchange is self._fence_query:
             if self.is_refusal_of_fence(frame):

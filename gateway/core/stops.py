@@ -56,7 +56,7 @@ class Stopping(ABC):
         """Whether the controller itself says so, and nothing runs there that could move it again."""
 
     @abstractmethod
-    def replies_heard(self) -> int:
+    def reply_count(self) -> int:
         """Count all replies on its line."""
 
     @abstractmethod
@@ -96,9 +96,9 @@ class Stopping(ABC):
         async with asyncio.TaskGroup() as group:
             proof = group.create_task(self.stands_still(), name="proof of a stop")
             while not proof.done():
-                heard = self.replies_heard()
+                replies = self.reply_count()
                 await asyncio.wait({proof}, timeout=max(self.pause_s(), self.silent_after_s))
-                if not proof.done() and self.replies_heard() == heard:
+                if not proof.done() and self.reply_count() == replies:
                     self._repeat()
         return proof.result()
 

@@ -26,12 +26,12 @@ class TraceFilter:
 
     def __init__(
         self,
-        talk_of: Callable[[bytes], FrameSubject],
+        subject_of: Callable[[bytes], FrameSubject],
         *,
         bodies: Collection[int] | None = None,
         request_id: str | None = None,
     ) -> None:
-        self._talk_of = talk_of
+        self._subject_of = subject_of
         self._bodies, self._request_id = bodies, request_id
         self._asked: set[bytes] = set()
         """Addresses to which the last command was of the request."""
@@ -55,12 +55,12 @@ class TraceFilter:
                 yield record
 
     def _is_wanted_command(self, data: bytes, request_id: str | None) -> bool:
-        talk = self._talk_of(data)
+        subject = self._subject_of(data)
         if request_id == self._request_id:
-            self._asked.add(talk.address)
+            self._asked.add(subject.address)
         else:
-            self._asked.discard(talk.address)
-        return self._is_about(talk) and self._request_id in (None, request_id)
+            self._asked.discard(subject.address)
+        return self._is_about(subject) and self._request_id in (None, request_id)
 
     def _received(self, record: Record, data: bytes) -> Iterator[Record]:
         self._pieces.append(record)
@@ -73,8 +73,8 @@ class TraceFilter:
         self._pieces = self._pieces[-1:] if self._text else []
 
     def _is_wanted_reply(self, frame: bytes) -> bool:
-        talk = self._talk_of(frame)
-        return self._is_about(talk) and (self._request_id is None or talk.address in self._asked)
+        subject = self._subject_of(frame)
+        return self._is_about(subject) and (self._request_id is None or subject.address in self._asked)
 
-    def _is_about(self, talk: FrameSubject) -> bool:
-        return self._bodies is None or not talk.bodies.isdisjoint(self._bodies)
+    def _is_about(self, subject: FrameSubject) -> bool:
+        return self._bodies is None or not subject.bodies.isdisjoint(self._bodies)

@@ -42,7 +42,7 @@ Learn = Callable[[UnitAxes, FicsCommand[Any], Any], None]
 """Called with a unit, what it was asked, and its reply."""
 
 
-class Told(NamedTuple):
+class Answers(NamedTuple):
     """What a robot has answered, and when, on the event loop's clock."""
 
     replies: tuple[Any, ...]
@@ -52,9 +52,9 @@ class Told(NamedTuple):
     """What followed the name in each answer, as it came; none where Ver.2 has answered nothing."""
 
 
-def told_now(answered: Answered = NOTHING_TOLD) -> Told:
+def answered_now(answered: Answered = NOTHING_TOLD) -> Answers:
     """What was answered just now."""
-    return Told(answered.replies, asyncio.get_running_loop().time(), answered.texts)
+    return Answers(answered.replies, asyncio.get_running_loop().time(), answered.texts)
 
 
 def deadline_of(lane: Lane) -> float | None:
@@ -82,9 +82,9 @@ class Asking:
     """How often a setting of an axis may have changed."""
     said: int = 0
     """How often something was said that may have changed what was read before."""
-    _waiting: dict[Question, "asyncio.Task[Told | GatewayError]"] = field(default_factory=dict)
+    _waiting: dict[Question, "asyncio.Task[Answers | GatewayError]"] = field(default_factory=dict)
     """Those that wait for the sequence lock; an equal one shares the answer."""
-    _tasks: set["asyncio.Task[Told | GatewayError]"] = field(default_factory=set)
+    _tasks: set["asyncio.Task[Answers | GatewayError]"] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.line = self._commander.line
@@ -103,7 +103,9 @@ class Asking:
         if self._tasks:
             await asyncio.wait(self._tasks)
 
-    async def ask(self, command: FicsCommand[Any], unit: int | None = None, lane: Lane = Lane.READ) -> Told:
+    async def ask(
+        self, command: FicsCommand[Any], unit: int | None = None, lane: Lane = Lane.READ
+    ) -> Answers:
         """Send a command that starts no move, in turn; `lane` is that of a query.
 
         :raises ControllerRefused: the robot answered `Enn`.
@@ -115,7 +117,7 @@ class Asking:
         if command.answered is not WhenAnswered.ALWAYS:
             silent = self.line.mode == HostMode.VER_2
             answered = await self._do(command, number, read=silent)
-            return told_now() if silent else told_now(answered)
+            return answered_now() if silent else answered_now(answered)
         expires_at = deadline_of(lane)
         if lane is not Lane.READ:
             return await self._put(command, number, lane, expires_at)
@@ -161,7 +163,7 @@ class Asking:
             raise Outdated
         self.said += 1
 
-    async def reset_errors(self) -> Told:
+    async def reset_errors(self) -> Answers:
         """Reset the errors of the system, and see whether one still stands (DRT, C-HOST manual 2-14).
 
         :raises ErrorRemains: its cause is still there.
@@ -250,7 +252,7 @@ class Asking:
                     outcome = await read_back(self._commander, command, outcome, epoch)
                 self._note(command, number, outcome)
         if isinstance(outcome, Failure):
-            await self._errors.look()
+            await self._errors.poll()
         return answered(self._commander.robot_id, command, outcome)
 
     def _note(self, command: FicsCommand[Any], number: int | None, outcome: Outcome) -> None:
@@ -276,7 +278,7 @@ class Asking:
 
     def _shared(
         self, query: FicsCommand[Any], number: int | None, expires_at: float | None
-    ) -> "asyncio.Task[Told | GatewayError]":
+    ) -> "asyncio.Task[Answers | GatewayError]":
         """The equal question that waits, or a new one."""
         question = (number, query.text())
         if question not in self._waiting:
@@ -289,7 +291,7 @@ class Asking:
 
     async def _put_for_all(
         self, query: FicsCommand[Any], question: Question, expires_at: float | None
-    ) -> Told | GatewayError:
+    ) -> Answers | GatewayError:
         mine = asyncio.current_task()
 
         def begun() -> None:
@@ -311,7 +313,7 @@ class Asking:
         lane: Lane,
         expires_at: float | None,
         begun: Callable[[], object] = lambda: None,
-    ) -> Told:
+    ) -> Answers:
         line = self.line
         async with line.sequence_lock.held(lane, expires_at):
             begun()
@@ -322,7 +324,7 @@ class Asking:
                     await self._select(number, afresh=afresh)
             answer = await self._commander.ask(query, within_s=_TURN_WITHIN_S.get(lane))
             self._learn(query, number, answer.replies)
-            return told_now(answer)
+            return answered_now(answer)
 
     async def _select(self, number: int, *, afresh: bool) -> None:
         """Make sure of the unit whose values are told: no answer tells it, and a loss of power changes it.

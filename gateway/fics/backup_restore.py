@@ -173,13 +173,13 @@ class RobotRestore:
                 store = partial(self.robot.upload_positions, positions, unit.number)
                 await self._done(watcher, commands, store)
 
-    async def _done(self, watcher: Watcher, commands: int, deed: Callable[[], Awaitable[object]]) -> None:
+    async def _done(self, watcher: Watcher, commands: int, work: Callable[[], Awaitable[object]]) -> None:
         """Do something that does no harm when it is done twice; where nobody knows, do it again."""
         for attempt in range(1, ATTEMPTS + 1):
             watcher.require_wanted()
             self._require_no_stop()
             try:
-                await deed()
+                await work()
             except (NoReply, NotDone, PositionsDiffer):
                 if attempt == ATTEMPTS:
                     raise

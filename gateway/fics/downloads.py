@@ -4,7 +4,7 @@ from itertools import pairwise
 
 from gateway.core.errors import ControllerRefused, GarbledReply
 from gateway.core.lanes import Lane
-from gateway.fics.asking import Asking, Told, told_now
+from gateway.fics.asking import Answers, Asking, answered_now
 from gateway.fics.axes import UnitAxes
 from gateway.fics.errors import RobotBusy
 from protocols.fics.positions import LAST_POSITION, DownloadPositions
@@ -17,7 +17,9 @@ NOT_SET = "E09"
 """So a robot may answer where the first number is not set (C-HOST manual 2-12), instead of POE alone."""
 
 
-async def download(asking: Asking, unit: UnitAxes, wanted: DownloadPositions, lane: Lane = Lane.READ) -> Told:
+async def download(
+    asking: Asking, unit: UnitAxes, wanted: DownloadPositions, lane: Lane = Lane.READ
+) -> Answers:
     """Read stored positions in turn, up to the first number that is not set (C-HOST manual 2-19).
 
     That a robot ends there, even with more positions behind it, is an assumption.
@@ -29,7 +31,7 @@ async def download(asking: Asking, unit: UnitAxes, wanted: DownloadPositions, la
     line, epoch = asking.line, asking.line.stop_epoch
     first = wanted.first or 1
     last = min(first + (wanted.count or LAST_POSITION) - 1, LAST_POSITION)
-    parts: list[Told] = []
+    parts: list[Answers] = []
     while first <= last:
         if line.stop_epoch != epoch:
             raise RobotBusy(
@@ -42,10 +44,10 @@ async def download(asking: Asking, unit: UnitAxes, wanted: DownloadPositions, la
             break
         first += count
     replies = tuple(reply for part in parts for reply in part.replies)
-    return Told(replies, parts[0].at, tuple(text for part in parts for text in part.texts))
+    return Answers(replies, parts[0].at, tuple(text for part in parts for text in part.texts))
 
 
-async def _part(asking: Asking, unit: UnitAxes, first: int, count: int, lane: Lane) -> Told:
+async def _part(asking: Asking, unit: UnitAxes, first: int, count: int, lane: Lane) -> Answers:
     """Read a part; fewer than `count` positions only where the table ends."""
     for _ in range(TRIES):
         told = await _ask(asking, unit, first, count, lane)
@@ -65,7 +67,7 @@ async def _part(asking: Asking, unit: UnitAxes, first: int, count: int, lane: La
     )
 
 
-def _is_doubtful(told: Told, count: int) -> bool:
+def _is_doubtful(told: Answers, count: int) -> bool:
     """Whether answers may be lost, doubled, or both: then the count is right, and neighbours are equal."""
     return len(told.replies) != count or any(one == other for one, other in pairwise(told.replies))
 
@@ -75,10 +77,10 @@ async def _ends_after(asking: Asking, unit: UnitAxes, first: int, found: int, la
     return not found or len((await _ask(asking, unit, first + found - 1, 2, lane)).replies) == 1
 
 
-async def _ask(asking: Asking, unit: UnitAxes, first: int, count: int, lane: Lane) -> Told:
+async def _ask(asking: Asking, unit: UnitAxes, first: int, count: int, lane: Lane) -> Answers:
     try:
         return await asking.ask(DownloadPositions(first=first, count=count), unit.number, lane)
     except ControllerRefused as refused:
         if refused.error_code != NOT_SET:
             raise
-        return told_now()
+        return answered_now()

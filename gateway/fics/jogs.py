@@ -30,7 +30,7 @@ from protocols.fics.system import HostMode
 
 STILL_WITHIN_S = 1.0
 """An axis that still moves after this time since the end of its JOG makes the whole robot stop."""
-LOOK_AGAIN_S = 0.1
+RECHECK_S = 0.1
 STILL_LOOKS = 2
 """An axis seen to stand still so often in turn jogs no more; a single look may come before it begins."""
 
@@ -113,7 +113,7 @@ class Jogs:
         finally:
             if not self._was_sent(session):
                 self._settle(session)
-        await self._hear(session, command, accepted)
+        await self._await_answer(session, command, accepted)
         return self._find(session.id).session
 
     def _require_settled(self, unit: int, axis: str) -> None:
@@ -139,7 +139,7 @@ class Jogs:
         until = loop.time() + HEARTBEAT_S
         return until, loop.call_at(until, self._missed, session)
 
-    async def _hear(self, session: JogSession, command: StartJog, accepted: Accepted) -> None:
+    async def _await_answer(self, session: JogSession, command: StartJog, accepted: Accepted) -> None:
         """Wait for the answer, which comes at once; in Ver.2 there is only one where it was refused."""
         if self._line.mode == HostMode.VER_2 and not accepted.outcome.done():
             return
@@ -236,7 +236,7 @@ class Jogs:
         while not await self._stands_still(unit, axis):
             if loop.time() >= patient_until:
                 raise self._not_seen_still(unit, axis)
-            await asyncio.sleep(LOOK_AGAIN_S)
+            await asyncio.sleep(RECHECK_S)
 
     def _not_seen_still(self, unit: int, axis: str) -> RobotBusy:
         return RobotBusy(
@@ -363,7 +363,7 @@ class Jogs:
                     if await self._stands_still(session.unit, session.axis):
                         self._settle(session)
                         return
-                    await asyncio.sleep(LOOK_AGAIN_S)
+                    await asyncio.sleep(RECHECK_S)
                     if session.id in self._unsettled:
                         self._send_stop(session)
         except TimeoutError:
@@ -387,7 +387,7 @@ class Jogs:
     async def _stands_still(self, unit: int, axis: str) -> bool:
         jogged = unit_of(self._units, unit)
         try:
-            axes = await jogged.status(Lane.PROOF)  # no read of others wears out patience
+            axes = await jogged.status(Lane.VERIFY)  # no read of others wears out patience
             motors = {motor: axes[motor] for motor in self._motors(unit, axis)}
             if at_rest(motors.values()):
                 return True
@@ -401,7 +401,7 @@ class Jogs:
 
         Where their places are not known, only the second digit of ACD tells (C-HOST manual 2-10), if it does.
         """
-        now = await unit.position("motor", Lane.PROOF)
+        now = await unit.position("motor", Lane.VERIFY)
         before = self._places.get((unit.number, axis), {})
         self._places[unit.number, axis] = now
         if any(now[motor] is None for motor in motors):

@@ -357,4 +357,4 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
         self._pump()
 
     def _take(self, frame: ReplyFrame) -> None:
-        self._hear(frame)
+        self._receive(frame)

@@ -31,7 +31,7 @@ class MotionState:
         """The unit that moves: nobody can select another, but a macro may (C-HOST manual 1-7)."""
         self.foreign: bool | None = None
         """Whether it was seen to move without a command of ours; None until it was looked at."""
-        self.look_due = asyncio.Event()
+        self.poll_due = asyncio.Event()
         """It is to be looked at now, not at the next round."""
         self.idle = asyncio.Event()
         """No unit has a move that is not over."""
@@ -76,7 +76,7 @@ class MotionState:
             return
         self.foreign = False if self.unit in self.still else None
         if self.foreign is None:
-            self.look_soon()
+            self.poll_soon()
 
     def begin_move(self, unit: int, move: RobotMove) -> None:
         """A move of a unit was asked for."""
@@ -103,11 +103,11 @@ class MotionState:
     def doubt(self) -> None:
         """Nobody knows any more whether it stands still."""
         self.foreign = self.foreign or None
-        self.look_soon()
+        self.poll_soon()
 
-    def look_soon(self) -> None:
+    def poll_soon(self) -> None:
         """Look at it now, not at the next round."""
-        self.look_due.set()
+        self.poll_due.set()
 
     # stops
 

@@ -151,7 +151,7 @@ class Motions:
             await self.power.see()
             if unit is not None and self.line.mode == HostMode.VER_2:
                 await self.selection.make(unit.number, afresh=False)
-                await self.power.look_at_origins(unit)
+                await self.power.see_origins(unit)
         if self.power.cycled and unit is not None:
             self.power.refuse()
 

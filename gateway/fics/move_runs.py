@@ -55,7 +55,7 @@ Without it, a robot in Ver.2 that is not homed does not show whether it kept its
 """
 ANSWER_AFTER_REST_S = 0.5
 """An answer that comes later than this after standstill is taken for lost."""
-PROOF = Lane.PROOF
+VERIFY = Lane.VERIFY
 """What proves how a move ends is asked before all that others want of the robot."""
 
 Advance = Callable[[RobotMove, MoveStatus, GatewayError | None], None]
@@ -202,7 +202,7 @@ class MoveRun:
             return
         known = [place for place in (self._move.start_position or {}).values() if place is not None]
         if not known and not isinstance(self._command, HomeRobot):
-            self._left = await self._motions.leave_refusal(PROOF)
+            self._left = await self._motions.leave_refusal(VERIFY)
 
     def _moves(self) -> None:
         """The axes were seen to move."""
@@ -235,7 +235,7 @@ class MoveRun:
         while not silence.too_long:
             axes = None
             try:
-                axes = list((await self._unit.status(PROOF)).values())
+                axes = list((await self._unit.status(VERIFY)).values())
             except GatewayError as error:
                 silence.unanswered(loop.time(), silent=line.shows_silence(error))
             if self._motions.power.cycled:
@@ -319,7 +319,7 @@ class MoveRun:
             self._move.evidence.append("The answer of the robot stayed away.")
         if await self._lost_power():
             return
-        told = await self._motions.errors.look()
+        told = await self._motions.errors.poll()
         if self._left == self._line.unheard and told in OF_THE_END_BEFORE:
             self._power_kept = True
             self._move.evidence.append(
@@ -378,7 +378,7 @@ class MoveRun:
         """It has ended with an error of the system: that of a stop, or another."""
         await self._read_position()
         if not looked:
-            await self._motions.errors.look()
+            await self._motions.errors.poll()
         if self._stopped():
             self._move.end_cause = "stop_command"
             self._advance(MoveStatus.STOPPED)
@@ -410,7 +410,7 @@ class MoveRun:
         """A place that cannot be read is not known: the one before proves nothing."""
         self._move.position = None
         with suppress(GatewayError):
-            self._move.position = await self._unit.position(self._move.coordinates, PROOF)
+            self._move.position = await self._unit.position(self._move.coordinates, VERIFY)
 
     def _stopped(self) -> bool:
         """Whether a stop was sent since the move was admitted."""

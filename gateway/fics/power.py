@@ -222,7 +222,7 @@ class Power:
             return None
         return next(filter(self.origins.are_known, self._units), None)
 
-    async def look_at_origins(self, unit: UnitAxes, proof: Proof | None = None) -> None:
+    async def see_origins(self, unit: UnitAxes, proof: Proof | None = None) -> None:
         """See whether a unit is still homed. Call it with the sequence lock held and the unit selected.
 
         :raises NotSent: it did not tell.
@@ -306,15 +306,15 @@ class Power:
             return
         coordinates = unit.coordinates_of(command)
         if self.origins.are_known(unit):
-            await self._look_at_speeds(unit, coordinates, proof)
-            await self.look_at_origins(unit, proof)
+            await self._see_speeds(unit, coordinates, proof)
+            await self.see_origins(unit, proof)
         else:
-            await self.look_at_origins(unit, proof)
-            await self._look_at_speeds(unit, coordinates, proof)
+            await self.see_origins(unit, proof)
+            await self._see_speeds(unit, coordinates, proof)
         if self.cycled:
             self.refuse()
 
-    async def _look_at_speeds(self, unit: UnitAxes, coordinates: Coordinates, proof: Proof) -> None:
+    async def _see_speeds(self, unit: UnitAxes, coordinates: Coordinates, proof: Proof) -> None:
         known = self._known(unit, coordinates)
         slower = any(percent != FULL_SPEED for percent in known.values())
         if not self.cycled and slower and await self._differ(unit, coordinates, known, proof):

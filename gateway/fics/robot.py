@@ -9,7 +9,7 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.events import Data, Event
 from gateway.core.lanes import Lane
 from gateway.core.stops import StopMode
-from gateway.fics.asking import Asking, Told, deadline_of, told_now
+from gateway.fics.asking import Answers, Asking, answered_now, deadline_of
 from gateway.fics.axes import UnitAxes, unit_of
 from gateway.fics.bits import Bits
 from gateway.fics.commander import Commander
@@ -148,12 +148,12 @@ class Robot:
         replies = (await self.ask_all(command, unit)).replies
         return replies[0] if replies else Completion(command.wire_name())
 
-    async def ask_all(self, command: FicsCommand[Any], unit: int | None = None) -> Told:
+    async def ask_all(self, command: FicsCommand[Any], unit: int | None = None) -> Answers:
         """Send a command and give all its replies; errors as of `Asking.ask`."""
         _require_alone(command)
         if isinstance(command, TakeCurrentError):
             taken = await self.errors.take(expires_at=deadline_of(Lane.COMMAND))
-            return told_now(Answered((CurrentError(error=taken),), texts=(taken,)))
+            return answered_now(Answered((CurrentError(error=taken),), texts=(taken,)))
         if isinstance(command, ResetErrors):
             return await self.asking.reset_errors()
         if isinstance(command, DownloadPositions):
@@ -255,7 +255,7 @@ class Robot:
         if frame.name == GetUnit.code:
             self.selection.doubt()
         elif frame.name == GetCommunicationMode.code:
-            self.motion.look_soon()
+            self.motion.poll_soon()
 
 
 def _require_alone(command: FicsCommand[Any]) -> None:

@@ -112,7 +112,7 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
         self._motion.confirm_stop()
         self._jogs.robot_stands_still()
         stop.publish("confirmed")
-        await self._errors.look()
+        await self._errors.poll()
         await happens(self._motion.idle, RECORD_WITHIN_S)
 
 
@@ -185,7 +185,7 @@ class _RobotStop(Stopping):
             self.tell()
             self.publish("refused", error=error)
 
-    async def _hear_refusal(self) -> None:
+    async def _read_refusal(self) -> None:
         """In Ver.2 a refusal has to be asked for, before anything else is said that could be refused."""
         if self._line.mode != HostMode.VER_2:
             return
@@ -207,7 +207,7 @@ class _RobotStop(Stopping):
 
     async def stands_still(self) -> bool:
         """Whether every unit says so, twice; if not, the report says which did not, and why."""
-        await self._hear_refusal()
+        await self._read_refusal()
         for pause_s in (BRAKES_FOR_S, 0.0):
             for unit in self._units:
                 self._saw(unit, await self._why_not_still(unit))
@@ -242,7 +242,7 @@ class _RobotStop(Stopping):
         self._places[unit.number] = places
         return None if stood and at_rest(axes) else f"Unit {unit.number} has not come to rest."
 
-    def replies_heard(self) -> int:
+    def reply_count(self) -> int:
         """All of its line, which is the robot's alone."""
         return self._line.counters["replies"]
 

@@ -51,7 +51,7 @@ class SystemErrors:
         """When the robot has told it last, or that there is none."""
         self._looking: set[asyncio.Task[str | None]] = set()
         commander.on_error = self._keep
-        commander.on_alarm = self._look_soon
+        commander.on_alarm = self._poll_soon
 
     async def close(self) -> None:
         """Look for no more errors."""
@@ -74,7 +74,7 @@ class SystemErrors:
                 self._tell("robot.errors.reset", {"by": reset_by})
         return error
 
-    async def look(self) -> str | None:
+    async def poll(self) -> str | None:
         """Find out which error stands, and give the answer of ERR.
 
         None where its answer is lost: then the details still tell of an error (C-HOST manual 2-13).
@@ -106,8 +106,8 @@ class SystemErrors:
             raise ErrorStands(command.wire_name(), self.latched.code, self.latched)
 
     @acting(Origin("gateway: poll"))
-    def _look_soon(self) -> None:
-        task = asyncio.create_task(self.look(), name=f"errors of {self._commander.robot_id}")
+    def _poll_soon(self) -> None:
+        task = asyncio.create_task(self.poll(), name=f"errors of {self._commander.robot_id}")
         self._looking.add(task)
         task.add_done_callback(self._looking.discard)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from gateway.core.errors import GatewayError, NoReply
 from gateway.core.lanes import Lane
-from gateway.fics.asking import Asking, Told, deadline_of, told_now
+from gateway.fics.asking import Answers, Asking, answered_now, deadline_of
 from gateway.fics.axes import DISPLAYED, at_rest
 from gateway.fics.commander import Commander
 from gateway.fics.downloads import download
@@ -99,7 +99,7 @@ class Tables:
         if differing:
             raise _differ(unit, differing, wanted, found)
 
-    async def clear(self, unit: RobotUnit, command: ClearPositions) -> Told:
+    async def clear(self, unit: RobotUnit, command: ClearPositions) -> Answers:
         """Clear positions (C-HOST manual 2-20); in Ver.2 see that they are.
 
         What was set there before and is not now proves it: the first position, and of a single one its
@@ -129,7 +129,7 @@ class Tables:
             await _see_cleared(unit, command, (first, last))
             if unanswered is not None and not was_set and first != last:
                 raise unanswered
-        return told_now()
+        return answered_now()
 
 
 async def _see_cleared(unit: RobotUnit, command: ClearPositions, numbers: Sequence[int]) -> None:

@@ -22,7 +22,7 @@ async def watch(robot: Robot) -> None:
     """Look again and again, and publish what is found."""
     motion = robot.motion
     while True:
-        motion.look_due.clear()
+        motion.poll_due.clear()
         if robot.line.state is LineState.READY and motion.command is None and not motion.stopping:
             try:
                 await _look(robot)
@@ -30,12 +30,12 @@ async def watch(robot: Robot) -> None:
                 pass  # it has been told, or moves for us by now, or is wanted by others
             except GatewayError as error:
                 robot.publish("robot.unreadable", {"detail": error.detail})
-        await happens(motion.look_due, HEALTH_POLL_S)
+        await happens(motion.poll_due, HEALTH_POLL_S)
 
 
 async def _look(robot: Robot) -> None:
     await robot.motions.see_power()
-    await robot.errors.look()
+    await robot.errors.poll()
     moves = await _moves(robot)
     if robot.motion.command is not None:
         return

@@ -22,7 +22,7 @@ async def listed(_: Plant, store: KeyStore | None) -> Sequence[KeyInfo]:
     """
     keys = _managed(store)
     try:
-        return await asyncio.to_thread(keys.told)
+        return await asyncio.to_thread(keys.infos)
     except KeyFault as fault:
         raise NotSent(str(fault)) from None
 
@@ -91,4 +91,4 @@ def _managed(store: KeyStore | None) -> KeyStore:
 
 async def _told(keys: KeyStore, name: str) -> KeyInfo:
     """The newest key of a name."""
-    return next(it for it in reversed(await asyncio.to_thread(keys.told)) if it.name == name)
+    return next(it for it in reversed(await asyncio.to_thread(keys.infos)) if it.name == name)

@@ -61,14 +61,14 @@ async def sweep(
 
 
 @for_caller
-async def look_at_all(plant: Plant) -> None:
+async def poll_all(plant: Plant) -> None:
     """Ask every body for status and position, those out of scope too; the silent keep what was known."""
     plant.territory.require_right(principal.current(), Right.VIEW)
     rorze = plant.family(Rorze)
-    await asyncio.gather(*(_look_along(rorze, line) for line in rorze.lines.values()))
+    await asyncio.gather(*(_poll_line(rorze, line) for line in rorze.lines.values()))
 
 
-async def _look_along(rorze: Rorze, line: Line) -> None:
+async def _poll_line(rorze: Rorze, line: Line) -> None:
     for command in (GetControllerStatus(), GetPosition()):
         await rorze.sweeps[line.id].ask(rorze.bodies_of(line), command)
 

@@ -13,7 +13,7 @@ from gateway.plant import Plant
 from gateway.rorze.family import Rorze
 from transports.trace import Record, TraceEntry
 
-LOOK_S: Final = 0.1
+CHECK_S: Final = 0.1
 """How often it is looked for new records while somebody follows them."""
 
 
@@ -41,7 +41,7 @@ def filter_of(
         if body.line.id != line_id:
             raise InvalidRequest(f"bodies: {body.address} is not on line {line_id}.", "Ask its own line.")
     numbers = None if bodies is None else {body.number for body in wanted}
-    return TraceFilter(line.talk_of, bodies=numbers, request_id=request_id)
+    return TraceFilter(line.subject_of, bodies=numbers, request_id=request_id)
 
 
 async def newest(
@@ -78,7 +78,7 @@ async def _news(
         missed, number = first - 1 - number, first - 1 + len(records)
         entries = await asyncio.to_thread(_passed, passing, records, len(records)) if records else []
         yield News(number, entries, missed) if entries or missed else None
-        await asyncio.sleep(LOOK_S)
+        await asyncio.sleep(CHECK_S)
 
 
 def _passed(passing: TraceFilter, records: Sequence[Record], last: int) -> list[TraceEntry]:

@@ -88,13 +88,13 @@ class BodyRestore:
         """
         wanted = self.wanted.lasting() if lasting else self.wanted
         for _ in range(READINGS):
-            await self.body.mark.ensure(Lane.PROOF)
+            await self.body.mark.ensure(Lane.VERIFY)
             losses = self.body.power.losses
             held = await backup.read(self.body, wanted.sections, reader.has_read)
             self.held = held.lasting() if lasting else held
             if sure:
                 await backup.confirm(self.body, wanted, self.held)
-            stands = await self.body.mark.stands(Lane.PROOF)
+            stands = await self.body.mark.stands(Lane.VERIFY)
             if stands is not False and self.body.power.losses == losses:
                 break
         else:
@@ -174,7 +174,7 @@ class BodyRestore:
         if place is None:
             return False
         try:
-            reply, _ = await self.body.ask(place.question, lane=Lane.PROOF)
+            reply, _ = await self.body.ask(place.question, lane=Lane.VERIFY)
         except GatewayError:
             raise lost from None
         return place.setting(reply) == (None if command == place.emptied else command)
@@ -206,7 +206,7 @@ class BodyRestore:
                 self._require_wanted(watcher)
                 await self.body.ask(command)
             if mark is not None:
-                told, _ = await self.body.ask(GetInformation(comment_number=power.comment), lane=Lane.PROOF)
+                told, _ = await self.body.ask(GetInformation(comment_number=power.comment), lane=Lane.VERIFY)
                 if told.text != mark:
                     raise SaveUncertain(self.address, "the backup", "Restore it again.")
 
@@ -225,7 +225,7 @@ class BodyRestore:
         :raises BodyBusy: nobody has switched it off and on in time, or no mark could show that.
         :raises GatewayError: somebody has ended it.
         """
-        await self.body.mark.ensure(Lane.PROOF)
+        await self.body.mark.ensure(Lane.VERIFY)
         losses, loop = self.body.power.losses, asyncio.get_running_loop()
         until = loop.time() + CYCLE_WITHIN_S
         while self.body.power.losses == losses or not self.body.online:

@@ -99,7 +99,7 @@ class Body:
     """None until its status has been read since it was out of reach."""
     changing: asyncio.Lock = field(default_factory=asyncio.Lock)
     """Held while its settings are being changed."""
-    look_due: asyncio.Event = field(default_factory=asyncio.Event)
+    poll_due: asyncio.Event = field(default_factory=asyncio.Event)
     """Its state is to be read now, not at the next poll."""
     rest: MotorState | None = None
     """What it said when it was last seen at rest; None once it may have moved since."""
@@ -115,7 +115,7 @@ class Body:
     """Its operating mode; None where it may have changed since it was read."""
     prepared: bool | None = None
     """Whether an interpolated move was prepared since it got positions or moved; None: not known."""
-    told: int = 0
+    sent_count: int = 0
     """Counts the commands sent to it that are no reads: a poll around one of these has seen two states."""
     no_program_at: float | None = None
     """When it last said that no user program runs; None where one may have been started since."""
@@ -188,26 +188,26 @@ class Body:
         self.forbid_renaming(command)
         lane = lane_of(command) if lane is None else lane
         future = self.line.submit(self.number, command, lane, expires_at=expires_at, on_written=on_written)
-        self.was_told(command)
+        self.note_sent(command)
         outcome = await future
-        self.was_told(command)
+        self.note_sent(command)
         if isinstance(outcome, NoReply):
             self.perhaps_did(command)
         answered = answer_or_raise(self.address, command, outcome)
         reply = reply_of(self.number, command, answered, self.address)
-        self.heard(command, reply, answered.at)
+        self.note_reply(command, reply, answered.at)
         return cast("R", reply), answered
 
-    async def look(self, lane: Lane = Lane.READ) -> MotorState:
+    async def poll(self, lane: Lane = Lane.READ) -> MotorState:
         """Read its status and where it stands.
 
         :raises GatewayError: it did not tell.
         """
-        told = self.told
+        sent = self.sent_count
         status, _ = await self.ask(STATUS, lane=lane)
         position, answer = await self.ask(POSITION, lane=lane)
         state = MotorState(status.bits or 0, position.pulses)
-        self.rest = None if state.runs or self.told != told else state
+        self.rest = None if state.runs or self.sent_count != sent else state
         self.rest_at = answer.at
         if self.rest is not None:
             await self._weigh(state, lane, answer.at)
@@ -237,7 +237,7 @@ class Body:
         fresh = asyncio.get_running_loop().time() - self.rest_at <= BELIEVED_S
         if self.rest is not None and fresh and self.power.is_vouched and not errs(self.line):
             return self.rest
-        return await believed(self.line, lambda: self.look(Lane.PROOF), self._both_may_be_true)
+        return await believed(self.line, lambda: self.poll(Lane.VERIFY), self._both_may_be_true)
 
     def _both_may_be_true(self, one: MotorState, other: MotorState) -> bool:
         if one.runs or other.runs:
@@ -292,9 +292,9 @@ class Body:
 
         :raises GatewayError: it did not tell.
         """
-        if await self.mark.stands(Lane.PROOF) is not True or not self.power.is_vouched:
-            await self.mark.ensure(Lane.PROOF)
-            await self.look(Lane.PROOF)
+        if await self.mark.stands(Lane.VERIFY) is not True or not self.power.is_vouched:
+            await self.mark.ensure(Lane.VERIFY)
+            await self.poll(Lane.VERIFY)
 
     def require_power(self, command: RorzeCommand[Any]) -> None:
         """Refuse a motion to a place that it has lost with its power.
@@ -313,9 +313,9 @@ class Body:
         """
         if not self.power.cycled:
             return
-        if await self.mark.stands(Lane.PROOF) is False:
+        if await self.mark.stands(Lane.VERIFY) is False:
             raise self.power.lost_again(self.address)
-        await self.mark.ensure(Lane.PROOF)
+        await self.mark.ensure(Lane.VERIFY)
         self.power.acknowledge("request")
 
     def drop(self, unwanted: Callable[[RorzeExchange], bool], reason: GatewayError) -> None:
@@ -336,7 +336,7 @@ class Body:
             self.position_flash.note_power_on()
             self.prepared = False
         self.no_program_at = self.mode = None
-        self.look_due.set()
+        self.poll_due.set()
         self.on_news(kind, facts)
 
     def forbid_renaming(self, command: RorzeCommand[Any]) -> None:
@@ -352,7 +352,7 @@ class Body:
 
     # what it was sent and has answered
 
-    def was_told(self, command: RorzeCommand[Any]) -> None:
+    def note_sent(self, command: RorzeCommand[Any]) -> None:
         """Note what a command may change, when it is queued and again when its outcome is known.
 
         A read that was written before it is answered in between; the second time undoes what that noted.
@@ -360,23 +360,23 @@ class Body:
         if command.effect is Effect.READ:
             return
         is_known, row = command.code in COMMANDS, type(command)
-        self.flash.note_told(command, is_known=is_known)
-        self.position_flash.note_told(command, is_known=is_known)
+        self.flash.note_sent(command, is_known=is_known)
+        self.position_flash.note_sent(command, is_known=is_known)
         if row is SetUserComment:  # `isinstance` of another model takes ten times as long, at every command
             return
-        self.told += 1
+        self.sent_count += 1
         self.changes += command.effect in (Effect.SETTING, Effect.MAINTENANCE)
         self.rest = None
-        self.power.note_told(command)
+        self.power.note_sent(command)
         if row is SetOperatingMode:
             self.mode = None
         if row in RENAMING:
             self.position = self.position_at = None
-            self.look_due.set()
+            self.poll_due.set()
         if row is RunProgram or row is StepProgram or not is_known:
             self.may_move()
 
-    def heard(self, command: RorzeCommand[Any], reply: Reply, at: float) -> None:
+    def note_reply(self, command: RorzeCommand[Any], reply: Reply, at: float) -> None:
         """Note what a reply tells of the motor.
 
         While it has a move, not a single reading but the judgement of the move says whether it moves.
@@ -428,14 +428,14 @@ class Body:
         if type(reply) is OperatingMode:
             self.mode = reply.mode
         if self.power.changed is not None:
-            self.look_due.set()
+            self.poll_due.set()
 
     def _saw_position(self, pulses: int, at: float) -> None:
         self.position, self.position_at = pulses, at
         if self.trajectory is not None:
             self.trajectory.add(at, pulses)
         if not self.moving and self.power.contradicts(pulses, 0xFF, self.position_tolerance):
-            self.look_due.set()
+            self.poll_due.set()
 
     def _saw_status(self, bits: int) -> None:
         """Announce what has changed; that a move of ours makes pulses run is no news."""
@@ -448,7 +448,7 @@ class Body:
         """It has reported a change of its state unasked (RC-420 manual 13.11): a reason to ask, no proof."""
         self.edges.reported(fields)
         if "C" in fields:
-            self.look_due.set()
+            self.poll_due.set()
 
     def _saw_motion(self, runs: bool) -> None:
         if self.move is not None:
@@ -475,7 +475,7 @@ class Body:
     def moved_unseen(self) -> None:
         """A motion has ended that is no move of this gateway, or not any more."""
         self.power.note_motion()
-        self.look_due.set()
+        self.poll_due.set()
 
     def stands(self) -> None:
         """Its move is judged to have come to rest."""
@@ -495,7 +495,7 @@ class Body:
     def may_move(self) -> None:
         """What was moving counts as moving, what stood still may move: ask."""
         self._forget_rest()
-        self.look_due.set()
+        self.poll_due.set()
 
     def _forget_rest(self) -> None:
         self.moving = self.moving or None
@@ -522,9 +522,9 @@ class Body:
         """Wait until the move seems to be over, at the latest when the time is up."""
         await happens(self.end_due, within_s)
 
-    async def look_wanted(self, within_s: float) -> None:
+    async def poll_wanted(self, within_s: float) -> None:
         """Wait until its state is to be read, at the latest when the time is up."""
-        await happens(self.look_due, within_s)
+        await happens(self.poll_due, within_s)
 
 
 _RUNS = GetControllerStatus(bit=0)
@@ -583,9 +583,9 @@ class Group:
             member.forbid_renaming(command)
         lane = lane_of(command) if lane is None else lane
         future = self.line.submit(self.number, command, lane, expires_at=expires_at, on_written=on_written)
-        self._were_told(command)
+        self._note_sent(command)
         outcome = await future
-        self._were_told(command)
+        self._note_sent(command)
         answered = answer_or_raise(self.address, command, self._perhaps_done(command, outcome))
         strangers = answered.replies.keys() - {member.number for member in self.members}
         if strangers:
@@ -593,14 +593,14 @@ class Group:
         results = {member: _member_result(member, command, answered) for member in self.members}
         for member, result in results.items():
             if isinstance(result, Reply):
-                member.heard(command, result, answered.at)
+                member.note_reply(command, result, answered.at)
             elif isinstance(result, NoReply):
                 member.perhaps_did(command)
         return results
 
-    def _were_told(self, command: RorzeCommand[Any]) -> None:
+    def _note_sent(self, command: RorzeCommand[Any]) -> None:
         for member in self.members:
-            member.was_told(command)
+            member.note_sent(command)
 
     def _perhaps_done(self, command: RorzeCommand[Any], outcome: Outcome) -> Outcome:
         """Note what may have been done without a reply."""

@@ -8,7 +8,7 @@ from gateway.core.errors import GatewayError
 from gateway.core.lanes import Lane
 from gateway.rorze.bodies import NO_PROGRAM_S, STATUS, Body
 from gateway.rorze.line import Line
-from gateway.rorze.pace import HEALTH_POLL_S, IDLE_POLL_S, Health, background_of, is_prompt
+from gateway.rorze.poll_intervals import HEALTH_POLL_S, IDLE_POLL_S, Health, background_of, is_prompt
 from gateway.rorze.sweep import Sweep
 from protocols.rorze.programs import GetProgramStatus
 
@@ -36,15 +36,15 @@ class BodyWatch:
         """Watch until cancelled."""
         body = self._body
         while True:
-            self._woke_at, wanted = _now(), body.look_due.is_set()
-            body.look_due.clear()
+            self._woke_at, wanted = _now(), body.poll_due.is_set()
+            body.poll_due.clear()
             if body.line.state == "ready" and body.online:
                 try:
                     await self._attend(wanted=wanted)
                     self._unreadable = None
                 except GatewayError as error:
                     self._tell_unreadable(error.detail)
-            await body.look_wanted(self._pause_s())
+            await body.poll_wanted(self._pause_s())
 
     def _tell_unreadable(self, why: str) -> None:
         """Tell it once, until its state is learnt or something else is in the way."""
@@ -66,7 +66,7 @@ class BodyWatch:
         if body.move is None:
             if wanted or now >= self._look_at:
                 if self._is_over(self._look_at, now):
-                    self._look_at = self._health.next_look(now)
+                    self._look_at = self._health.next_poll(now)
                 await self._look(self._health.lane_of_called_for(now) if wanted else background_of(body.line))
             elif self._is_unheard(now) and not self._stopping(body.line):
                 async with self._health.turn():
@@ -80,11 +80,11 @@ class BodyWatch:
     async def _look(self, lane: Lane) -> None:
         """Look at once among clients' reads, and in the background when it has its turn."""
         if lane is not Lane.BACKGROUND:
-            await self._body.look(lane)
+            await self._body.poll(lane)
             return
         async with self._health.turn():
             if self._body.move is None:
-                await self._body.look(lane)
+                await self._body.poll(lane)
 
     def _is_unheard(self, now: float) -> bool:
         """Whether it is to be asked if it is there; on a line of many, when its turn has come."""

@@ -128,7 +128,7 @@ async def change(
     steps: list[ChangeStep] = []
     saved = False
     async with body.changing:
-        if told is not None and body.told != told:
+        if told is not None and body.sent_count != told:
             raise Outdated
         epoch = body.line.gate.epoch(body.number)
         try:
@@ -167,7 +167,7 @@ async def as_expected(
     """
     if expects is None:
         return None
-    told = body.told
+    told = body.sent_count
     expects(await document())
     return told
 

@@ -10,9 +10,9 @@ from gateway.rorze.config import Events
 from protocols.rorze.inputs_outputs import GetInputs, GetSensors
 from protocols.rorze.modes import GetEventKinds, GetEventMask, SetEventKinds, SetEventMask
 
-LOOK_S = 1.0
+CHECK_S = 1.0
 """Whether it may have forgotten its settings is considered this often; that asks nothing."""
-AGAIN_S = 60.0
+RETRY_S = 60.0
 """They are read this often where nothing is known to have happened."""
 
 
@@ -25,8 +25,8 @@ async def watch_events(body: Body, events: Events) -> None:
         if body.line.state == "ready" and body.online and (life != settled or now >= look_at):
             with suppress(GatewayError):
                 if await _settle(body, events):
-                    settled, look_at = life, now + AGAIN_S
-        await asyncio.sleep(LOOK_S)
+                    settled, look_at = life, now + RETRY_S
+        await asyncio.sleep(CHECK_S)
 
 
 def _life_of(body: Body) -> tuple[object, ...]:

@@ -48,7 +48,7 @@ from gateway.rorze.jogs import BodyJog, BodyJogs
 from gateway.rorze.line import Line
 from gateway.rorze.live import PositionSource, SignalSource
 from gateway.rorze.moves import Moves
-from gateway.rorze.pace import Health
+from gateway.rorze.poll_intervals import Health
 from gateway.rorze.power import Power
 from gateway.rorze.program_runs import ProgramRun, ProgramRuns
 from gateway.rorze.program_uploads import ProgramUpload, ProgramUploads
@@ -541,7 +541,7 @@ class Rorze(Family):
                 body.out_of_sight()
             self.scara_moves.fell_silent(body)
         if body is not None and what == "body.online":
-            body.look_due.set()
+            body.poll_due.set()
             self.stops.in_reach_again(body)
         self.site.events.publish(what, f"/bodies/{address}", facts)
 
@@ -553,7 +553,7 @@ class Rorze(Family):
             elif what == "line.up":
                 self.stops.in_reach_again(body)
                 if body.moving is None:
-                    body.look_due.set()
+                    body.poll_due.set()
 
     def _on_news(self, body: Body, kind: str, facts: dict[str, object]) -> None:
         self.site.events.publish(kind, f"/bodies/{body.address}", facts)

@@ -32,7 +32,7 @@ class FlashState:
     _replies: dict[str, Reply] = field(default_factory=dict)
     """What questions were answered while both memories held the same, by their texts."""
 
-    def note_told(self, command: RorzeCommand[Any], *, is_known: bool) -> None:
+    def note_sent(self, command: RorzeCommand[Any], *, is_known: bool) -> None:
         """A command that is no mere read was queued, or its outcome is known."""
         if not is_known or type(command) in _UNSEEN:
             self.forget()

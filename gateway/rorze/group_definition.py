@@ -7,7 +7,7 @@ from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, Inval
 from gateway.core.lanes import Lane
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.line import Line
-from gateway.rorze.pace import HEALTH_POLL_S, background_of
+from gateway.rorze.poll_intervals import HEALTH_POLL_S, background_of
 from protocols.rorze.row import FIRST_GROUP, LAST_GROUP
 from protocols.rorze.status import GetControllerStatus
 

@@ -158,7 +158,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         """Show the exact frame of a command as text, with its CR escaped."""
         return self._session.frame_of(body, command).decode("ascii").replace("\r", "\\r")
 
-    def talk_of(self, frame: bytes) -> FrameSubject:
+    def subject_of(self, frame: bytes) -> FrameSubject:
         """A frame is about its address; a group's about all members, and a reply about those it names."""
         match = _ADDRESS.search(frame)
         if match is None:
@@ -172,8 +172,8 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         if self.state in (LineState.DOWN, LineState.SETTING_UP) or isinstance(error, GarbledReply):
             return False
         others = len(self.bodies) > 1
-        nobody_is_heard = others and self._all_are_offline()
-        return isinstance(error, NoReply | BodyOffline) and not nobody_is_heard
+        all_are_silent = others and self._all_are_offline()
+        return isinstance(error, NoReply | BodyOffline) and not all_are_silent
 
     def can_address(self, body: int) -> bool:
         """Whether the line's way of addressing reaches this body number."""
@@ -315,7 +315,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
 
     def _take(self, frame: ReplyFrame | Message) -> None:
         if isinstance(frame, ReplyFrame):
-            self._hear(frame)
+            self._receive(frame)
         else:
             self.counters["messages"] += 1
             self.on_message(frame)
@@ -370,7 +370,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         absent for good.
         """
         somebody_came_back = False
-        for body in self._session.heard_last_first(self.offline):
+        for body in self._session.latest_first(self.offline):
             began_at = self._loop.time()
             outcome = await self.probe(body, self._session.reply_timeout_s)
             if isinstance(outcome, Answered):

@@ -23,8 +23,8 @@ from gateway.core.move_record import Move, MoveStatus
 from gateway.core.silence import Silence
 from gateway.rorze.bodies import STATUS, Body, MotorState
 from gateway.rorze.errors import IN_MOTION
-from gateway.rorze.pace import background_of, is_crowded, is_prompt
 from gateway.rorze.plans import target_of
+from gateway.rorze.poll_intervals import background_of, is_crowded, is_prompt
 from gateway.rorze.power import POWER_ON_POSITION, needs_place
 from gateway.rorze.readings import believed, errs
 from protocols.rorze.inputs_outputs import GetSensors
@@ -76,7 +76,7 @@ class Stretch(NamedTuple):
 
 
 @dataclass(eq=False)
-class Case:
+class MoveProof:
     """What proves how the move of one body ends."""
 
     body: Body
@@ -153,14 +153,14 @@ class Case:
         self.move.target_position, self.tolerance = stretch.target, stretch.tolerance
 
     async def _target(self, command: RorzeCommand[Any], start: int) -> int | None:
-        return await believed(self.body.line, lambda: target_of(self.body, command, start, Lane.PROOF))
+        return await believed(self.body.line, lambda: target_of(self.body, command, start, Lane.VERIFY))
 
     async def _tolerance(self) -> int:
         """An encoder may find the motor beside its target; pulses put out are counted, and never miss it."""
         if not self.body.position_tolerance or self.move.target_position is None:
             return 0
         operation, _ = await believed(
-            self.body.line, lambda: self.body.ask(GetOperatingMode(), lane=Lane.PROOF), _same_reply
+            self.body.line, lambda: self.body.ask(GetOperatingMode(), lane=Lane.VERIFY), _same_reply
         )
         return self.body.position_tolerance if operation.mode == "encoder" else 0
 
@@ -169,14 +169,14 @@ class Case:
         power = self.body.power
         self._needs_proof = power.needs_origin and (needs_place(command) or isinstance(command, OriginSearch))
         if self._needs_proof and power.mark is None:
-            await self.body.mark.ensure(Lane.PROOF)
+            await self.body.mark.ensure(Lane.VERIFY)
             self.body.rest = None
 
     async def _prove_power(self, command: RorzeCommand[Any]) -> None:
         """Ask for the mark; where there is none, what the motor has just said has to do."""
         power = self.body.power
-        if self._needs_proof and await self.body.mark.stands(Lane.PROOF) is not True:
-            await self.body.mark.ensure(Lane.PROOF)
+        if self._needs_proof and await self.body.mark.stands(Lane.VERIFY) is not True:
+            await self.body.mark.ensure(Lane.VERIFY)
         self._mark, self._losses = power.mark, power.losses
         self.body.require_power(command)
 
@@ -251,16 +251,16 @@ class Case:
     def _urgent_lane(self) -> Lane:
         """Before clients; where many are stopped, their standstill is proved first."""
         behind = self.body.being_stopped and not is_prompt(self.body.line)
-        return Lane.BACKGROUND if behind else Lane.PROOF
+        return Lane.BACKGROUND if behind else Lane.VERIFY
 
     async def _ask(self, lane: Lane) -> MotorState:
-        if lane is not Lane.PROOF and is_crowded(self.body.line):
+        if lane is not Lane.VERIFY and is_crowded(self.body.line):
             status, _ = await self.body.ask(STATUS, lane=lane)
             seen = MotorState(status.bits or 0, self.move.position or 0)
             if seen.runs:
                 return seen
             lane = self._urgent_lane
-        state = await self.body.look(lane)
+        state = await self.body.poll(lane)
         if state.runs:
             return state
         cause, _ = await self.body.ask(_END_CAUSE, lane=self._urgent_lane)
@@ -288,7 +288,7 @@ class Case:
         Seen twice, that is a sign of a loss of power where no mark tells.
         """
         if self._mark is None and self._is_off_its_way(state):
-            again = await self._answered(lambda: self._ask(Lane.PROOF))
+            again = await self._answered(lambda: self._ask(Lane.VERIFY))
             self._strayed |= again is not None and self._is_off_its_way(again)
 
     def _is_off_its_way(self, state: MotorState) -> bool:
@@ -419,7 +419,7 @@ class Case:
         return None
 
     async def _ask_for_in_position(self) -> bool:
-        sensors, _ = await self.body.ask(GetSensors(bit=IN_POSITION_BIT), lane=Lane.PROOF)
+        sensors, _ = await self.body.ask(GetSensors(bit=IN_POSITION_BIT), lane=Lane.VERIFY)
         return bool(sensors.on)
 
     async def _homed(self) -> None:
@@ -428,7 +428,7 @@ class Case:
             self.body.power.found_origin()
         with suppress(GatewayError):
             told, _ = await believed(
-                self.body.line, lambda: self.body.ask(GetHomingDistance(), lane=Lane.PROOF), _same_reply
+                self.body.line, lambda: self.body.ask(GetHomingDistance(), lane=Lane.VERIFY), _same_reply
             )
             self.move.homing_distance = told.pulses
 
@@ -483,7 +483,7 @@ class Case:
         return self._mark is not None and self.body.power.mark == self._mark
 
     async def _ask_for_mark(self) -> bool:
-        await self.body.mark.stands(Lane.PROOF)
+        await self.body.mark.stands(Lane.VERIFY)
         return True
 
     async def _seems_to_have_kept_it(self) -> bool | None:
@@ -528,7 +528,7 @@ class Case:
 
     async def _remembers_homing(self) -> bool:
         try:
-            remembers = await self.body.remembers_homing(Lane.PROOF)
+            remembers = await self.body.remembers_homing(Lane.VERIFY)
         except GatewayError:
             return False
         if remembers:

@@ -25,12 +25,12 @@ from gateway.core.waiting import together
 from gateway.rorze.bodies import Body, Group, MotorState
 from gateway.rorze.calls import calls_for_body
 from gateway.rorze.line import Line
-from gateway.rorze.move_proof import MISSING_END_FRAME_S, Case, Stretch, Verdict
-from gateway.rorze.pace import follow_s, look_s
+from gateway.rorze.move_proof import MISSING_END_FRAME_S, MoveProof, Stretch, Verdict
+from gateway.rorze.poll_intervals import follow_s, poll_s
 from gateway.rorze.power import ProofTooOld
 from gateway.rorze.samples import BodyTrajectory
 from gateway.rorze.soft_limits import name_limits
-from gateway.rorze.start_positions import require_told
+from gateway.rorze.start_positions import require_start_positions
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.moves import AbsoluteMove, RelativeMove
 from protocols.rorze.origin import CentreStallDog, OriginSearch
@@ -115,17 +115,17 @@ class Moves:
             begun = [(body, body.move) for body in bodies if body.move is not None]
             self._give_up(begun, "A fault of the gateway itself came before it was sent.")
             raise
-        cases = [Case(body, move) for body, move in zip(bodies, moves, strict=True)]
-        flight = _Flight(target, command, cases, epoch, course or {}, on_sent)
-        flying = partial(self._fly, flight, start_within_s)
+        proofs = [MoveProof(body, move) for body, move in zip(bodies, moves, strict=True)]
+        run = _MoveRun(target, command, proofs, epoch, course or {}, on_sent)
+        flying = partial(self._run, run, start_within_s)
         give_up = partial(self._give_up, list(zip(bodies, moves, strict=True)))
-        self._tasks.add(moves[0].id, flying, flight.answered, give_up)
-        refusal = await asyncio.shield(flight.answered)
+        self._tasks.add(moves[0].id, flying, run.answered, give_up)
+        refusal = await asyncio.shield(run.answered)
         if refusal is not None:
             if isinstance(target, Body):
                 await name_limits(target, command, refusal)
             raise refusal
-        return [case.move for case in flight.cases]
+        return [proof.move for proof in run.proofs]
 
     def require_end(self, command: RorzeCommand[Any]) -> None:
         """Refuse a move without an end where the configuration does.
@@ -190,9 +190,9 @@ class Moves:
         )
         self.log.on_change(move)
 
-    def _end(self, case: Case, verdict: Verdict) -> None:
-        case.move.end_cause = verdict.end_cause
-        self._advance(case.body, case.move, verdict.status, verdict.error)
+    def _end(self, proof: MoveProof, verdict: Verdict) -> None:
+        proof.move.end_cause = verdict.end_cause
+        self._advance(proof.body, proof.move, verdict.status, verdict.error)
 
     def _give_up(self, moves: Sequence[tuple[Body, Move]], why: str) -> None:
         """Nobody knows how they end; what is not written yet never is, for no move stands for it."""
@@ -204,53 +204,53 @@ class Moves:
 
     # from the queue to the reply
 
-    async def _fly(self, flight: "_Flight", start_within_s: float) -> None:
+    async def _run(self, run: "_MoveRun", start_within_s: float) -> None:
         """One motion command, from the queue to the end of all its moves."""
-        OF_MOVES.set([case.move.id for case in flight.cases])
+        OF_MOVES.set([proof.move.id for proof in run.proofs])
         try:
-            results = await self._send(flight, start_within_s)
+            results = await self._send(run, start_within_s)
         except GatewayError as error:
-            results = {case.body: error for case in flight.cases}
-        for case in flight.cases:
-            result = results[case.body]
+            results = {proof.body: error for proof in run.proofs}
+        for proof in run.proofs:
+            result = results[proof.body]
             if isinstance(result, ControllerRefused):
-                results[case.body] = await case.contradicted(result) or result
-            self._reply(case.body, case.move, results[case.body])
-        flight.answer(results)
-        await together(*(self._see_through(case, results[case.body]) for case in flight.cases))
+                results[proof.body] = await proof.contradicted(result) or result
+            self._reply(proof.body, proof.move, results[proof.body])
+        run.answer(results)
+        await together(*(self._see_through(proof, results[proof.body]) for proof in run.proofs))
 
-    async def _send(self, flight: "_Flight", start_within_s: float) -> "_Results":
+    async def _send(self, run: "_MoveRun", start_within_s: float) -> "_Results":
         expires_at = asyncio.get_running_loop().time() + start_within_s
         while True:
-            for case in flight.cases:
-                await case.know_the_start(flight.command)
-                if case.body in flight.course:
-                    case.expect(flight.course[case.body])
-                self.log.on_change(case.move)  # before its intent: it is what the next life judges by
-            if not flight.course:  # nobody has planned it
-                stand = {case.body: case.before.position for case in flight.cases if case.before}
-                await require_told(flight.target, flight.command, stand)
+            for proof in run.proofs:
+                await proof.know_the_start(run.command)
+                if proof.body in run.course:
+                    proof.expect(run.course[proof.body])
+                self.log.on_change(proof.move)  # before its intent: it is what the next life judges by
+            if not run.course:  # nobody has planned it
+                stand = {proof.body: proof.before.position for proof in run.proofs if proof.before}
+                await require_start_positions(run.target, run.command, stand)
             try:
-                return await self._write(flight, expires_at)
+                return await self._write(run, expires_at)
             except ProofTooOld:  # nothing was written
                 continue
 
-    async def _write(self, flight: "_Flight", expires_at: float) -> "_Results":
+    async def _write(self, run: "_MoveRun", expires_at: float) -> "_Results":
         def written(at: float) -> None:
-            for case in flight.cases:
-                case.body.was_set_going()
-                self._advance(case.body, case.move, MoveStatus.SENT)
-                flight.on_sent(case.move)
-                case.body.trajectory = BodyTrajectory(case.body, case.move, flight.command, at)
-                self.trajectories.begin(case.move.id, case.body.trajectory)
-                self._on_trajectory(case.body)
+            for proof in run.proofs:
+                proof.body.was_set_going()
+                self._advance(proof.body, proof.move, MoveStatus.SENT)
+                run.on_sent(proof.move)
+                proof.body.trajectory = BodyTrajectory(proof.body, proof.move, run.command, at)
+                self.trajectories.begin(proof.move.id, proof.body.trajectory)
+                self._on_trajectory(proof.body)
 
-        target = flight.target
-        if target.line.gate.epoch(target.number) != flight.epoch:
+        target = run.target
+        if target.line.gate.epoch(target.number) != run.epoch:
             raise target.line.gate.overtaken(target.number)
         if isinstance(target, Group):
-            return {**await target.ask(flight.command, expires_at=expires_at, on_written=written)}
-        reply, _ = await target.ask(flight.command, expires_at=expires_at, on_written=written)
+            return {**await target.ask(run.command, expires_at=expires_at, on_written=written)}
+        reply, _ = await target.ask(run.command, expires_at=expires_at, on_written=written)
         return {target: reply}
 
     def _reply(self, body: Body, move: Move, result: "Reply | GatewayError") -> None:
@@ -286,40 +286,40 @@ class Moves:
         body.free.clear()
         answered: Beginning = asyncio.get_running_loop().create_future()
         answered.set_result(None)
-        case = Case(body, move, rested_at(move), tolerance)
-        following = partial(self._see_through, case, _ended_with(body))
+        proof = MoveProof(body, move, rested_at(move), tolerance)
+        following = partial(self._see_through, proof, _ended_with(body))
         self._tasks.add(move.id, following, answered, partial(self._give_up, [(body, move)]))
 
     # from the reply to the end
 
-    async def _see_through(self, case: Case, result: "Reply | GatewayError") -> None:
+    async def _see_through(self, proof: MoveProof, result: "Reply | GatewayError") -> None:
         if isinstance(result, NoReply):
-            verdict = await case.without_reply(result)
+            verdict = await proof.without_reply(result)
             if verdict is not None:
-                self._end(case, verdict)
-        elif not case.move.status.final:
-            await case.body.end_seems_due(look_s(case.body.line))
-        if not case.move.status.final:
-            await self._follow(case)
+                self._end(proof, verdict)
+        elif not proof.move.status.final:
+            await proof.body.end_seems_due(poll_s(proof.body.line))
+        if not proof.move.status.final:
+            await self._follow(proof)
 
-    async def _follow(self, case: Case) -> None:
+    async def _follow(self, proof: MoveProof) -> None:
         """Ask the controller until the pulses have ended, and why they have."""
         with working("followers"):
-            await self._follow_to_rest(case)
+            await self._follow_to_rest(proof)
 
-    async def _follow_to_rest(self, case: Case) -> None:
-        body, move = case.body, case.move
+    async def _follow_to_rest(self, proof: MoveProof) -> None:
+        body, move = proof.body, proof.move
         while True:
             announced, due = body.move_ended.is_set(), body.end_due.is_set()
             asked_at, set_ups = asyncio.get_running_loop().time(), body.line.set_ups
-            state = await case.running()
+            state = await proof.running()
             if state is None:
-                self._end(case, case.given_up())
+                self._end(proof, proof.given_up())
                 return
             move.position = state.position
             if not state.runs:
                 break
-            case.set_ups = set_ups
+            proof.set_ups = set_ups
             if announced:  # an earlier move's end
                 body.move_ended.clear()
             if due:
@@ -331,14 +331,14 @@ class Moves:
             await body.end_seems_due(max(pause_s, follow_s(body.line) - took_s))
         move.completion = "frame" if body.move_ended.is_set() else "polling"
         body.stands()
-        self._end(case, await case.at_rest(state))
+        self._end(proof, await proof.at_rest(state))
         if move.completion == "polling" and move.status is not MoveStatus.LOST:
-            await self._expect_end_frame(case)
+            await self._expect_end_frame(proof)
 
-    async def _expect_end_frame(self, case: Case) -> None:
+    async def _expect_end_frame(self, proof: MoveProof) -> None:
         """An unannounced end is a sign that the link master has restarted, if the line answered then."""
-        body = case.body
-        if case.set_ups != body.line.set_ups:
+        body = proof.body
+        if proof.set_ups != body.line.set_ups:
             return
         if await body.end_announced(MISSING_END_FRAME_S) or body.move is not None:
             return
@@ -374,12 +374,12 @@ _Results = dict[Body, "Reply | GatewayError"]
 
 
 @dataclass(eq=False)
-class _Flight:
+class _MoveRun:
     """A motion command on its way, with one move for each body it moves."""
 
     target: Body | Group
     command: RorzeCommand[Any]
-    cases: list[Case]
+    proofs: list[MoveProof]
     epoch: int
     """The target's stop epoch at admission."""
     course: Mapping[Body, Stretch]
@@ -392,7 +392,7 @@ class _Flight:
             it for it in results.values() if isinstance(it, GatewayError) and not isinstance(it, NoReply)
         ]
         alone = isinstance(self.target, Body)
-        nobody = all(case.move.sent_at is None for case in self.cases)
+        nobody = all(proof.move.sent_at is None for proof in self.proofs)
         if not self.answered.done():
             self.answered.set_result(errors[0] if errors and (alone or nobody) else None)
 

@@ -35,7 +35,7 @@ class PositionFlash:
         """The pulses of positions in flash memory, as far as they are known."""
         return {number: self._held[number] for number in numbers if number in self._held}
 
-    def note_told(self, command: RorzeCommand[Any], *, is_known: bool) -> None:
+    def note_sent(self, command: RorzeCommand[Any], *, is_known: bool) -> None:
         """A command that is no mere read was queued, or its outcome is known."""
         if not is_known or type(command) is EraseFlash:
             self.forget()

@@ -181,7 +181,7 @@ class Power:
 
     # what the body notes
 
-    def note_told(self, command: RorzeCommand[Any]) -> None:
+    def note_sent(self, command: RorzeCommand[Any]) -> None:
         """A command that is no mere read was queued, or its outcome is known."""
         self._errors = 0
         self._settings.clear()

@@ -303,7 +303,7 @@ async def require_rest(body: Body) -> None:
         raise BodyBusy(f"{body.address} still has the move {body.move.id}; nothing was sent.", "Wait for it.")
     if await runs(body):
         raise BodyBusy(f"A user program runs in {body.address}; nothing was changed.", "End it by a stop.")
-    if (await body.look()).runs:
+    if (await body.poll()).runs:
         raise BodyBusy(f"{body.address} moves; nothing was changed.", "Wait for standstill.")
 
 
@@ -319,7 +319,7 @@ async def _clear(work: _Work) -> None:
         try:
             await work.body.ask(ClearProgram())
         except (NoReply, ControllerRefused) as lost:
-            end, _ = await _told(work.body.ask(GetLastProgramAddress(), lane=Lane.PROOF), lost)
+            end, _ = await _told(work.body.ask(GetLastProgramAddress(), lane=Lane.VERIFY), lost)
             if end.address == 0:
                 return
             if attempt == ATTEMPTS:
@@ -338,7 +338,7 @@ async def _add(work: _Work, address: int, text: str) -> None:
         try:
             await work.body.ask(AddProgramInstruction(instruction=text))
         except (NoReply, ControllerRefused) as lost:
-            found = await _told(instruction_at(work.body, address, Lane.PROOF), lost)
+            found = await _told(instruction_at(work.body, address, Lane.VERIFY), lost)
             if found is not None:
                 await _require_same(work, address)
                 return
@@ -363,14 +363,14 @@ async def _save(work: _Work) -> None:
     """
     work.require_wanted()
     await work.body.ask(SaveProgram())
-    if await work.body.mark.stands(Lane.PROOF) is False:
+    if await work.body.mark.stands(Lane.VERIFY) is False:
         raise SaveUncertain(work.body.address, "its program", "Upload it again before it is run.")
 
 
 async def _why_it_differs(body: Body, error: ProgramDiffers) -> GatewayError:
     """A loss of power, where the mark tells of one: then what differs tells nothing."""
     try:
-        kept = await body.mark.stands(Lane.PROOF)
+        kept = await body.mark.stands(Lane.VERIFY)
     except GatewayError:
         return error
     if kept is not False:

@@ -157,7 +157,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     # what comes back
 
-    def heard(self, frame: ReplyFrame, now: float) -> Settle | None:
+    def receive(self, frame: ReplyFrame, now: float) -> Settle | None:
         """Credit a reply; None if it ends no exchange."""
         self._fenced_in_silence = 0
         self._fenced.discard(frame.body)
@@ -165,7 +165,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
             return None
         if isinstance(frame, Refusal) and self.is_refusal_of_fence(frame) and not _evades(frame):
             self._refused_fence[frame.body] = frame.error
-        return super().heard(frame, now)
+        return super().receive(frame, now)
 
     def _denies_probe(self, frame: ReplyFrame) -> bool:
         """Whether it says that a body is absent which is not known to be there: no trouble of the line."""
@@ -293,13 +293,13 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
             return body
         candidates = self.groups.get(body) or self.bodies
         alive = [it for it in candidates if it not in self.offline]
-        return next(iter(self.heard_last_first(alive or candidates)), 0)
+        return next(iter(self.latest_first(alive or candidates)), 0)
 
     def heard_at(self, body: int) -> float | None:
         """When a body last answered; not as a member of a group."""
         return self._heard_at.get(body)
 
-    def heard_last_first(self, bodies: Iterable[int]) -> list[int]:
+    def latest_first(self, bodies: Iterable[int]) -> list[int]:
         """Order bodies by how well they can witness that the line still works."""
         return sorted(bodies, key=lambda it: self._heard_at.get(it, -inf), reverse=True)
 
@@ -315,7 +315,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         self._went_offline(self._fence_body, asked=True)
         alive = [body for body in self.bodies if body not in self.offline]
         if alive and self._fenced_in_silence < SILENT_BODIES:
-            self._fence_body = self.heard_last_first(alive)[0]
+            self._fence_body = self.latest_first(alive)[0]
             return True
         for body in alive:
             self._went_offline(body, asked=False)

@@ -29,7 +29,7 @@ class PreparationOutdated(GatewayError):
     title = "The preparation of the move is out of date"
 
 
-async def require_told(
+async def require_start_positions(
     target: Body | Group, command: RorzeCommand[Any], positions: Mapping[Body, int]
 ) -> None:
     """See that an interpolated move was prepared for where the axes stand, in pulses (HCD, HPD).
@@ -70,8 +70,8 @@ def _require_prepared(bodies: Mapping[Body, int]) -> None:
 async def _of_all(target: Body | Group, question: RorzeCommand[R]) -> dict[Body, R]:
     async def ask() -> dict[Body, R]:
         if isinstance(target, Body):
-            return {target: (await target.ask(question, lane=Lane.PROOF))[0]}
-        replies = await target.ask(question, lane=Lane.PROOF)
+            return {target: (await target.ask(question, lane=Lane.VERIFY))[0]}
+        replies = await target.ask(question, lane=Lane.VERIFY)
         for reply in replies.values():
             if isinstance(reply, GatewayError):
                 raise reply

@@ -19,7 +19,7 @@ from gateway.core.waiting import happens
 from gateway.rorze.bodies import PROGRAM_RUNS, Body, Group, R
 from gateway.rorze.exchange import Answered, Outcome
 from gateway.rorze.line import Line
-from gateway.rorze.pace import is_prompt, wire_s
+from gateway.rorze.poll_intervals import is_prompt, wire_s
 from gateway.rorze.sweep import Sweep
 from protocols.rorze.position import GetPosition
 from protocols.rorze.programs import EndProgram, GetProgramStatus
@@ -214,12 +214,12 @@ class _BodyStop(Stopping):
         except GatewayError as error:
             self.note_not_sent(error)
             return
-        if lane is Lane.AGAIN:
+        if lane is Lane.STOP_REPEAT:
             self._end_program()
         self._stop.add_done_callback(lambda stop: self._note(lane, stop.result()))
 
     def _lane(self) -> Lane:
-        return Lane.STOP if self._answers else Lane.AGAIN
+        return Lane.STOP if self._answers else Lane.STOP_REPEAT
 
     def _send(
         self, command: RorzeCommand[Any], on_written: Callable[[float], None] | None = None
@@ -252,7 +252,7 @@ class _BodyStop(Stopping):
     def withdraw(self) -> None:
         """Take back what still waits: it would stop the next move."""
         number = self.body.number
-        self.body.line.cancel(lambda it: it.body == number and it.lane is Lane.AGAIN, StoppedFirst())
+        self.body.line.cancel(lambda it: it.body == number and it.lane is Lane.STOP_REPEAT, StoppedFirst())
 
     def repeat_at_once(self) -> None:
         """Send the next repetition now: it will arrive."""
@@ -303,7 +303,7 @@ class _BodyStop(Stopping):
 
     async def _ask(self, command: RorzeCommand[R]) -> R:
         """Ask it in one frame with those that are stopped with it."""
-        return await self._sweep.ask_one(self.body, self._company_of(self.body), command, Lane.PROOF)
+        return await self._sweep.ask_one(self.body, self._company_of(self.body), command, Lane.VERIFY)
 
     async def _why_not_still(self) -> str | None:
         if await self._runs_pulses():
@@ -321,7 +321,7 @@ class _BodyStop(Stopping):
         if (rest := self.body.rest) is not None and not is_prompt(self.body.line):
             return rest.position
         company = [it for it in self._company_of(self.body) if it.rest is None]
-        return (await self._sweep.ask_one(self.body, company, GetPosition(), Lane.PROOF)).pulses
+        return (await self._sweep.ask_one(self.body, company, GetPosition(), Lane.VERIFY)).pulses
 
     async def _runs_pulses(self) -> bool:
         status = await self._ask(GetControllerStatus(bit=0))
@@ -338,7 +338,7 @@ class _BodyStop(Stopping):
             return False
         return bool(program.status & PROGRAM_RUNS)
 
-    def replies_heard(self) -> int:
+    def reply_count(self) -> int:
         """All of its line: while others answer, its own turn comes."""
         return self.body.line.counters["replies"]
 

@@ -243,7 +243,14 @@ async def test_the_line_of_a_robot_says_whose_it_is(cell: Cell) -> None:
     assert line == (await cell.get("/lines/cell")).json()
     assert (line["line_id"], line["protocol"], line["state"]) == ("cell", "fics", "ready")
     assert (line["robot_id"], line["mode"], line["online"]) == ("r1", 3, True)
-    assert line["waiting"] == {"stop": 0, "proof": 0, "command": 0, "again": 0, "read": 0, "background": 0}
+    assert line["waiting"] == {
+        "stop": 0,
+        "verify": 0,
+        "command": 0,
+        "stop_repeat": 0,
+        "read": 0,
+        "background": 0,
+    }
     assert line["counters"]["frames_sent"] > 0
 
 

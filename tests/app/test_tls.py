@@ -35,7 +35,7 @@ def test_a_renewed_certificate_is_shown_to_new_clients(tmp_path: Path) -> None:
     certificate = Certificate(*write_certificate(tmp_path, "first"))
     assert served(certificate) == "CN=first"
     write_certificate(tmp_path, "second")
-    certificate.look()
+    certificate.check()
     assert served(certificate) == "CN=second"
 
 
@@ -46,15 +46,15 @@ def test_a_renewal_that_is_no_good_changes_nothing(tmp_path: Path, caplog: pytes
     write_certificate(tmp_path, "half")
     key.write_bytes(old_key)  # does not belong to it
     with caplog.at_level(logging.WARNING):
-        certificate.look()
-        certificate.look()
+        certificate.check()
+        certificate.check()
     assert caplog.text.count("stays in force") == 1
     assert served(certificate) == "CN=first"
     key.unlink()
-    certificate.look()
+    certificate.check()
     assert served(certificate) == "CN=first"
     write_certificate(tmp_path, "whole")
-    certificate.look()
+    certificate.check()
     assert served(certificate) == "CN=whole"
 
 

@@ -83,7 +83,7 @@ def test_after_an_acknowledgement_that_is_not_credited_nothing_goes_before_a_fen
         session.written(move, 0.0, deadline=0.5)
         for frame in LinkReader().feed(flipped):
             if isinstance(frame, ReplyFrame):
-                assert session.heard(frame, 0.1) is None
+                assert session.receive(frame, 0.1) is None
             else:
                 session.noise("noise", 0.1)
         session.pass_deadlines(1.0, None)

@@ -29,7 +29,7 @@ LONGEST_WAIT_S = 60
 """The gateway lets no request wait longer."""
 START_PATIENCE_S = 100.0
 """A program's start takes seconds of the processor, which others may want, too."""
-LOOK_AGAIN_S = 0.02
+RECHECK_S = 0.02
 BODIES = "00,01,3F"
 PATIENT_S = "3.0"
 """The `reply_timeout_s` of a line without faults: on a busy machine a reply may take long."""
@@ -110,7 +110,7 @@ def until(look: Callable[[], T | None], what: str, within_s: float = PATIENCE_S)
         seen = look()
         if seen:
             return seen
-        time.sleep(LOOK_AGAIN_S)
+        time.sleep(RECHECK_S)
     raise AssertionError(f"In vain for {within_s:.0f} s: {what}")
 
 

@@ -10,7 +10,7 @@ from random import Random
 from typing import Any
 
 from gateway.core.journal.disk import DiskFailed, NotWritable
-from gateway.core.journal.journal import LOOK_S, Journal, _Entry, _Question
+from gateway.core.journal.journal import CHECK_S, Journal, _Entry, _Question
 from gateway.core.journal.schema import migrate
 from gateway.core.journal.writes import Value, Write
 
@@ -121,7 +121,7 @@ class VirtualJournal(Journal):
     async def _write_on(self) -> None:
         while True:
             try:
-                async with asyncio.timeout(LOOK_S):
+                async with asyncio.timeout(CHECK_S):
                     await self._waiting.filled.wait()
             except TimeoutError:
                 self._look()

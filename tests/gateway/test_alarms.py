@@ -66,7 +66,7 @@ async def test_a_move_into_the_ems_input_raises_the_bit_and_the_failed_move() ->
         await asyncio.sleep(0.3)
         press(it, on=True)
         move = await moving
-        await it.body().look(Lane.READ)
+        await it.body().poll(Lane.READ)
         alarms = standing(it.plant)
         assert alarms.keys() == {"body.ems_error", "body.move.failed"}
         failed = alarms["body.move.failed"]
@@ -80,7 +80,7 @@ async def test_a_move_into_the_ems_input_raises_the_bit_and_the_failed_move() ->
         assert standing(it.plant).keys() == {"body.ems_error"}
         press(it, on=False)
         await do(it.plant, OPERATOR, "/bodies/3F", ClearControllerStatus())
-        await it.body().look(Lane.READ)
+        await it.body().poll(Lane.READ)
         await do_reset(it.plant)
         assert standing(it.plant) == {}
 
@@ -226,7 +226,7 @@ def test_an_error_of_a_robot_stands_until_it_is_reset() -> None:
     async def story() -> None:
         async with fics_rig() as it:
             it.touch(lambda fics, now: fics.raise_alarm(system_error(183, 12, 34), now))
-            await it.robot.errors.look()
+            await it.robot.errors.poll()
             alarm = standing(it.plant)["robot.error"]
             assert alarm.code == "183"
             assert [call.path for call in alarm.next] == ["/robots/r1/errors", "/robots/r1/errors/reset"]

@@ -69,17 +69,17 @@ async def stop_body(it: Rig) -> None:
 async def run_into(it: Rig, error: int) -> None:
     """The controller shows an error that stays until it is cleared."""
     it.axis().status |= error
-    await it.body().look(Lane.READ)
+    await it.body().poll(Lane.READ)
 
 
 async def clear(it: Rig) -> None:
     await do(it.plant, OPERATOR, "/bodies/3F", ClearControllerStatus())
-    await it.body().look(Lane.READ)
+    await it.body().poll(Lane.READ)
 
 
 async def unstall(it: Rig) -> None:
     it.axis().status = 0
-    await it.body().look(Lane.READ)
+    await it.body().poll(Lane.READ)
 
 
 async def fail(it: Rig) -> None:
@@ -109,7 +109,7 @@ async def move_by_another(it: Rig) -> None:
 async def stop_other(it: Rig) -> None:
     it.machine.receive(b"&3F5IS\r", asyncio.get_running_loop().time())
     it.wire.turn()
-    await it.body().look(Lane.READ)
+    await it.body().poll(Lane.READ)
 
 
 async def unplug(it: Rig) -> None:
@@ -167,7 +167,7 @@ async def stop_robot(it: FicsRig) -> None:
 
 async def raise_error(it: FicsRig) -> None:
     it.touch(lambda fics, now: fics.raise_alarm(system_error(183, 12, 34), now))
-    await it.robot.errors.look()
+    await it.robot.errors.poll()
 
 
 async def reset_errors(it: FicsRig) -> None:

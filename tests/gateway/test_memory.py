@@ -290,7 +290,7 @@ async def test_a_jog_is_stopped(world: World, monkeypatch: pytest.MonkeyPatch) -
         end = await over(plant, jog.id)
         assert (end.kind, end.status) == ("jog", MoveStatus.UNKNOWN)  # it stood when it was first asked
         assert len(world.sent("5SS")) == 1
-        assert not (await plant.body("3F").look()).runs
+        assert not (await plant.body("3F").poll()).runs
         with pytest.raises(NotFound):
             plant.rorze.jogs.heartbeat(plant.body("3F"), jog.id)
 
@@ -315,7 +315,7 @@ async def test_without_a_directory_reads_and_stops_go_on(world: World) -> None:
     async with world.gateway() as plant:
         assert "gateway.journal.trouble" in _types(plant)
         await ready(plant)
-        assert await plant.body("3F").look()
+        assert await plant.body("3F").poll()
         [stopped] = await plant.stops.stop([plant.body("3F")], "immediate")
         assert stopped.state == "confirmed"
         with pytest.raises(JournalUnavailable):

@@ -15,7 +15,7 @@ from gateway.core.stops import Stopping
 from gateway.fics.move_runs import MoveRun
 from gateway.rorze.bodies import Body
 from gateway.rorze.body_watch import BodyWatch
-from gateway.rorze.move_proof import Case
+from gateway.rorze.move_proof import MoveProof
 from gateway.rorze.moves import Moves
 from gateway.rorze.session import RorzeSession
 from protocols.fics.homing import HomeRobot
@@ -68,18 +68,18 @@ async def is_itself(it: Rig) -> None:
         (Session, "written"),
         (Session, "pass_deadlines"),
         (Session, "_ended"),
-        (RorzeSession, "heard"),
+        (RorzeSession, "receive"),
         (RorzeSession, "was_written"),
         (Gate, "refuses"),
         (Scheduler, "next"),
         (Load, "note"),
-        (Body, "was_told"),
-        (Body, "heard"),
+        (Body, "note_sent"),
+        (Body, "note_reply"),
         (Body, "was_set_going"),
         (BodyWatch, "_attend"),
-        (Case, "know_the_start"),
-        (Case, "running"),
-        (Case, "at_rest"),
+        (MoveProof, "know_the_start"),
+        (MoveProof, "running"),
+        (MoveProof, "at_rest"),
         (Moves, "_write"),
         (Moves, "_advance"),
         (Stopping, "_is_proved"),

@@ -20,7 +20,7 @@ from gateway.core.sampler import Sampler
 from gateway.rorze.bodies import MotorState
 from gateway.rorze.config import Units
 from gateway.rorze.errors import refused as refusal_of
-from gateway.rorze.pace import HEALTH_POLL_S
+from gateway.rorze.poll_intervals import HEALTH_POLL_S
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.link_master import SetGroup
 from protocols.rorze.moves import MoveClockwise

@@ -27,7 +27,7 @@ async def test_all_bodies_lines_and_open_moves_are_in_it() -> None:
         await start(it, MoveClockwise(distance=500), "00")
         await it.plant.moves.wait(it.plant.moves.of(it.body("00"))[0].id, 60.0)
         move = await start(it, MoveClockwise(distance=50_000))
-        await it.body().look(Lane.READ)
+        await it.body().poll(Lane.READ)
         found = await taken(it.plant)
         assert found.as_of == it.plant.events.cursor
         assert [line.line_id for line in found.lines] == ["line1"]

@@ -98,7 +98,7 @@ async def test_where_the_configuration_says_so_every_motor_is_stopped() -> None:
         move = await start(it, LONG)
         it.axis(0x00).execute("2+M900000", now())  # by somebody else
         it.machine.look_after(0x00)
-        it.body("00").look_due.set()
+        it.body("00").poll_due.set()
         await asyncio.sleep(0.5)
         await it.plant.wind_down()
         assert move.status is MoveStatus.STOPPED
@@ -111,7 +111,7 @@ async def test_motion_of_somebody_else_is_left_alone_and_named() -> None:
     async with rig() as it:
         it.axis().execute("1+MZ", now())
         it.machine.look_after(0x3F)
-        it.body().look_due.set()
+        it.body().poll_due.set()
         await asyncio.sleep(0.5)
         await it.plant.wind_down()
         assert it.axis().motor.moving
@@ -170,7 +170,7 @@ async def test_a_move_that_still_asks_where_it_begins_is_never_sent() -> None:
 @in_virtual_time
 async def test_a_move_that_waits_for_the_line_is_never_sent() -> None:
     async with rig(baud=9600) as it:
-        await it.body().look()
+        await it.body().poll()
         setting = SetStartSpeed(speed_set=1, speed=1000)
         busy = [asyncio.create_task(it.body("00").ask(setting)) for _ in range(3)]
         starting = asyncio.create_task(start(it, ENDLESS))

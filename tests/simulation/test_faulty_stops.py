@@ -46,7 +46,7 @@ async def stop_some(it: Rig, bodies: list[Body], mode: StopMode) -> None:
     for report in reports:
         body = it.body(report.body_id)
         assert not it.axis(body.number).motor.moving, report
-    assert it.plant.line("line1").waiting()["again"] == 0, "it would stop the next move"
+    assert it.plant.line("line1").waiting()["stop_repeat"] == 0, "it would stop the next move"
 
 
 async def story(seed: int) -> Rig:

@@ -168,11 +168,11 @@ class ToyStopping(Stopping):
 
     async def stands_still(self) -> bool:
         try:
-            return not (await self._toy.line.ask(GetPlace(), Lane.PROOF)).moves
+            return not (await self._toy.line.ask(GetPlace(), Lane.VERIFY)).moves
         except GatewayError:
             return False
 
-    def replies_heard(self) -> int:
+    def reply_count(self) -> int:
         return int(self._toy.line.counters["replies"])
 
     def why_not(self) -> Sequence[str]:

@@ -69,7 +69,7 @@ class ToySession(Session[ToyExchange, str]):
         )
 
     def fence_query(self) -> ToyExchange:
-        return self.exchange(Echo(number=next(self._numbers)), Lane.PROOF)
+        return self.exchange(Echo(number=next(self._numbers)), Lane.VERIFY)
 
     def wants_fence(self, exchange: ToyExchange, now: float) -> bool:
         return False
@@ -111,7 +111,7 @@ class ToyLine(LineDriver[ToyExchange, str, str]):
         self._break_off_all(reason, "Look again.")
 
     def _take(self, frame: str) -> None:
-        self._hear(frame)
+        self._receive(frame)
 
     def begin_stop(self) -> None:
         """Forbid what waits."""

@@ -21,7 +21,7 @@ log = logging.getLogger(__name__)
 
 WRITTEN_WITHIN_S = 1.0
 """What the disk has not taken by then is not waited for."""
-LOOK_S = 5.0
+CHECK_S = 5.0
 """How often a quiet journal sees that its file is there, and one in trouble tries again."""
 SYNCED_WITHIN_S = 1.0
 """What nobody waits for is safe from a loss of power after this time."""
@@ -214,13 +214,13 @@ class Journal:
             if None in taken:
                 self._end_well()
                 return
-            if not taken or time.monotonic() - looked_at > LOOK_S:
+            if not taken or time.monotonic() - looked_at > CHECK_S:
                 self._look()
                 looked_at = time.monotonic()
 
     def _take(self) -> "list[_Entry | _Question | None]":
         """What waits, in its order, up to a question: that is answered after what came before it."""
-        quiet_s = LOOK_S if self._unsynced_since is None else SYNCED_WITHIN_S
+        quiet_s = CHECK_S if self._unsynced_since is None else SYNCED_WITHIN_S
         taken: list[_Entry | _Question | None] = []
         with suppress(Empty):
             taken += self._waiting.get(timeout=quiet_s)

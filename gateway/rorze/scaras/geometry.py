@@ -143,9 +143,9 @@ async def require_agreement(scara: Scara, pulses: Sequence[int]) -> None:
     :raises GatewayError: one did not tell.
     """
     place = scara.robot.place(pulses)
-    driven = await scara.ask(GetDrivenAxis(), lane=Lane.PROOF)
+    driven = await scara.ask(GetDrivenAxis(), lane=Lane.VERIFY)
     try:
-        found = await scara.ask(ConvertPulsesToCoordinates(), lane=Lane.PROOF)
+        found = await scara.ask(ConvertPulsesToCoordinates(), lane=Lane.VERIFY)
     except ControllerRefused as refusal:
         if refusal.error_code != OUT_OF_REACH:
             raise

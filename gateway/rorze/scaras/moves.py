@@ -248,7 +248,7 @@ class ScaraMoves:
         """Work the move out and prepare it, anew where a reply was lost: nothing moves by that."""
         for left in reversed(range(ATTEMPTS)):
             try:
-                plan = await work_out(run.scara, request, Lane.PROOF)
+                plan = await work_out(run.scara, request, Lane.VERIFY)
                 _note_plan(run.move, plan)
                 await prepare(plan, run.move.preparation.append)
             except NoReply:
@@ -422,7 +422,7 @@ def _note_plan(move: ScaraMove, plan: Plan) -> None:
 async def _statuses(group: Group) -> dict[Body, int]:
     """The status of the bodies that answer; of none where the frame was lost: that proves nothing."""
     try:
-        results = await group.ask(GetControllerStatus(), lane=Lane.PROOF)
+        results = await group.ask(GetControllerStatus(), lane=Lane.VERIFY)
     except GatewayError:
         return {}
     return {

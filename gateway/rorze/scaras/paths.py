@@ -46,7 +46,7 @@ async def require_stored(scara: Scara, command: SetPathPoint) -> None:
         return
     question = GetPathPoint(path=command.path, point=command.point)
     wanted = (command.x, command.y, command.radius, command.place)
-    for body, point in zip(scara.members, await scara.ask(question, lane=Lane.PROOF), strict=True):
+    for body, point in zip(scara.members, await scara.ask(question, lane=Lane.VERIFY), strict=True):
         if (point.x, point.y, point.radius, point.place) != wanted:
             raise PathsDiffer(
                 f"{body.address} holds another point {command.point} of path {command.path} than was sent; "

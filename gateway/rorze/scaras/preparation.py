@@ -62,7 +62,7 @@ class Plan:
         """What tells the controllers where all axes stand (HPS)."""
         return [SetStartPosition(axis=axis, position=it) for axis, it in enumerate(self.here.pulses)]
 
-    def told(self) -> PlannedScaraMove:
+    def record(self) -> PlannedScaraMove:
         """As clients are told who only ask."""
         line, number = self.scara.line, self.scara.group.number
         before = (*self.positions(), *self.manoeuvre.preparation)
@@ -110,7 +110,7 @@ async def weigh(plan: Plan, pattern: int | None) -> PlannedScaraMove:
 
     :raises GatewayError: a controller did not tell its speeds.
     """
-    told, course = plan.told(), plan.course
+    told, course = plan.record(), plan.course
     try:
         _require_power(plan.scara)
         ramps = [await parameters_of_pattern(body, pattern) for body in plan.movers]
@@ -160,7 +160,7 @@ async def prove_power(scara: Scara) -> None:
     :raises GatewayError: one did not tell.
     """
     for body in scara.members:
-        await body.mark.stands(Lane.PROOF)
+        await body.mark.stands(Lane.VERIFY)
     _require_power(scara)
 
 

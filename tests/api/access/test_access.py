@@ -5,7 +5,7 @@ import logging
 
 import pytest
 
-from api.common.access import CLOSE_NOT_AUTHENTICATED, LOOK_AGAIN_S
+from api.common.access import CLOSE_NOT_AUTHENTICATED, RECHECK_S
 from tests.api.access.guarded import Keys, guarded
 from tests.api.stand import HOST, RELATIVE, Stand, socket
 
@@ -119,7 +119,7 @@ async def test_a_stream_ends_with_its_key(stand: Stand, keys: Keys) -> None:
     header = {"authorization": f"Bearer {token}"}
     async with socket(stand, "/events", headers=header) as client:
         assert (await client.message())["type"] == "websocket.accept"
-        await asyncio.sleep(3 * LOOK_AGAIN_S)
+        await asyncio.sleep(3 * RECHECK_S)
         stream = asyncio.create_task(stand.get("/events/stream", **header))
         await asyncio.sleep(1)
         assert not stream.done()
@@ -127,7 +127,7 @@ async def test_a_stream_ends_with_its_key(stand: Stand, keys: Keys) -> None:
         while (message := await client.message())["type"] == "websocket.send":
             pass
         assert (message["type"], message["code"]) == ("websocket.close", CLOSE_NOT_AUTHENTICATED)
-        await asyncio.sleep(LOOK_AGAIN_S)
+        await asyncio.sleep(RECHECK_S)
         assert stream.done()
     assert (await stand.get("/bodies", **header)).status_code == 401
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from gateway.access.keys import FILE, LOOK_AGAIN_S, Key, KeyFault, KeyStore
+from gateway.access.keys import FILE, RECHECK_S, Key, KeyFault, KeyStore
 from gateway.access.roles import Role
 
 
@@ -58,7 +58,7 @@ def test_the_file_has_no_secret_and_nobody_else_reads_it(store: KeyStore, tmp_pa
 @pytest.fixture
 def looking(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each request comes when it is time to look at the file."""
-    monkeypatch.setattr("gateway.access.keys.LOOK_AGAIN_S", 0.0)
+    monkeypatch.setattr("gateway.access.keys.RECHECK_S", 0.0)
 
 
 @pytest.mark.usefixtures("looking")
@@ -82,7 +82,7 @@ def test_a_key_that_is_new_is_known_at_once(store: KeyStore, tmp_path: Path) -> 
     first = another.create("mes", Role.VIEWER)
     verified(store, first)
     verified(store, another.create("panel", Role.VIEWER))
-    assert LOOK_AGAIN_S <= 0.1, "one that is revoked is refused as soon as this is over"
+    assert RECHECK_S <= 0.1, "one that is revoked is refused as soon as this is over"
 
 
 def test_a_key_ends_when_it_expires(store: KeyStore, clock: Clock) -> None:

@@ -36,7 +36,7 @@ class Room:
             "gateway.crashed", "gateway.crashed", words("It crashed.", "-", "-"), words("落ちた", "-", "-")
         )
         self.alarms = Alarms(self.hub, [cause, moment])
-        self.hub.listeners.append(self.alarms.hear)
+        self.hub.listeners.append(self.alarms.note)
 
     def goes_down(self, subject: str = SUBJECT, reason: str = "cut") -> None:
         self.down = True
@@ -103,7 +103,7 @@ def test_a_reset_means_what_was_seen(room: Room) -> None:
     room.goes_down()
     seen = room.one
     room.down = False
-    room.alarms.look()
+    room.alarms.note_ends()
     room.goes_down(reason="cut again")
     assert room.one.id != seen.id
     assert seen.reset_by == AGAIN
@@ -126,7 +126,7 @@ def test_alarms_of_others_are_others(room: Room) -> None:
 def test_of_a_unit_the_robot_is_told() -> None:
     hub = EventHub()
     alarms = Alarms(hub, [Cause("a", "robot.move.lost", words("-", "-", "-"), words("-", "-", "-"))])
-    hub.listeners.append(alarms.hear)
+    hub.listeners.append(alarms.note)
     hub.publish("robot.move.lost", "/robots/r1/units/1", {})
     assert alarms.standing()[0].subject == "/robots/r1"
 
@@ -171,8 +171,8 @@ def test_a_change_is_told_to_who_keeps_it(room: Room) -> None:
     room.alarms.on_change = told
     room.goes_down()
     room.down = False
-    room.alarms.look()
-    room.alarms.look()
+    room.alarms.note_ends()
+    room.alarms.note_ends()
     room.alarms.reset(room.one.id)
     assert kept == [None, None, "gateway"]
 

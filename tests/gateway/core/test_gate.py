@@ -67,7 +67,7 @@ def test_whatever_goes_in_the_command_lane_obeys_the_stop() -> None:
 
 def test_what_proves_a_stop_passes_however_often_the_stop_is_asked_for_again() -> None:
     gate = Gate[RorzeExchange](LINK_MASTER)
-    admitted = exchange(GetPosition(), lane=Lane.PROOF, epoch=gate.epoch(2))
+    admitted = exchange(GetPosition(), lane=Lane.VERIFY, epoch=gate.epoch(2))
     gate.stop(2)
     assert gate.refuses(admitted, now=0.0) is None
 

@@ -279,7 +279,7 @@ async def test_several_frames_at_once_are_heard_in_their_order() -> None:
 
 def note_what_was_sent_when_told(line: Line, far: FarEnd) -> list[list[str]]:
     """Keep, for each reply, the frames that had gone out when the first person heard of it."""
-    hear, kept = line._session.heard, []
+    hear, kept = line._session.receive, []
 
     def heard(frame: Answer | Refusal | GroupAnswer, at: float) -> Callable[[], None] | None:
         tell = hear(frame, at)
@@ -291,7 +291,7 @@ def note_what_was_sent_when_told(line: Line, far: FarEnd) -> list[list[str]]:
 
         return None if tell is None else note_and_tell
 
-    line._session.heard = heard  # type: ignore[method-assign,assignment]  # between hearing and telling
+    line._session.receive = heard  # type: ignore[method-assign,assignment]  # between hearing and telling
     return kept
 
 

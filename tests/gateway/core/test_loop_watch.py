@@ -48,7 +48,7 @@ def test_a_held_loop_is_told_once_from_a_quarter_of_a_second_on(seconds: float, 
         watch, clock, told = watched()
         await asyncio.sleep(1.0)
         clock.hold(seconds)
-        watch.look()
+        watch.check()
         assert not told  # how long it will be is not known yet
         await asyncio.sleep(1.0)
         assert told == ([pytest.approx(seconds, abs=BEAT_S)] if is_told else [])
@@ -58,7 +58,7 @@ def test_a_held_loop_is_told_once_from_a_quarter_of_a_second_on(seconds: float, 
     story()
 
 
-@pytest.mark.parametrize("first", [LoopWatch.look, LoopWatch.in_doubt, LoopWatch._beat])
+@pytest.mark.parametrize("first", [LoopWatch.check, LoopWatch.in_doubt, LoopWatch._beat])
 def test_a_suspension_is_told_once_no_matter_who_comes_first(first: Callable[[LoopWatch], object]) -> None:
     @in_virtual_time
     async def story() -> None:
@@ -67,7 +67,7 @@ def test_a_suspension_is_told_once_no_matter_who_comes_first(first: Callable[[Lo
         clock.hold(600.0)
         first(watch)
         assert told == [pytest.approx(600.0, abs=BEAT_S)]
-        watch.look()
+        watch.check()
         await asyncio.sleep(1.0)
         assert len(told) == 1
         watch.close()

@@ -359,7 +359,7 @@ async def test_no_frame_begins_before_the_last_bit_of_the_one_before() -> None:
 async def test_while_all_has_been_answered_the_port_is_not_asked() -> None:
     port = Port()
     async with plain_line(port) as line:
-        line._heard_out = True
+        line._all_answered = True
         line.say(FRAME)
         assert (port.asked, len(port.written)) == (0, 1)
         line.say(FRAME)
@@ -398,7 +398,7 @@ async def test_a_port_that_has_gone_without_a_word_is_found_out_by_the_next_fram
 async def test_after_an_opening_it_is_asked_again_what_it_holds_back() -> None:
     port = Port()
     async with plain_line(port) as line:
-        line._heard_out = True
+        line._all_answered = True
         port.unplug()
         port.plugged_in = True
         await until(lambda: line.state is LineState.READY)

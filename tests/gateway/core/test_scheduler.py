@@ -36,9 +36,9 @@ def test_stops_go_first_then_proofs_then_commands_then_stops_of_the_dead_then_re
     scheduler = Scheduler[RorzeExchange]()
     in_order = [
         exchange(StopImmediately(), 3),
-        exchange(GetPosition(), 3, Lane.PROOF),
+        exchange(GetPosition(), 3, Lane.VERIFY),
         move(2),
-        exchange(StopImmediately(), 4, Lane.AGAIN),
+        exchange(StopImmediately(), 4, Lane.STOP_REPEAT),
         exchange(GetPosition(), 1),
         exchange(GetPosition(), 1, Lane.BACKGROUND),
     ]

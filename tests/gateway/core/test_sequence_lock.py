@@ -24,7 +24,7 @@ from tests.fics_plants import fics_rig
 from tests.gateway.rorze.far_end import FarEnd, running_line, virtual
 from tests.plants import in_virtual_time
 
-LANES = (Lane.STOP, Lane.PROOF, Lane.COMMAND, Lane.READ)
+LANES = (Lane.STOP, Lane.VERIFY, Lane.COMMAND, Lane.READ)
 
 
 class Speakers:
@@ -52,7 +52,7 @@ async def test_lanes_go_in_their_order_and_each_in_turn() -> None:
         ("r1", Lane.READ),
         ("r2", Lane.READ),
         ("c1", Lane.COMMAND),
-        ("p", Lane.PROOF),
+        ("p", Lane.VERIFY),
         ("s", Lane.STOP),
         ("c2", Lane.COMMAND),
     ]
@@ -99,7 +99,7 @@ async def test_too_many_are_told_at_once_but_never_the_proofs_of_stops_and_moves
     await asyncio.sleep(0)
     with pytest.raises(QueueFull, match="nothing was sent"):
         await it.speak("one too many", Lane.READ)
-    tasks += [it.begin(lane.name, lane) for lane in (Lane.STOP, Lane.PROOF) for _ in range(QUEUE_LIMIT + 1)]
+    tasks += [it.begin(lane.name, lane) for lane in (Lane.STOP, Lane.VERIFY) for _ in range(QUEUE_LIMIT + 1)]
     await asyncio.gather(*tasks)
     assert len(it.spoken) == 3 * (QUEUE_LIMIT + 1)
 
@@ -131,7 +131,7 @@ async def test_a_series_to_a_body_is_divided_by_stops_and_their_proofs_alone() -
         async with line.undivided([2]):
             kept_waiting = [others.ask(FOREIGN), others.ask(GetPosition())]
             await line.submit(2, FIRST, Lane.COMMAND)
-            others.ask(GetPosition(), lane=Lane.PROOF)
+            others.ask(GetPosition(), lane=Lane.VERIFY)
             await others.ask(StopImmediately())
             await asyncio.sleep(0.1)
             assert not any(it.done() for it in kept_waiting)

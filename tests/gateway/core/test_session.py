@@ -129,7 +129,7 @@ class Bench:
         return exchange.command.code + (str(exchange.nonce) if exchange.self_identifying else "")
 
     def hear(self, code: str, number: int = 0) -> None:
-        if (tell := self.session.heard(Letter(code, number), self.now)) is not None:
+        if (tell := self.session.receive(Letter(code, number), self.now)) is not None:
             tell()
 
     def fall_silent(self) -> None:
@@ -209,12 +209,12 @@ def test_a_lost_port_leaves_nothing_behind(it: Bench) -> None:
 def test_nothing_is_in_the_port_when_the_reply_to_the_last_frame_has_come(it: Bench) -> None:
     it.ask(Do())
     it.write()
-    assert not it.session.heard_out
+    assert not it.session.all_answered
     it.hear("D")
-    assert it.session.heard_out
+    assert it.session.all_answered
     it.ask(Ask(), Lane.READ)
     it.write()
-    assert not it.session.heard_out
+    assert not it.session.all_answered
 
 
 def test_the_reply_to_what_went_before_a_stop_leaves_the_stop_in_the_port(it: Bench) -> None:
@@ -223,9 +223,9 @@ def test_the_reply_to_what_went_before_a_stop_leaves_the_stop_in_the_port(it: Be
     it.ask(Ask(), Lane.STOP)
     it.write()
     it.hear("D")
-    assert not it.session.heard_out
+    assert not it.session.all_answered
     it.hear("A")
-    assert it.session.heard_out
+    assert it.session.all_answered
 
 
 def test_an_exchange_takes_the_line_until_its_reply_a_frame_beside_it_or_its_deadline(it: Bench) -> None:

@@ -31,7 +31,7 @@ class Scripted(Stopping):
         await asyncio.sleep(self.proof_takes_s)
         return self.still
 
-    def replies_heard(self) -> int:
+    def reply_count(self) -> int:
         return int(now() * 1000) if self.others_are_heard else 0
 
     def why_not(self) -> list[str]:

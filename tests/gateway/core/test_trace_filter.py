@@ -13,7 +13,7 @@ from transports.trace import Kind, Record
 GROUP = {0x80: (0x01, 0x3F)}
 
 
-def talk_of(frame: bytes) -> FrameSubject:
+def subject_of(frame: bytes) -> FrameSubject:
     match = re.search(rb"&([0-9A-F]{2})", frame)
     if match is None:
         return FrameSubject(b"")
@@ -42,12 +42,12 @@ STORY = [
 
 
 def passed(**wanted: object) -> list[str]:
-    passing = TraceFilter(talk_of, **wanted)  # type: ignore[arg-type]  # as given by each story
+    passing = TraceFilter(subject_of, **wanted)  # type: ignore[arg-type]  # as given by each story
     return [it[3].decode().replace("\r", "|") for it in passing.pass_on(STORY)]
 
 
 def test_without_a_wish_all_pass() -> None:
-    assert list(TraceFilter(talk_of).pass_on(STORY)) == STORY
+    assert list(TraceFilter(subject_of).pass_on(STORY)) == STORY
 
 
 def test_a_body_has_its_own_frames_its_groups_and_what_the_line_tells_of_it() -> None:
@@ -102,11 +102,11 @@ def test_however_the_bytes_are_cut_every_byte_of_a_reply_passes(data: st.DataObj
             yield (0, 0, "rx", rest[:size], None, None)
             rest = rest[size:]
 
-    heard = b"".join(it[3] for it in TraceFilter(talk_of, bodies={0x3F}).pass_on(pieces()))
+    heard = b"".join(it[3] for it in TraceFilter(subject_of, bodies={0x3F}).pass_on(pieces()))
     assert reply in heard
 
 
 def test_noise_without_an_end_is_not_kept_for_ever() -> None:
-    passing = TraceFilter(talk_of, bodies={0x3F})
+    passing = TraceFilter(subject_of, bodies={0x3F})
     assert list(passing.pass_on([record("rx", "x" * 512)] * 100)) == []
     assert len(passing._pieces) < 10

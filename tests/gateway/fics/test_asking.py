@@ -221,6 +221,6 @@ async def test_what_proves_the_end_of_a_move_or_a_stop_is_never_too_late() -> No
     async with fics_rig() as rig:
         unit = rig.robot.unit(1)
         async with rig.robot.line.sequence_lock.held(Lane.STOP):
-            asking = [asyncio.create_task(unit.status(lane)) for lane in (Lane.STOP, Lane.PROOF)]
+            asking = [asyncio.create_task(unit.status(lane)) for lane in (Lane.STOP, Lane.VERIFY)]
             await asyncio.sleep(10 * TURN_WITHIN_S)
         assert all(await asyncio.gather(*asking))

@@ -286,7 +286,7 @@ async def test_h10_a_lost_error_is_never_asked_for_again_but_found_in_the_detail
         rig.touch(lambda fics, now: fics.raise_alarm(system_error(183, 1, 2), now))
         asked = len(rig.heard("ERR"))
         rig.lose_replies()
-        await rig.robot.errors.look()
+        await rig.robot.errors.poll()
         assert len(rig.heard("ERR")) == asked + 1
         assert rig.robot.latched_error is not None
         assert rig.robot.latched_error.code == "183"

@@ -53,7 +53,7 @@ class Wire(Cable):
         return [at for at, text in zip(self.times, self.frames(), strict=True) if text == frame]
 
 
-class Told(list[tuple[str, dict[str, object]]]):
+class Answers(list[tuple[str, dict[str, object]]]):
     """What the line has told."""
 
     def of(self, beginning: str) -> list[str]:
@@ -68,7 +68,7 @@ class Stand:
         prepare(self.machine)
         self.wire = Wire(self.machine, baud)
         self.line = FicsLine("cell", self.wire, "r1", mode=mode, rng=Random(0))
-        self.told = Told()
+        self.told = Answers()
         self.line.on_change = lambda what, facts: self.told.append((what, facts))
 
     async def ready(self) -> None:

@@ -47,13 +47,13 @@ def test_after_a_motion_it_stands_still_only_if_that_was_seen() -> None:
     assert it.moving is True
     it.end()
     assert it.moving is None
-    assert it.look_due.is_set()
-    it.look_due.clear()
+    assert it.poll_due.is_set()
+    it.poll_due.clear()
     it.begin(STEP, 1)
     it.note_rest(1, still=True)
     it.end()
     assert it.moving is False
-    assert not it.look_due.is_set()
+    assert not it.poll_due.is_set()
 
 
 def test_a_motion_that_was_refused_has_moved_nothing() -> None:

@@ -66,7 +66,7 @@ async def test_an_error_that_stands_and_a_motion_under_way_forbid_the_next() -> 
         await accepted.outcome
         rig.robot.motions.end(accepted)
         rig.touch(lambda fics, now: fics.raise_alarm(driver_error(1, "A", 3), now))
-        await rig.robot.errors.look()
+        await rig.robot.errors.poll()
         with pytest.raises(ErrorStands, match="LMI was not sent"):
             rig.robot.motions.require_fit(DOWN)
 

@@ -72,7 +72,7 @@ class Bench:
 
     def hear(self, *frames: Answer | Completion | Refusal) -> None:
         for frame in frames:
-            tell = self.session.heard(frame, 0.0)
+            tell = self.session.receive(frame, 0.0)
             if tell is not None:
                 tell()
 

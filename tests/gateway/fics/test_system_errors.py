@@ -29,7 +29,7 @@ def test_an_error_of_the_system_is_kept_published_and_reset(mode: int) -> None:
     async def story() -> None:
         async with fics_rig(mode=mode) as rig:
             fall_ill(rig)
-            await rig.robot.errors.look()
+            await rig.robot.errors.poll()
             record = rig.robot.latched_error
             assert record is not None
             assert (record.code, record.kind) == ("183", "fics")
@@ -158,9 +158,9 @@ async def test_an_error_reset_at_the_robot_no_longer_stands() -> None:
 async def test_an_error_is_not_told_again_where_the_answer_that_names_it_is_lost() -> None:
     async with fics_rig() as rig:
         fall_ill(rig)
-        await rig.robot.errors.look()
+        await rig.robot.errors.poll()
         rig.lose_replies()
-        await rig.robot.errors.look()
+        await rig.robot.errors.poll()
         assert rig.types("robot.error") == ["robot.error"]
 
 
@@ -186,7 +186,7 @@ async def test_in_mode_2_a_refusal_that_the_error_has_hidden_is_not_that_of_its_
     async with fics_rig(mode=2) as rig:
         fall_ill(rig)
         rig.cable._arrive(b"POF 2\r")  # as a fence leaves it: refused with E08, which the error hides
-        await rig.robot.errors.look()
+        await rig.robot.errors.poll()
         await rig.robot.asking.reset_errors()
         assert rig.robot.latched_error is None
         assert [event.data for event in rig.events("robot.errors.reset")] == [{"by": "gateway"}]
@@ -197,7 +197,7 @@ async def test_in_mode_2_a_refusal_that_the_error_has_hidden_is_not_that_of_its_
 async def test_in_mode_2_a_reset_that_was_lost_on_its_way_leaves_the_error() -> None:
     async with fics_rig(mode=2) as rig:
         fall_ill(rig)
-        await rig.robot.errors.look()
+        await rig.robot.errors.poll()
         rig.cable.lost_once = "DRT"
         with pytest.raises(ErrorRemains):
             await rig.robot.asking.reset_errors()
@@ -210,7 +210,7 @@ def test_an_error_is_not_said_to_be_reset_before_the_robot_says_so(mode: int) ->
     async def story() -> None:
         async with fics_rig(mode=mode) as rig:
             fall_ill(rig)
-            await rig.robot.errors.look()
+            await rig.robot.errors.poll()
             rig.cable.lost_once = "DRT"
             resetting = asyncio.create_task(rig.robot.asking.reset_errors())
             await rig.cable.written_from("DRT")
@@ -229,7 +229,7 @@ async def test_in_mode_2_a_refusal_that_an_error_has_hidden_is_not_that_of_the_n
     async with fics_rig(mode=2) as rig:
         fall_ill(rig)
         rig.cable._arrive(b"POF 2\r")
-        await rig.robot.errors.look()
+        await rig.robot.errors.poll()
         setting = asyncio.create_task(rig.robot.ask(SetVariable(number=1, value=1.0)))
         await rig.cable.written_from("VAR")
         rig.touch(lambda fics, _: fics.reset())  # at the teaching terminal

@@ -189,14 +189,14 @@ async def test_a_reading_that_was_asked_for_before_a_command_says_nothing_of_wha
         await one.ask(SetPosition(position=0))
         reply, _ = await reading
         assert reply.pulses == 1500
-        assert (one.position, one.look_due.is_set()) == (None, True)
+        assert (one.position, one.poll_due.is_set()) == (None, True)
 
 
 @virtual
 async def test_a_setting_makes_nobody_forget_a_position_but_it_is_asked_again_before_a_move() -> None:
     far = FarEnd()
     async with plant(far) as (_, one, _other):
-        looking = asyncio.create_task(one.look())
+        looking = asyncio.create_task(one.poll())
         await asyncio.sleep(0)
         await one.ask(SetStartSpeed(speed=500))
         assert one.rest is None
@@ -222,14 +222,14 @@ async def test_the_place_that_proves_a_move_is_not_renamed_under_it(
 async def test_while_a_body_has_a_move_a_single_status_does_not_say_whether_it_moves() -> None:
     far = FarEnd()
     async with plant(far) as (_, one, _other):
-        await one.look()
+        await one.poll()
         one.move = a_move(one)
         one.was_set_going()
         news = told_by(one)
-        await one.look()
+        await one.poll()
         assert one.moving
         far.once("&029CD", (0.01, ">&029CDH03"))
-        await one.look()
+        await one.poll()
         assert news == [("body.status.changed", {"status": ["pulses_running", "limit_error"]})]
 
 
@@ -237,22 +237,22 @@ async def test_while_a_body_has_a_move_a_single_status_does_not_say_whether_it_m
 async def test_a_program_may_move_the_body_it_was_started_on() -> None:
     far = FarEnd()
     async with plant(far) as (group, one, other):
-        await one.look()
-        await other.look()
+        await one.poll()
+        await other.poll()
         for body in (one, other):
-            body.look_due.clear()
+            body.poll_due.clear()
         await one.ask(RunProgram())
-        assert (one.moving, one.rest, one.look_due.is_set()) == (None, None, True)
-        assert (other.moving, other.look_due.is_set()) == (False, False)
+        assert (one.moving, one.rest, one.poll_due.is_set()) == (None, None, True)
+        assert (other.moving, other.poll_due.is_set()) == (False, False)
         far.once("&80USG", (0.01, ">&80USG[02:][3F:]"))
         await group.ask(StepProgram())
-        assert (other.moving, other.look_due.is_set()) == (None, True)
+        assert (other.moving, other.poll_due.is_set()) == (None, True)
 
 
 @virtual
 async def test_what_moved_when_it_fell_silent_counts_as_moving_and_what_stood_may_move() -> None:
     async with plant(FarEnd()) as (_, one, other):
-        await one.look()
+        await one.poll()
         other.was_set_going()
         for body in (one, other):
             body.fell_silent()

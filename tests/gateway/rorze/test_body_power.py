@@ -10,7 +10,7 @@ import pytest
 from gateway.core.errors import BodyBusy, PowerCycled
 from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
-from gateway.rorze.pace import MARK_POLL_S
+from gateway.rorze.poll_intervals import MARK_POLL_S
 from gateway.rorze.power import PROOF_HOLDS_S
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.interpolation import StartInterpolation
@@ -140,7 +140,7 @@ async def test_a_mark_that_is_written_after_a_loss_of_power_does_not_hide_it(
     async with unmarked() as it:
         await lose_power(it, 0x77)
         if mark_first:
-            await it.body("77").mark.tend(Lane.PROOF)
+            await it.body("77").mark.tend(Lane.VERIFY)
         with pytest.raises(PowerCycled, match="1AM was not sent"):
             await start(it, TO_700, "77")
         assert it.executed("1AM") == []
@@ -601,6 +601,6 @@ async def test_one_garbled_reading_of_a_setting_is_no_loss_of_power() -> None:
         body = it.body()
         await body.ask(LIMITS)
         reply, _ = await body.ask(GetSoftLimits())
-        body.heard(GetSoftLimits(), reply.model_copy(update={"upper": 9001}), now())
+        body.note_reply(GetSoftLimits(), reply.model_copy(update={"upper": 9001}), now())
         await asyncio.sleep(NOTICED_S)
         assert news(it) == []

@@ -20,7 +20,8 @@ MOVE = MoveClockwise(distance=500)
 
 
 def test_lanes_are_in_the_order_of_urgency() -> None:
-    assert sorted(Lane) == [Lane.STOP, Lane.PROOF, Lane.COMMAND, Lane.AGAIN, Lane.READ, Lane.BACKGROUND]
+    urgency = [Lane.STOP, Lane.VERIFY, Lane.COMMAND, Lane.STOP_REPEAT, Lane.READ, Lane.BACKGROUND]
+    assert sorted(Lane) == urgency
 
 
 def test_an_answer_is_credited_with_the_time_it_came() -> None:
@@ -71,8 +72,8 @@ def test_only_equal_repeatable_reads_share_a_trip() -> None:
     assert exchange(GetPosition()).shares(exchange(GetPosition()))
     assert not exchange(GetPosition()).shares(exchange(GetPosition(), body=3))
     assert not exchange(GetPosition()).shares(exchange(GetPosition(), lane=Lane.COMMAND))
-    assert not exchange(GetPosition()).shares(exchange(GetPosition(), lane=Lane.PROOF))
-    assert exchange(GetPosition(), lane=Lane.PROOF).shares(exchange(GetPosition(), lane=Lane.PROOF))
+    assert not exchange(GetPosition()).shares(exchange(GetPosition(), lane=Lane.VERIFY))
+    assert exchange(GetPosition(), lane=Lane.VERIFY).shares(exchange(GetPosition(), lane=Lane.VERIFY))
     assert exchange(GetPosition()).shares(exchange(GetPosition(), expires_at=5.0))
     assert not exchange(GetPosition()).shares(exchange(GetPosition(), on_written=lambda _: None))
     assert not exchange(next_entry).shares(exchange(next_entry))

@@ -33,7 +33,7 @@ def test_nothing_is_known_of_a_body_that_was_never_seen_to_save_or_load() -> Non
 
 def test_what_was_read_before_it_was_set_is_what_flash_memory_holds() -> None:
     flash = saved()
-    flash.note_told(SetOriginOffset(offset=20), is_known=True)
+    flash.note_sent(SetOriginOffset(offset=20), is_known=True)
     flash.note_read(QUESTION, OriginOffset(offset=20))
     assert flash.held(QUESTION) == OriginOffset(offset=10)
 
@@ -41,7 +41,7 @@ def test_what_was_read_before_it_was_set_is_what_flash_memory_holds() -> None:
 def test_what_was_set_before_it_was_read_is_not_known() -> None:
     flash = FlashState()
     flash.note_power_on(certain=True)
-    flash.note_told(SetOriginOffset(offset=20), is_known=True)
+    flash.note_sent(SetOriginOffset(offset=20), is_known=True)
     flash.note_read(QUESTION, OriginOffset(offset=20))
     assert flash.known
     assert flash.held(QUESTION) is None
@@ -55,7 +55,7 @@ def test_what_may_change_settings_unseen_ends_all_knowledge(
     command: RorzeCommand[Ack], is_known: bool
 ) -> None:
     flash = saved()
-    flash.note_told(command, is_known=is_known)
+    flash.note_sent(command, is_known=is_known)
     assert not flash.known
     assert flash.held(QUESTION) is None
 

@@ -170,7 +170,7 @@ async def test_a_reading_before_a_cut_and_one_after_it_make_a_pair(monkeypatch: 
         move = await start(it, SHORT)
         await asyncio.sleep(0.1)
         body, looks = it.body(), 0
-        look = body.look
+        look = body.poll
         it.plant.line("line1")._session.last_error_at = now() + LOST_AFTER_S
 
         async def every_second_look(lane: Lane = Lane.READ) -> MotorState:
@@ -180,7 +180,7 @@ async def test_a_reading_before_a_cut_and_one_after_it_make_a_pair(monkeypatch: 
                 return await look(lane)
             raise LineDown("the line is down")
 
-        monkeypatch.setattr(body, "look", every_second_look)
+        monkeypatch.setattr(body, "poll", every_second_look)
         await ended(it, move)
         assert (move.status, move.position) == (MoveStatus.SUCCEEDED, 5_000)
         assert now() < LOST_AFTER_S

@@ -1113,7 +1113,7 @@ async def test_reads_and_commands_have_a_turn_though_questions_of_motors_would_f
 
         async def wonder() -> None:
             while asyncio.get_running_loop().time() < ends_at:
-                questions = [line.submit(body, READ, Lane.PROOF) for body in line.bodies]
+                questions = [line.submit(body, READ, Lane.VERIFY) for body in line.bodies]
                 await asyncio.wait(questions, return_when=asyncio.FIRST_COMPLETED)
 
         crowd = asyncio.create_task(wonder())
@@ -1146,9 +1146,9 @@ async def test_what_a_motor_waits_for_is_never_too_late() -> None:
     far = FarEnd()
     async with running_line(far, interject_stops=False) as line:
         far.once("&036PD", (WRITTEN_WITHIN_S + 1.0, ">&036PD+000000001"))
-        long = line.submit(3, READ, Lane.PROOF)
+        long = line.submit(3, READ, Lane.VERIFY)
         line._session._awaiting.deadline = None  # type: ignore[union-attr]  # as long as it takes
-        waiting = [ask(line, StopImmediately()), line.submit(2, READ, Lane.PROOF)]
+        waiting = [ask(line, StopImmediately()), line.submit(2, READ, Lane.VERIFY)]
         assert all(isinstance(it, Answered) for it in await asyncio.gather(long, *waiting))
 
 

@@ -121,7 +121,7 @@ async def test_clients_go_first() -> None:
         async with watching(running.plant.events, types=[LIVE], sample=50):
             for _ in range(40):
                 began = asyncio.get_running_loop().time()
-                await body.look()
+                await body.poll()
                 # two exchanges, each behind one that is on the wire already
                 assert asyncio.get_running_loop().time() - began < 0.12
                 await asyncio.sleep(0.013)

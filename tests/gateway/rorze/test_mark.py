@@ -30,10 +30,10 @@ def forget(rig: Rig) -> None:
 async def test_a_mark_is_read_back_before_it_counts() -> None:
     async with rig() as it:
         forget(it)
-        await it.body().mark.ensure(Lane.PROOF)
+        await it.body().mark.ensure(Lane.VERIFY)
         assert comment(it) == it.body().power.mark
         assert is_mark(comment(it))
-        assert await it.body().mark.stands(Lane.PROOF)
+        assert await it.body().mark.stands(Lane.VERIFY)
 
 
 @in_virtual_time
@@ -46,20 +46,20 @@ async def test_a_copy_of_the_mark_that_waits_for_its_turn_is_not_written_later()
         entries = [GetPositionEntry(entry=PositionReference(position=n)) for n in range(20)]
         crowd = [asyncio.create_task(it.body().ask(entry)) for entry in entries]
         await asyncio.sleep(0.1)
-        await mark.ensure(Lane.PROOF)
+        await mark.ensure(Lane.VERIFY)
         sent = len(it.wire.sent)
         assert not slow.done()
         await asyncio.gather(*crowd, return_exceptions=True)
         await slow  # who was slower has a mark, too
         assert not [frame for frame in it.wire.frames(sent) if frame.startswith("&3F9VS")]
-        assert await mark.stands(Lane.PROOF)
+        assert await mark.stands(Lane.VERIFY)
 
 
 @in_virtual_time
 async def test_a_mark_that_was_saved_before_it_was_read_back_is_not_used() -> None:
     async with rig(baud=9600) as it:
         forget(it)
-        writing = asyncio.create_task(it.body().mark.ensure(Lane.PROOF))
+        writing = asyncio.create_task(it.body().mark.ensure(Lane.VERIFY))
         await it.wire.begun("&3F9VD7")
         await asyncio.sleep(0.05)  # its reply, and the writing
         saved = it.body().power.candidate
@@ -88,7 +88,7 @@ async def test_a_controller_that_never_keeps_a_mark_is_told_and_nothing_is_moved
             lambda text, now: Response("") if text.startswith("9VS") else execute(text, now),
         )
         with pytest.raises(NotSent, match="did not keep a mark in user comment 7"):
-            await it.body().mark.ensure(Lane.PROOF)
+            await it.body().mark.ensure(Lane.VERIFY)
 
 
 @in_virtual_time
@@ -100,6 +100,6 @@ async def test_what_people_write_into_other_comments_is_not_dropped() -> None:
             SetUserComment(comment_number=3, text=""),
         ]
         asked = [asyncio.create_task(it.body().ask(row)) for row in theirs]
-        await it.body().mark.ensure(Lane.PROOF)
+        await it.body().mark.ensure(Lane.VERIFY)
         await asyncio.gather(*asked)
         assert it.axis().settings.comments[1] == "GW-00000000"

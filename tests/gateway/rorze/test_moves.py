@@ -422,9 +422,9 @@ async def test_what_one_member_will_not_tell_beforehand_is_no_refusal_of_the_oth
             axis, "execute", lambda text, now: execute("3PDP[4000]" if text.startswith("3PD") else text, now)
         )
         it.axis(0x00).execute("1+MZ", asyncio.get_running_loop().time())
-        await it.body("00").look()
+        await it.body("00").poll()
         it.axis(0x00).execute("5IS", asyncio.get_running_loop().time())
-        await it.body("00").look()
+        await it.body("00").poll()
         with pytest.raises(ControllerRefused, match=r"line1\.01 refused 3PD"):
             await it.plant.moves.start(it.plant.group("80"), MoveTo(position=PositionReference(position=25)))
         one, other = (it.plant.moves.of(it.body(address))[0] for address in ("00", "01"))

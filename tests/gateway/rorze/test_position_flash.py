@@ -44,7 +44,7 @@ def test_nothing_is_known_before_positions_were_seen_saved_or_loaded() -> None:
 
 def test_what_was_read_before_it_was_set_is_what_flash_memory_holds() -> None:
     flash = saved()
-    flash.note_told(SetPositionEntry(entry=SEVEN, pulses=500), is_known=True)
+    flash.note_sent(SetPositionEntry(entry=SEVEN, pulses=500), is_known=True)
     flash.note_read(entry(7, 500))
     flash.note_read(entry(8, 3))
     assert (flash.held(7), flash.held(8)) == (100, 3)
@@ -59,7 +59,7 @@ def test_a_loss_of_power_leaves_flash_memory_as_it_was() -> None:
 
 def test_what_is_loaded_is_the_same_in_both() -> None:
     flash = saved()
-    flash.note_told(SetPositionEntry(entry=PositionReference(position=8), pulses=5), is_known=True)
+    flash.note_sent(SetPositionEntry(entry=PositionReference(position=8), pulses=5), is_known=True)
     flash.note_done(LoadPositions(), certain=True)
     flash.note_read(entry(8, 3))
     assert (flash.held(7), flash.held(8)) == (100, 3)
@@ -77,22 +77,22 @@ def test_what_is_loaded_is_the_same_in_both() -> None:
 )
 def test_what_may_change_a_position_unseen_teaches_nothing_more(command: RorzeCommand[Ack]) -> None:
     flash = saved()
-    flash.note_told(command, is_known=True)
+    flash.note_sent(command, is_known=True)
     flash.note_read(entry(8, 3))
     assert (flash.held(7), flash.held(8)) == (100, None)
 
 
 def test_other_commands_change_nothing() -> None:
     flash = saved()
-    flash.note_told(StopImmediately(), is_known=True)
+    flash.note_sent(StopImmediately(), is_known=True)
     flash.note_read(entry(8, 3))
     assert flash.held(8) == 3
 
 
 def test_what_may_change_flash_memory_itself_ends_all_knowledge() -> None:
     unknown, erased, unsure = saved(), saved(), saved()
-    unknown.note_told(StopImmediately(), is_known=False)
-    erased.note_told(EraseFlash(store="positions"), is_known=True)
+    unknown.note_sent(StopImmediately(), is_known=False)
+    erased.note_sent(EraseFlash(store="positions"), is_known=True)
     unsure.note_done(SavePositions(), certain=False)
     assert [flash.held(7) for flash in (unknown, erased, unsure)] == [None] * 3
 

@@ -77,14 +77,14 @@ def test_a_command_takes_away_what_it_may_change() -> None:
         (RunProgram(), False, False),
     ):
         power = at_rest(500, LIMIT)
-        power.note_told(command)
+        power.note_sent(command)
         assert power.contradicts(0, LIMIT) is position
         assert power.contradicts(500, 0) is bits
 
 
 def test_silence_after_a_move_nobody_saw_the_end_of_is_a_contradiction() -> None:
     power = at_rest()
-    power.note_told(MoveTo(position=5))
+    power.note_sent(MoveTo(position=5))
     assert not power.contradicts(0, 0)
     power.note_silence()
     assert power.contradicts(0, 0)

@@ -106,7 +106,7 @@ class Bench:
 
     def hear(self, frame: ReplyFrame) -> bool:
         """Take a reply; whether it was somebody's."""
-        tell = self.session.heard(frame, self.now)
+        tell = self.session.receive(frame, self.now)
         if tell is not None:
             tell()
         return tell is not None
@@ -158,7 +158,7 @@ def test_the_next_frame_can_be_written_before_anybody_is_told(it: Bench) -> None
     first = it.ask(READ)
     it.ask(READ, 3)
     it.next()
-    tell = it.session.heard(answer_to(it.last, 7), it.now)
+    tell = it.session.receive(answer_to(it.last, 7), it.now)
     assert tell is not None
     assert it.next() == "03 6PD"
     assert not first.done()
@@ -478,8 +478,8 @@ def test_equal_stops_of_a_silent_body_are_not_under_way_twice(it: Bench) -> None
 def test_stops_of_bodies_that_may_be_dead_leave_fences_their_turn(it: Bench) -> None:
     read = it.ask(READ, 5)
     it.next()
-    it.ask(STOP, 2, lane=Lane.AGAIN)
-    it.ask(STOP, 3, lane=Lane.AGAIN)
+    it.ask(STOP, 2, lane=Lane.STOP_REPEAT)
+    it.ask(STOP, 3, lane=Lane.STOP_REPEAT)
     assert it.next() == "02 5IS", "the reply is waited for, so stops may go"
     it.now += 0.1
     it.hear(Answer(2, "5IS", ""))
@@ -491,9 +491,9 @@ def test_stops_of_bodies_that_may_be_dead_leave_fences_their_turn(it: Bench) -> 
 
 
 def test_a_stop_that_may_be_in_vain_does_not_follow_another_at_once(it: Bench) -> None:
-    it.ask(STOP, 2, lane=Lane.AGAIN)
+    it.ask(STOP, 2, lane=Lane.STOP_REPEAT)
     assert it.next() == "02 5IS"
-    it.ask(STOP, 3, lane=Lane.AGAIN)
+    it.ask(STOP, 3, lane=Lane.STOP_REPEAT)
     assert it.next() == ""
     it.ask(STOP, 4)
     assert it.next() == "04 5IS", "a new one does"
@@ -698,8 +698,8 @@ def test_a_group_is_kept_from_copies_like_a_body(it: Bench) -> None:
 
 def test_what_a_fence_has_gone_ahead_of_is_not_overtaken_but_by_stops(it: Bench) -> None:
     def wonder() -> None:
-        it.ask(GetControllerStatus(bit=0), lane=Lane.PROOF)
-        it.ask(GetControllerStatus(bit=0), 3, lane=Lane.PROOF)
+        it.ask(GetControllerStatus(bit=0), lane=Lane.VERIFY)
+        it.ask(GetControllerStatus(bit=0), 3, lane=Lane.VERIFY)
 
     wonder()
     for _ in range(2):
@@ -1058,7 +1058,7 @@ class AnySession(RuleBasedStateMachine):
 
     def _deliver(self) -> None:
         said = self.wire.popleft()
-        tell = self.session.heard(said.frame, self.now)
+        tell = self.session.receive(said.frame, self.now)
         if tell is not None:
             tell()
         if said.cause is self.awaited:

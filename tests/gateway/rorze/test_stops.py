@@ -546,7 +546,7 @@ async def test_a_stop_that_still_waits_when_standstill_is_proved_does_not_stop_t
         it.machine.faults.set(Switch(Fault.LOST, Direction.REPLIES, next_frames=3))
         stopping = it.plant.stops.stop([it.body()], "immediate")
         await until(lambda: "body.stop.confirmed" in it.types())
-        assert it.plant.line("line1").waiting()["again"] == 0
+        assert it.plant.line("line1").waiting()["stop_repeat"] == 0
         await stopping
 
 

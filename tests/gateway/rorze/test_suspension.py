@@ -48,7 +48,7 @@ class Lid:
 async def test_a_move_that_waits_for_the_line_does_not_begin_late() -> None:
     async with rig(baud=9600) as it:
         lid = Lid(it.plant)
-        await it.body().look()
+        await it.body().poll()
         reading = [asyncio.create_task(it.body("00").ask(GetPosition())) for _ in range(2)]
         busy = [asyncio.create_task(it.body("00").ask(SETTING)) for _ in range(3)]
         starting = asyncio.create_task(start(it, LONG))
@@ -130,7 +130,7 @@ async def test_a_move_that_runs_is_followed_to_its_end() -> None:
 async def test_where_a_motor_rested_is_asked_again() -> None:
     async with rig() as it:
         lid = Lid(it.plant)
-        await it.body().look()
+        await it.body().poll()
         assert it.body().rest == MotorState(0, 0)
         it.axis().execute("1+M300", asyncio.get_running_loop().time())
         it.machine.look_after(0x3F)

@@ -90,7 +90,7 @@ async def test_a_fault_that_nobody_has_foreseen_is_told_at_once_and_the_writer_l
 
 
 async def test_a_disk_without_room_to_tidy_is_written_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "LOOK_S", 0.002)
+    monkeypatch.setattr(module, "CHECK_S", 0.002)
     disk = ShakyDisk()
     disk.untidy = NotWritable("no room")
     async with journal_on(disk) as journal:
@@ -103,7 +103,7 @@ async def test_a_disk_without_room_to_tidy_is_written_on(monkeypatch: pytest.Mon
 async def test_a_file_that_is_found_broken_while_it_is_tidied_is_trusted_no_more(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(module, "LOOK_S", 0.002)
+    monkeypatch.setattr(module, "CHECK_S", 0.002)
     disk = ShakyDisk()
     disk.untidy = sqlite3.DatabaseError("malformed")
     async with journal_on(disk) as journal:
@@ -205,7 +205,7 @@ async def test_a_full_disk_refuses_what_has_an_effect_until_there_is_room(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level("INFO")
-    monkeypatch.setattr(module, "LOOK_S", 0.01)
+    monkeypatch.setattr(module, "CHECK_S", 0.01)
     told: list[str | None] = []
     disk = ShakyDisk()
     disk.troubles = [NotWritable("journal.db: No space left on device")] * 3
@@ -227,7 +227,7 @@ async def test_a_full_disk_refuses_what_has_an_effect_until_there_is_room(
 async def test_a_file_that_another_program_holds_is_written_when_it_is_free(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(module, "LOOK_S", 0.01)
+    monkeypatch.setattr(module, "CHECK_S", 0.01)
     monkeypatch.setattr(disk_module, "LOCKED_S", 0.01)
     async with journal_on(SqliteDisk(tmp_path)) as journal:
         with closing(sqlite3.connect(tmp_path / "journal.db", isolation_level=None)) as other:
@@ -241,7 +241,7 @@ async def test_a_file_that_another_program_holds_is_written_when_it_is_free(
 async def test_what_a_full_disk_has_not_taken_is_written_in_its_order_when_there_is_room(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(module, "LOOK_S", 0.01)
+    monkeypatch.setattr(module, "CHECK_S", 0.01)
     disk = SqliteDisk(tmp_path)
     async with journal_on(disk) as journal:
         journal.retention = Retention(days=100_000)
@@ -262,7 +262,7 @@ async def test_what_a_full_disk_has_not_taken_is_written_in_its_order_when_there
 async def test_an_end_at_which_something_was_forgotten_is_not_clean(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(module, "LOOK_S", 0.01)
+    monkeypatch.setattr(module, "CHECK_S", 0.01)
     monkeypatch.setattr(module, "MOST_OWED", 1)
     disk = SqliteDisk(tmp_path)
     async with journal_on(disk) as journal:
@@ -301,7 +301,7 @@ def was_clean(directory: Path) -> bool:
 
 
 async def test_a_disk_that_has_failed_is_not_trusted_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "LOOK_S", 0.005)
+    monkeypatch.setattr(module, "CHECK_S", 0.005)
     disk = ShakyDisk()
     disk.troubles = [DiskFailed("journal.db: disk I/O error")]
     async with journal_on(disk) as journal:
@@ -318,7 +318,7 @@ async def test_a_disk_that_has_failed_is_not_trusted_again(monkeypatch: pytest.M
 async def test_a_file_that_has_gone_is_noticed(
     file: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(module, "LOOK_S", 0.01)
+    monkeypatch.setattr(module, "CHECK_S", 0.01)
     async with journal_on(SqliteDisk(tmp_path)) as journal:
         await journal.write(intent())
         (tmp_path / file).unlink()

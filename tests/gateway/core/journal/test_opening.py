@@ -48,7 +48,7 @@ def test_one_that_cannot_be_used_takes_nothing(tmp_path: Path, caplog: pytest.Lo
 async def test_a_life_that_begins_on_a_full_disk_knows_the_past_and_writes_when_there_is_room(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(module, "LOOK_S", 0.005)
+    monkeypatch.setattr(module, "CHECK_S", 0.005)
     before = open_journal(tmp_path)
     before.journal.disk.close()  # as a crash does, it does not mark its end
     is_full = True
@@ -118,7 +118,7 @@ async def test_a_disk_that_cannot_be_written_at_the_start_is_used_when_it_can(
         await _live_once(tmp_path, killed=before == "a crash")
     elif before == "no journal":
         (tmp_path / "journal.db").write_bytes(b"no journal" * 1000)
-    monkeypatch.setattr(module, "LOOK_S", 0.005)  # what looks more often folds while its files are copied
+    monkeypatch.setattr(module, "CHECK_S", 0.005)  # what looks more often folds while its files are copied
     with forbid():
         journal, past, set_aside = open_journal(tmp_path)
         assert (past.was_clean, past.last_event) == (before != "a crash", 1 if before[:2] == "a " else 0)

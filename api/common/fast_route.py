@@ -24,7 +24,7 @@ class NotPlain(Exception):
     """FastAPI has to say what is wrong with a request."""
 
 
-class DirectCall:
+class FastCall:
     """A route's endpoint, which takes nothing from a request but path, query and body."""
 
     def __init__(self, route: APIRoute) -> None:
@@ -35,7 +35,7 @@ class DirectCall:
         self._body = takes.body_params[0] if takes.body_params else None
 
     @classmethod
-    def of(cls, route: APIRoute) -> "DirectCall | None":
+    def of(cls, route: APIRoute) -> "FastCall | None":
         """That of a route, if nothing else can be in a request for it."""
         takes, endpoint = route.dependant, route.endpoint
         answers = iscoroutinefunction(endpoint) and endpoint.__annotations__.get("return") is Response

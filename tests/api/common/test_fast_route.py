@@ -8,7 +8,7 @@ from fastapi import Body, Header, Path, Query, Request, Response
 from pydantic import BaseModel, ConfigDict
 from starlette.datastructures import QueryParams
 
-from api.common.direct import NOTHING, DirectCall, NotPlain
+from api.common.fast_route import NOTHING, FastCall, NotPlain
 from api.common.routes import HttpRoute
 from api.common.strict_json import StrictRoute
 from gateway.core.rights import Right
@@ -54,12 +54,12 @@ async def listed(kinds: Annotated[list[str] | None, Query()] = None) -> Response
     return Response(f"{kinds}")
 
 
-def direct(path: str, endpoint: object) -> DirectCall | None:
-    return DirectCall.of(HttpRoute(path, endpoint, right=Right.VIEW))  # type: ignore[arg-type]
+def fast_call(path: str, endpoint: object) -> FastCall | None:
+    return FastCall.of(HttpRoute(path, endpoint, right=Right.VIEW))  # type: ignore[arg-type]
 
 
 def said(path: str, endpoint: object, names: dict[str, str], body: object = NOTHING, query: str = "") -> str:
-    call = direct(path, endpoint)
+    call = fast_call(path, endpoint)
     assert call is not None
     request = Request({"type": "http", "path": "/asked", "headers": []})
     begun = call.begin(request, names, body, QueryParams(query))
@@ -113,15 +113,15 @@ def test_a_query_with_a_list_is_left_to_fastapi() -> None:
 
 
 def test_what_may_take_more_than_that_is_not_called_directly() -> None:
-    assert direct("/{name}", modelled) is None
-    assert direct("/{name}", needing_query) is None
-    assert direct("/{name}", heeding_header) is None
+    assert fast_call("/{name}", modelled) is None
+    assert fast_call("/{name}", needing_query) is None
+    assert fast_call("/{name}", heeding_header) is None
 
 
 @on_stand()
 async def test_most_operations_are_called_directly(stand: Stand) -> None:
     routes = [route for route in stand.app.routes if isinstance(route, StrictRoute)]
-    called = [route for route in routes if DirectCall.of(route)]
+    called = [route for route in routes if FastCall.of(route)]
     assert len(called) > 0.9 * len(routes)
 
 

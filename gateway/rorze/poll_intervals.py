@@ -10,14 +10,14 @@ from gateway.rorze.line import Line
 HEALTH_POLL_S = 5.0
 """A body without a move is asked for its status and position this often, where the line has the time."""
 IDLE_POLL_S = 0.6
-"""One that was not heard for this time is asked for its status, where the line has the time."""
+"""One that has not answered for this time is asked for its status, where the line has the time."""
 MARK_POLL_S = 30.0
-"""The mark of its power is looked at this often, where the line has the time."""
+"""The mark of its power is read this often, where the line has the time."""
 PROMPT_SHARE = 0.3
 """Share of the time of a line of few bodies, whose loss of power is told within two seconds."""
-PRESENCE, LOOKS, MARKS = 0.45, 0.3, 0.2
-"""How the share of health is divided among presence, looks, and marks; the rest is for what is asked anew."""
-STATUS_BYTES, LOOK_BYTES, MARK_BYTES = 18, 43, 30
+PRESENCE, POLLS, MARKS = 0.45, 0.3, 0.2
+"""How the share of health is divided among presence, polls, and marks; the rest is for what is asked anew."""
+STATUS_BYTES, POLL_BYTES, MARK_BYTES = 18, 43, 30
 """Of 9CD, of 9CD and 6PD, and of 9VD, with their replies."""
 ATTENDED_AT_A_TIME = 2
 """So many bodies of a line of many are attended at a time: who follows a motor takes turns with few."""
@@ -30,9 +30,9 @@ TURNAROUND_S = 0.003
 SLOWEST_BYTE_S = 10 / 9600
 """A port that does not tell its speed may lead to a line of 9600 baud."""
 FOLLOW_SHARE = 0.7
-"""Share of the line's time for looks at moving bodies."""
+"""Share of the line's time for polls of moving bodies."""
 END_SEEN_S = 1.0
-"""Where these looks would be further apart, moving bodies are asked for their status only."""
+"""Where these polls would be further apart, moving bodies are asked for their status only."""
 CROWD_POLL_S = 0.8
 CROWD_SHARE = 0.9
 """Then they are asked this often, or as often as a share of the line's time allows: clients go first."""
@@ -43,9 +43,9 @@ def wire_s(line: Line, wire_bytes: int, exchanges: int = 1) -> float:
     return wire_bytes * (line.byte_time_s or SLOWEST_BYTE_S) + exchanges * TURNAROUND_S
 
 
-def look_s(line: Line) -> float:
-    """How long a look takes; a move that has just begun may be over by then, and nobody has to ask twice."""
-    return wire_s(line, LOOK_BYTES, exchanges=2)
+def poll_s(line: Line) -> float:
+    """How long a poll takes; a move that has just begun may be over by then, and nobody has to ask twice."""
+    return wire_s(line, POLL_BYTES, exchanges=2)
 
 
 def is_prompt(line: Line) -> bool:
@@ -62,7 +62,7 @@ def background_of(line: Line) -> Lane:
     return Lane.READ if is_prompt(line) else Lane.BACKGROUND
 
 
-class Pace:
+class Budget:
     """Moments for questions that together take no more than a share of a line's time."""
 
     def __init__(self, share: float) -> None:
@@ -88,9 +88,9 @@ class Health:
 
     def __init__(self, line: Line, share: float) -> None:
         self.line = line
-        self._presence, self._groups = Pace(PRESENCE * share), Pace(PRESENCE * share)
-        self._looks, self._marks = Pace(LOOKS * share), Pace(MARKS * share)
-        self._called_for = Pace(CALLED_FOR_SHARE)
+        self._presence, self._groups = Budget(PRESENCE * share), Budget(PRESENCE * share)
+        self._polls, self._marks = Budget(POLLS * share), Budget(MARKS * share)
+        self._called_for = Budget(CALLED_FOR_SHARE)
         self._turns = asyncio.Semaphore(ATTENDED_AT_A_TIME)
 
     def turn(self) -> AbstractAsyncContextManager[None]:
@@ -105,19 +105,19 @@ class Health:
         """When to ask a group of so many whether they are there."""
         return self._groups.next(now + IDLE_POLL_S, wire_s(self.line, GROUP_BYTES + members * MEMBER_BYTES))
 
-    def next_look(self, now: float) -> float:
-        """When to look at a body's status and position."""
+    def next_poll(self, now: float) -> float:
+        """When to ask a body for its status and position."""
         if is_prompt(self.line):
             return now + HEALTH_POLL_S
-        return self._looks.next(now + HEALTH_POLL_S, wire_s(self.line, LOOK_BYTES, 2))
+        return self._polls.next(now + HEALTH_POLL_S, wire_s(self.line, POLL_BYTES, 2))
 
     def lane_of_called_for(self, now: float) -> Lane:
         """Where a look waits that something has called for: in a crowd, as at the start, behind clients."""
-        free = self._called_for.is_free(now, wire_s(self.line, LOOK_BYTES, 2))
+        free = self._called_for.is_free(now, wire_s(self.line, POLL_BYTES, 2))
         return Lane.READ if free else background_of(self.line)
 
     def next_mark(self, now: float) -> float:
-        """When to look at the mark of a body's power."""
+        """When to read the mark of a body's power."""
         if is_prompt(self.line):
             return now + MARK_POLL_S
         return self._marks.next(now + MARK_POLL_S, wire_s(self.line, MARK_BYTES))
@@ -126,10 +126,10 @@ class Health:
 def follow_s(line: Line) -> float:
     """How far apart the questions to a body that has a move are, at the least."""
     if not is_crowded(line):
-        return line.followed * wire_s(line, LOOK_BYTES, 2) / FOLLOW_SHARE
+        return line.followed * wire_s(line, POLL_BYTES, 2) / FOLLOW_SHARE
     return max(CROWD_POLL_S, line.followed * wire_s(line, STATUS_BYTES) / CROWD_SHARE)
 
 
 def is_crowded(line: Line) -> bool:
     """Whether too many move to ask each for its position, too, and see its end in time."""
-    return line.followed * wire_s(line, LOOK_BYTES, 2) > FOLLOW_SHARE * END_SEEN_S
+    return line.followed * wire_s(line, POLL_BYTES, 2) > FOLLOW_SHARE * END_SEEN_S
