@@ -3,6 +3,7 @@
 import json
 import logging
 import os
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
@@ -13,6 +14,8 @@ from typing import Any, Final, Literal, TextIO
 Format = Literal["text", "json"]
 MOST_WAITING: Final = 10_000
 """Lines that may wait to be read; more are lost, and nothing waits for them."""
+GATHER_S: Final = 0.02
+"""How long a line may wait for others before it is written."""
 
 _PRIORITY: Final = {
     logging.DEBUG: 7,
@@ -102,6 +105,18 @@ class _Hand(QueueHandler):
             self.queue.put(record)
 
 
+class _Writer(QueueListener):
+    """Writes what has gathered, then lets more gather: to wake it costs more than a line."""
+
+    queue: SimpleQueue[Any]
+
+    def dequeue(self, block: bool) -> logging.LogRecord:
+        """Take the next record; where there is none yet, look again a moment later."""
+        if self.queue.empty():
+            time.sleep(GATHER_S)
+        return super().dequeue(block)
+
+
 def _is_journal(stream: TextIO) -> bool:
     """Whether a stream leads into the journal of systemd (systemd.exec(5), JOURNAL_STREAM)."""
     try:
@@ -124,7 +139,7 @@ def logging_to(stream: TextIO, level: str, wanted: Format) -> Iterator[None]:
     writer = logging.StreamHandler(stream)
     writer.setFormatter(formatter_for(wanted, stream))
     queue: SimpleQueue[Any] = SimpleQueue()
-    hand, listener = _Hand(queue), QueueListener(queue, writer)
+    hand, listener = _Hand(queue), _Writer(queue, writer)
     root = logging.getLogger()
     before = root.level
     root.addHandler(hand)

@@ -252,10 +252,11 @@ class SpeedAccepted(BaseModel):
 @router.get("/bodies/{body_id}/position", Right.VIEW, response_model=Position)
 async def get_position(request: Request, body_id: BodyId) -> Response:
     """Ask the controller where the motor stands (6PD), and for its mode where that is not known (EAD)."""
-    if _body(request, body_id).mode is None:
+    body = _body(request, body_id)
+    if body.mode is None:
         await bodies.know_mode(plant_of(request), origin(), body_id)
     reply, at = await _ask(request, body_id, WHERE)
-    return json_response(_position(_body(request, body_id), reply.pulses, at))
+    return json_response(_position(body, reply.pulses, at))
 
 
 @router.put("/bodies/{body_id}/position", Right.SETUP, response_model=Position)

@@ -30,7 +30,7 @@ class RawReply(BaseModel):
 
     body_id: str
     sent: str = Field(description="The exact bytes, CR as \\r.")
-    reply: str = Field(description="What followed the code in the reply.")
+    reply: str = Field(description="What followed the code in the reply, as it came.")
     age_ms: float
 
 
@@ -51,7 +51,7 @@ async def send_raw(request: Request, body_id: BodyId, raw: RawRequest, wait: Wai
         return RawReply(
             body_id=body.address,
             sent=body.line.frame_of(body.number, command),
-            reply=answer.replies[0].written(),
+            reply=answer.texts[0],
             age_ms=age_ms_of(answer.at or 0.0),
         )
 

@@ -5,8 +5,11 @@ from collections import deque
 from collections.abc import Callable
 from typing import Final
 
-AT_ONCE: Final = 1
-"""A read takes up to half a millisecond, and all that is ready in one turn is done before the next."""
+AT_ONCE: Final = 4
+"""A read takes up to half a millisecond, and all that is ready in one turn is done before the next.
+
+Those that begin together also wait together: equal reads share a frame, and settings one write to the disk.
+"""
 
 
 class Turnstile:

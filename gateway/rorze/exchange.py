@@ -1,6 +1,6 @@
 """One command on its way to a body, a group or the link master, and what its replies mean."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from gateway.core.errors import GatewayError
@@ -20,6 +20,8 @@ class Answered:
     at: float
     late: bool = False
     """It came after its deadline, but before the line was proved to be in step again."""
+    text: str = field(default="", compare=False)
+    """What followed the code in the reply of one body, as it came."""
 
 
 Outcome = Answered | Refusal | GatewayError
@@ -60,12 +62,12 @@ class RorzeExchange(Exchange[RorzeCommand[Any], ReplyFrame, Answered | Refusal])
             return None if self.self_identifying else frame  # a refusal does not carry the number
         try:
             if isinstance(frame, GroupAnswer):
-                replies = self._member_replies(frame)
+                replies, text = self._member_replies(frame), ""
             else:
-                replies = {frame.body: self.command.read_reply(frame.payload)}
+                replies, text = {frame.body: self.command.read_reply(frame.payload)}, frame.payload
         except WireFault:
             return None
-        return Answered(replies, now, late=self.doubt is not None)
+        return Answered(replies, now, self.doubt is not None, text)
 
     def mistakes(self, said: Said) -> bool:
         """Whether a copy would be credited, and be wrong (decision 10).

@@ -72,7 +72,7 @@ class BodyTarget(_Motors):
     async def ask(self, command: Any) -> Answer:
         """Send a command that starts no move; errors as of `Body.ask`."""
         reply, answered = await self.thing.ask(command)
-        return Answer((reply,), answered.at)
+        return Answer((reply,), answered.at, texts=(answered.text,))
 
     def calls_for(self, error: GatewayError) -> Sequence[NextCall]:
         """The calls that help where a request about the body has failed."""

@@ -88,3 +88,20 @@ def test_what_is_logged_is_said_as_it_was_then() -> None:
         log.info("%s", moves)
         moves.append("b")
     assert "['a']" in stream.getvalue()
+
+
+def test_the_writer_lets_lines_gather_instead_of_waking_for_each(monkeypatch: pytest.MonkeyPatch) -> None:
+    stream, slept = StringIO(), list[float]()
+
+    def sleep(seconds: float) -> None:
+        slept.append(seconds)
+        if len(slept) == 1:
+            for name in ("one", "two", "three"):
+                log.warning(name)
+
+    monkeypatch.setattr("app.logs.time.sleep", sleep)
+    with logging_to(stream, "info", "text"):
+        while "three" not in stream.getvalue():
+            os.sched_yield()
+    assert [line.rpartition(" ")[2] for line in stream.getvalue().splitlines()] == ["one", "two", "three"]
+    assert len(slept) <= 3

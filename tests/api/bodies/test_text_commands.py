@@ -20,6 +20,13 @@ async def test_a_command_is_sent_as_text_and_answered_as_text(stand: Stand) -> N
 
 
 @on_stand(raw_commands=True)
+async def test_what_is_answered_is_told_as_it_came(stand: Stand) -> None:
+    deliver = stand.port._deliver
+    stand.port._deliver = lambda data: deliver(data.replace(b"+000000000", b"-000000000"))  # type: ignore[method-assign]
+    assert (await stand.post("/bodies/3F/raw", {"text": "6PD"})).json()["reply"] == "-000000000"
+
+
+@on_stand(raw_commands=True)
 async def test_a_motion_as_text_is_a_move(stand: Stand) -> None:
     await stand.teach_speeds("3F")
     answer = await stand.post("/bodies/3F/raw?wait=30", {"text": "1+M500"})

@@ -34,7 +34,7 @@ ASKS_ITSELF = {
     "backups.start",
     "backups.text",
     "bodies.define_group",  # on all members
-    "bodies.look_at_all",  # shows what the scope covers
+    "bodies.poll_all",  # shows what the scope covers
     "commands.do",  # as the effect of its row says
     "leases.end",  # of others: an admin
     "leases.renew",

@@ -4437,7 +4437,7 @@ class RawReply(TypedDict):
     sent: str
     """The exact bytes, CR as \\r."""
     reply: str
-    """What followed the code in the reply."""
+    """What followed the code in the reply, as it came."""
     age_ms: float
 
 

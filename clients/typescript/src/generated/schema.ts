@@ -13502,7 +13502,7 @@ export interface components {
             sent: string;
             /**
              * Reply
-             * @description What followed the code in the reply.
+             * @description What followed the code in the reply, as it came.
              */
             reply: string;
             /** Age Ms */
