@@ -58,6 +58,8 @@ was sent to a controller. A software stop does not replace a hardware stop.
 class Application(FastAPI):
     """An application that gives each request an id before anything can go wrong with it."""
 
+    plant: Plant
+
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer without FastAPI's telemetry, which is off."""
         scope["app"] = self
@@ -68,7 +70,7 @@ class Application(FastAPI):
 
     def build_middleware_stack(self) -> ASGIApp:
         """Put the ids around everything, the answer to a fault of the gateway itself included."""
-        plant, server = self.state.plant, self.state.plant.config.server
+        plant, server = self.plant, self.plant.config.server
         origins, journal = server.allowed_origins, plant.journal
         idempotent = partial(IdempotentRequests, Keys(plant, journal), self.state.access) if journal else None
         entrance = Entrance(
@@ -120,7 +122,7 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
         # What matters is counted and recorded at the lines.
         telemetry={"tracing": False, "metrics": False, "logs": False},
     )
-    app.state.plant = plant
+    app.plant = plant
     app.state.access = Access(plant, credentials)
     app.state.traffic = traffic = Traffic()
     app.state.metrics = metrics_of(plant, traffic)

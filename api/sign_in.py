@@ -13,6 +13,7 @@ from starlette.responses import HTMLResponse, RedirectResponse
 
 from api.common.access import Access, is_secure, session_cookie
 from api.common.problems import SIGN_IN, wants_japanese
+from api.common.requests import plant_of
 from api.common.routes import PageRoute
 from api.common.strict_json import read_body
 from gateway.access.errors import NotPermitted
@@ -131,7 +132,7 @@ def _local(path: str) -> str:
 def _page(request: Request, following: str, *, refused: bool = False) -> Response:
     words = _JAPANESE if wants_japanese(request) else _ENGLISH
     access: Access = request.app.state.access
-    at = escape(request.app.state.plant.config.server.root_path)
+    at = escape(plant_of(request).config.server.root_path)
     # A form without an action is sent to where it stands, and so keeps what stands behind # for afterwards.
     session = request.cookies.get(session_cookie(request.scope), "")
     out = f'<form method="post" action="{at}{SIGN_OUT}"><button>{words.sign_out}</button></form>'

@@ -124,7 +124,7 @@ def _frames(events: Sequence[Event]) -> bytes:
 @router.websocket("/events", Right.VIEW)
 async def follow_events(websocket: WebSocket) -> None:
     """Send events as they happen, in a text frame each or in one; what the client sends is not read."""
-    plant: Plant = websocket.app.state.plant
+    plant = plant_of(websocket)
     query = websocket.query_params
     offered = websocket.scope.get("subprotocols", ())
     await websocket.accept(next((it for it in SUBPROTOCOLS if it in offered), None))

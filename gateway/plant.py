@@ -6,7 +6,7 @@ import random
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from gateway import logbook
 from gateway.access.territory import Territory
@@ -79,6 +79,7 @@ class Plant:
         self.admission = Admission(self.watch)
         site = Site(self.events, allow_endless_moves=config.server.allow_endless_moves, rng=rng)
         self.families = {name: family(site) for name, family in FAMILIES.items()}
+        self._by_kind = {type(family): family for family in self.families.values()}
         self._ports: dict[str, AnyLine] = {}
         self.leases = Leases(config.access.lease_mode, lease_tokens or LeaseTokens())
         self.leases.on_taken = self._lease_taken
@@ -323,7 +324,7 @@ class Plant:
 
     def family(self, kind: type[F]) -> F:
         """All controllers of one kind."""
-        return next(family for family in self.families.values() if isinstance(family, kind))
+        return cast("F", self._by_kind[kind])
 
     def ports(self) -> dict[str, AnyLine]:
         """All lines, by their ids in the order of the configuration."""

@@ -134,7 +134,7 @@ class Access:
         if right is Right.OPEN:
             return Passage()
         if self.is_open:
-            if path_of(scope) in STREAMS:
+            if scope["query_string"] and path_of(scope) in STREAMS:
                 _take_ticket(scope)
             return _Of(EVERYBODY, _with_leases(current(), scope, right))
         try:

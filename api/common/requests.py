@@ -60,7 +60,7 @@ origin = current
 
 def plant_of(request: HTTPConnection) -> Plant:
     """The plant that the app serves."""
-    plant: Plant = request.app.state.plant
+    plant: Plant = request.scope["app"].plant
     return plant
 
 

@@ -59,7 +59,7 @@ class _Flow(FlowControl):
 
     def resume_reading(self) -> None:
         """Read on, unless there is enough to parse."""
-        if not self.behind:
+        if self.read_paused and not self.behind:
             super().resume_reading()
 
 
@@ -87,6 +87,8 @@ class HttpProtocol(HttpToolsProtocol):
         self._receiving = False
         """Whether a request has begun to come and is not there as a whole."""
         self._in_body = False
+        self._is_stop = False
+        """Whether the request whose head came last is a stop."""
         self._deadline: asyncio.TimerHandle | None = None
 
     # the connection
@@ -244,21 +246,22 @@ class HttpProtocol(HttpToolsProtocol):
         if self.parser.get_http_version() not in _VERSIONS:
             raise Refused(400, NOT_HTTP)
         method = self.parser.get_method().decode("ascii")
-        path = unquote(self.url.partition(b"?")[0].decode("latin-1"))
-        self._require_room(stops=is_stop(method, path))
+        path = self.url.partition(b"?")[0].decode("latin-1")
+        self._is_stop = is_stop(method, unquote(path) if "%" in path else path)
+        self._require_room()
         if not path.startswith("/"):
             raise Refused(400, "The target of the request is not a path of this gateway, such as /bodies.")
-        hosts = sum(name == b"host" for name, _ in self.headers)
+        hosts = [name for name, _ in self.headers].count(b"host")
         if hosts > 1 or (hosts == 0 and self.parser.get_http_version() != "1.0"):
             raise Refused(400, f"The request has {hosts or 'no'} Host headers; it takes one.")
         if self.parser.should_upgrade() and self._should_upgrade():
             self._require_good_handshake(method)
 
-    def _require_room(self, *, stops: bool) -> None:
-        if self._admitted is Admitted.STOPS and not stops:
+    def _require_room(self) -> None:
+        if self._admitted is Admitted.STOPS and not self._is_stop:
             raise Refused(503, FULL)
         most = self.limits.requests_ahead
-        if len(self._under_way) >= (2 * most if stops else most):
+        if len(self._under_way) >= (2 * most if self._is_stop else most):
             raise Refused(503, f"More than {most} requests were sent ahead of an answer.")
 
     def _require_good_handshake(self, method: str) -> None:
@@ -280,7 +283,7 @@ class HttpProtocol(HttpToolsProtocol):
         self._queue(cycle, app)
 
     def _queue(self, cycle: RequestResponseCycle, app: Any) -> None:
-        request = PendingRequest(app, cycle)
+        request = PendingRequest(app, cycle, is_stop=self._is_stop)
         self._under_way.append(request)
         if self._admitted is Admitted.STOPS:
             cycle.keep_alive = False

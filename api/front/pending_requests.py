@@ -6,15 +6,13 @@ from typing import Any
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.http.httptools_impl import RequestResponseCycle
 
-from api.front.stop_paths import is_stop
-
 
 class PendingRequest:
     """A request as the application sees it: begun at its turn, a stop at once; answered at its turn."""
 
-    def __init__(self, app: ASGIApp, cycle: RequestResponseCycle) -> None:
+    def __init__(self, app: ASGIApp, cycle: RequestResponseCycle, *, is_stop: bool) -> None:
         self.cycle = cycle
-        self.is_stop = is_stop(cycle.scope["method"], cycle.scope["path"])
+        self.is_stop = is_stop
         self.turn = asyncio.Event()
         self.started = False
         self._app = app
