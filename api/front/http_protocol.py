@@ -300,6 +300,7 @@ class HttpProtocol(HttpToolsProtocol):
         if request.is_stop:
             begin()
         else:
+            request.on_end = self.turnstile.leave
             self.turnstile.enter(begin)
 
     def on_response_complete(self) -> None:

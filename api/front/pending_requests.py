@@ -1,6 +1,7 @@
 """Requests of a connection that are not answered yet."""
 
 import asyncio
+from collections.abc import Callable
 from typing import Any
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -14,6 +15,8 @@ class PendingRequest:
         self.cycle = cycle
         self.is_stop = is_stop
         self.turn = asyncio.Event()
+        self.on_end: Callable[[], None] | None = None
+        """Called when it has ended, in whatever way."""
         self.started = False
         self._app = app
         self._begun = False
@@ -34,14 +37,16 @@ class PendingRequest:
 
     async def __call__(self, scope: Scope, _receive: Receive, _send: Send) -> None:
         """Do what is asked for; nothing, where the client has left before, unless it is a stop."""
-        if self.cycle.disconnected and not self.is_stop:
-            return
-        self._begun = True
         try:
-            await self._app(scope, self._receive, self._send)
+            if self.is_stop or not self.cycle.disconnected:
+                self._begun = True
+                await self._app(scope, self._receive, self._send)
         except Exception:
             await self.turn.wait()
             raise
+        finally:
+            if self.on_end is not None:
+                self.on_end()
 
     async def _receive(self) -> Message:
         self._waits_for_body = not self._taken

@@ -20,6 +20,25 @@ def test_in_each_turn_of_the_loop_a_few_begin_in_their_order() -> None:
     run_virtual(story())
 
 
+def test_of_a_crowd_one_begins_at_a_time() -> None:
+    async def story() -> None:
+        turnstile, begun = Turnstile(at_once=2, crowd=3), list[int]()
+        for number in range(7):
+            turnstile.enter(lambda number=number: begun.append(number))  # type: ignore[misc]
+        counts = [len(begun)]
+        for _ in range(2):
+            await asyncio.sleep(0)
+            counts.append(len(begun))
+        for _ in range(4):
+            turnstile.leave()
+        for _ in range(2):
+            await asyncio.sleep(0)
+            counts.append(len(begun))
+        assert counts == [2, 3, 4, 6, 7]
+
+    run_virtual(story())
+
+
 def test_who_comes_alone_begins_at_once() -> None:
     async def story() -> None:
         turnstile, begun = Turnstile(at_once=1), list[int]()
