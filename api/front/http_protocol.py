@@ -289,8 +289,8 @@ class HttpProtocol(HttpToolsProtocol):
             cycle.keep_alive = False
             self.connection_limit.stop(self)
         if request is self._under_way[0]:
-            request.turn.set()
-        if request.is_stop or request.turn.is_set():
+            request.give_turn()
+        if request.is_stop or request.has_turn:
             self._begin(request)
 
     def _begin(self, request: PendingRequest) -> None:
@@ -313,7 +313,7 @@ class HttpProtocol(HttpToolsProtocol):
             self._restart_deadline()
             self._read_on()
             first = self._under_way[0]
-            first.turn.set()
+            first.give_turn()
             if not first.started:
                 self._begin(first)
         elif self._refusal is not None:

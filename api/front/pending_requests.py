@@ -14,7 +14,9 @@ class PendingRequest:
     def __init__(self, app: ASGIApp, cycle: RequestResponseCycle, *, is_stop: bool) -> None:
         self.cycle = cycle
         self.is_stop = is_stop
-        self.turn = asyncio.Event()
+        self.has_turn = False
+        """Whether it may be answered: all before it are."""
+        self._turn: asyncio.Event | None = None
         self.on_end: Callable[[], None] | None = None
         """Called when it has ended, in whatever way."""
         self.started = False
@@ -33,7 +35,18 @@ class PendingRequest:
         if not self.cycle.response_complete:
             self.cycle.disconnected = True
         self.cycle.message_event.set()
-        self.turn.set()
+        self.give_turn()
+
+    def give_turn(self) -> None:
+        """Let it be answered."""
+        self.has_turn = True
+        if self._turn is not None:
+            self._turn.set()
+
+    async def _wait_for_turn(self) -> None:
+        if not self.has_turn:
+            self._turn = self._turn or asyncio.Event()
+            await self._turn.wait()
 
     async def __call__(self, scope: Scope, _receive: Receive, _send: Send) -> None:
         """Do what is asked for; nothing, where the client has left before, unless it is a stop."""
@@ -42,7 +55,7 @@ class PendingRequest:
                 self._begun = True
                 await self._app(scope, self._receive, self._send)
         except Exception:
-            await self.turn.wait()
+            await self._wait_for_turn()
             raise
         finally:
             if self.on_end is not None:
@@ -65,6 +78,6 @@ class PendingRequest:
         return self.is_stop and not self._taken and not self.cycle.more_body
 
     async def _send(self, message: Message) -> None:
-        if not self.turn.is_set():
-            await self.turn.wait()
+        if not self.has_turn:
+            await self._wait_for_turn()
         await self.cycle.send(message)  # type: ignore[arg-type]  # two names for the same dictionaries
