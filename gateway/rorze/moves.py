@@ -117,9 +117,9 @@ class Moves:
             raise
         proofs = [MoveProof(body, move) for body, move in zip(bodies, moves, strict=True)]
         run = _MoveRun(target, command, proofs, epoch, course or {}, on_sent)
-        flying = partial(self._run, run, start_within_s)
+        running = partial(self._run, run, start_within_s)
         give_up = partial(self._give_up, list(zip(bodies, moves, strict=True)))
-        self._tasks.add(moves[0].id, flying, run.answered, give_up)
+        self._tasks.add(moves[0].id, running, run.answered, give_up)
         refusal = await asyncio.shield(run.answered)
         if refusal is not None:
             if isinstance(target, Body):
