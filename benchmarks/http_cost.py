@@ -23,9 +23,11 @@ FULL = list(range(LAST_BODY + 1))
 ROUNDS = 5
 HELLO = get("/hello")
 COMMANDS = [post(f"/bodies/{body:02X}/commands/set-homing-retries", {"retries": 1}) for body in BODIES]
+KEPT = [post(f"/bodies/{body:02X}/kept/set-homing-retries", {"retries": 1}) for body in BODIES]
+"""The yardstick writes these to the disk first, and asks a fence before each, as the gateway has to."""
 OF_A_HELLO = Target("ratio", "<=", 1.15)
 OF_A_HOP = Target("ratio", "<=", 1 / 0.85)
-SHARES = 14
+SHARES = 17
 """Parts that a round has."""
 
 Server = tuple[Process, int]
@@ -41,7 +43,7 @@ async def run(seconds: float) -> list[Figure]:
             "GET /moves/{move_id}": get(await asyncio.to_thread(_moved, ours[1])),
         }
         rounds = [await _round(ours, full, bare, reads, share) for _ in range(ROUNDS + 1)]
-    hello, many, hop, command, *taken = zip(*rounds[1:], strict=True)  # caches fill in the first
+    hello, many, hop, kept_hop, command, *taken = zip(*rounds[1:], strict=True)  # caches fill in the first
     return [
         *(
             Figure(f"{name}: processor", "us", it, hello, OF_A_HELLO)
@@ -49,6 +51,7 @@ async def run(seconds: float) -> list[Figure]:
         ),
         Figure("GET /bodies of 120: processor", "us", many, hello, Target("figure", "<=", 2000.0)),
         Figure(f"POST commands, {CLIENTS} clients: processor", "us", command, hop, OF_A_HOP),
+        Figure("the same beside a hop with disk and fence", "us", command, kept_hop, OF_A_HOP),
     ]
 
 
@@ -58,8 +61,9 @@ async def _round(
     return [
         await read_us(*bare, HELLO, share),
         await read_us(*full, get("/bodies"), share),
-        await _commands_us(*bare, share),
-        await _commands_us(*ours, share),
+        await _commands_us(*bare, COMMANDS, share),
+        await _commands_us(*bare, KEPT, share),
+        await _commands_us(*ours, COMMANDS, share),
         *[await read_us(*ours, it, share) for it in reads.values()],
     ]
 
@@ -72,10 +76,10 @@ async def read_us(process: Process, port: int, request: bytes, seconds: float) -
     return 1e6 * (cpu_s(process) - begun_s - idle_s) / reads
 
 
-async def _commands_us(process: Process, port: int, seconds: float) -> float:
+async def _commands_us(process: Process, port: int, commands: list[bytes], seconds: float) -> float:
     idle_s = await _idle_s(process, seconds)
     begun_s, begun_at = cpu_s(process), asyncio.get_running_loop().time()
-    rate = await requests_per_s(port, CLIENTS, COMMANDS, seconds)
+    rate = await requests_per_s(port, CLIENTS, commands, seconds)
     took_s = asyncio.get_running_loop().time() - begun_at
     return 1e6 * (cpu_s(process) - begun_s - idle_s * took_s / seconds) / (rate * took_s)
 

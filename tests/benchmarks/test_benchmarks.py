@@ -37,6 +37,7 @@ ROW = re.compile(r"(?P<name>.+?)  .*(ratio|figure) (>=|<=) \S+ +(reached|MISSED)
                 *(f"GET {path}: processor" for path in ("/bodies/{body_id}", "/lines", "/moves/{move_id}")),
                 "GET /bodies of 120: processor",
                 "POST commands, 16 clients: processor",
+                "the same beside a hop with disk and fence",
             ],
         ),
         (
