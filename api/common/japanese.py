@@ -11,6 +11,10 @@ MOTOR: Final[Mapping[Moved, str]] = {
     "unknown": "この要求でモータが動いたかどうかは分かりません。",
 }
 
+STOP_ONE: Final = "既定のモード（減速停止）で停止するには、本文なしで POST {path} を送信してください。"
+STOP_ALL: Final = "すべてを停止するには、本文なしで POST {path} を送信してください。"
+"""How to stop, where a software stop was refused."""
+
 TITLES: Final[Mapping[str, str]] = {
     "alarm-lasts": "アラームの原因が続いています",
     "ambiguous-address": "複数の回線に同じアドレスがあります",

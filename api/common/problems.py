@@ -21,7 +21,8 @@ from starlette.routing import BaseRoute, Route
 from starlette.types import Scope
 
 from api.common.faults import InvalidBody, faults_of
-from api.common.japanese import MOTOR, TITLES
+from api.common.japanese import MOTOR, STOP_ALL, STOP_ONE, TITLES
+from api.front.stop_paths import is_stop
 from gateway.access.errors import NotAuthenticated, NotPermitted
 from gateway.core.errors import (
     Ambiguous,
@@ -49,6 +50,7 @@ CALLER: Final = "motion-gateway.caller"
 """Stands in the scope of a request whose sender has shown a good key: the key's name, and its address."""
 SIGN_IN: Final = "/sign-in"
 """The page that takes a key from somebody with a browser."""
+_NOTHING_SENT: Final = "; nothing was sent."
 
 _STATUS: Final[Mapping[type[GatewayError], int]] = {
     NotAuthenticated: 401,
@@ -166,6 +168,8 @@ def response_to(problem: Problem, headers: Mapping[str, str] | None = None) -> R
 
 def _refusal(request: Request, problem: Problem, headers: Mapping[str, str] | None = None) -> Response:
     """Log a refusal, and send it; of who is not let in there may be crowds, and that is logged elsewhere."""
+    if is_stop("POST", path_of(request.scope)):
+        _tell_how_to_stop(request, problem)
     if problem.status not in (401, 403):
         log.info(
             "%s %s refused with %d %s: %s",
@@ -183,6 +187,23 @@ def _refusal(request: Request, problem: Problem, headers: Mapping[str, str] | No
         )
     language = {"Content-Language": "ja"} if wants_japanese(request) else {}
     return response_to(problem, {"Vary": "Accept-Language", **language, **(headers or {})})
+
+
+def _tell_how_to_stop(request: Request, problem: Problem) -> None:
+    """Say of a stop that is not sent as it stands what counts: nothing was stopped, and what stops."""
+    if problem.status == 404 or problem.type == TYPE_PREFIX + Ambiguous.kind:
+        path, how, how_ja = f"{quote(request.scope.get('root_path', ''))}/stop", "stop everything", STOP_ALL
+    elif problem.status in (400, 405, 413, 422):
+        of = problem.instance.partition("/commands/")[0].removesuffix("/stop")
+        path, how, how_ja = f"{of}/stop", "stop with the default mode, decelerating", STOP_ONE
+    else:
+        return
+    advice, advice_ja = f"send POST {path} without a body to {how}", how_ja.format(path=path)
+    problem.detail = problem.detail.replace(_NOTHING_SENT, f"; nothing was stopped: {advice}.")
+    problem.detail = problem.detail.replace(MOTOR["no"], f"何も停止していません。{advice_ja}")
+    problem.remedy = (
+        advice_ja if wants_japanese(request) else f"S{advice[1:]}; in danger use the hardware stop."
+    )
 
 
 def wants_japanese(request: Request) -> bool:
@@ -262,12 +283,12 @@ def _meant_by(request: Request) -> str:
     """Name the path, the part of one or the command that was meant by one that nobody knows."""
     asked = path_of(request.scope).split("/")
     if whole := _ending_in(request.app.routes, asked[1:]):
-        return f"; did you mean {' or '.join(whole)}?"
+        return f" (did you mean {' or '.join(whole)}?)"
     only = len(asked) - 1 if "commands" in asked else None
     for index, known in _known_parts(request.app.routes, asked).items():
         similar = get_close_matches(asked[index][:MOST_SHOWN], known, n=1)
         if similar and only in (None, index):
-            return f"; did you mean {similar[0]}?"
+            return f" (did you mean {similar[0]}?)"
     return ""
 
 
