@@ -21,7 +21,7 @@ from starlette.routing import BaseRoute, Route
 from starlette.types import Scope
 
 from api.common.faults import InvalidBody, faults_of
-from api.common.japanese import MOTOR, STOP_ALL, STOP_ONE, TITLES
+from api.common.japanese import MOTOR, REMEDIES, STOP_ALL, STOP_ONE, TITLES
 from api.front.stop_paths import is_stop
 from gateway.access.errors import NotAuthenticated, NotPermitted
 from gateway.core.errors import (
@@ -144,8 +144,11 @@ def _translate(problem: Problem, error: GatewayError) -> None:
 
 
 def _put_in_japanese(problem: Problem) -> None:
-    """Say what kind of refusal it is, and what became of the motor; the rest stays English."""
-    title = TITLES.get(problem.type.removeprefix(TYPE_PREFIX))
+    """Say what kind of refusal it is, what became of the motor, and what helps; the rest stays English."""
+    kind = problem.type.removeprefix(TYPE_PREFIX)
+    if kind in REMEDIES:
+        problem.remedy = f"{REMEDIES[kind]}（{problem.remedy}）"
+    title = TITLES.get(kind)
     if title is not None:
         problem.title, problem.detail = title, f"{title}。{MOTOR[problem.moved]}（{problem.detail}）"
 
@@ -191,7 +194,8 @@ def _refusal(request: Request, problem: Problem, headers: Mapping[str, str] | No
 
 def _tell_how_to_stop(request: Request, problem: Problem) -> None:
     """Say of a stop that is not sent as it stands what counts: nothing was stopped, and what stops."""
-    if problem.status == 404 or problem.type == TYPE_PREFIX + Ambiguous.kind:
+    misnamed = any(it.field in request.path_params for it in problem.errors or ())
+    if problem.status == 404 or misnamed or problem.type == TYPE_PREFIX + Ambiguous.kind:
         path, how, how_ja = f"{quote(request.scope.get('root_path', ''))}/stop", "stop everything", STOP_ALL
     elif problem.status in (400, 405, 413, 422):
         of = problem.instance.partition("/commands/")[0].removesuffix("/stop")

@@ -82,6 +82,15 @@ def test_a_refused_stop_says_that_nothing_was_stopped_and_what_stops(
     story()
 
 
+@on_stand()
+async def test_the_stop_of_an_address_that_cannot_be_or_a_jog_that_is_not_says_how_to_stop(
+    stand: Stand,
+) -> None:
+    for path in ("/robots/r1/units/zz/stop", "/bodies/3F/jogs/gone/stop"):
+        answer = await stand.post(path)
+        assert "; nothing was stopped: send POST /stop without a body" in answer.json()["detail"]
+
+
 @on_stand({"arm": [{"id": "3F"}], "rail": [{"id": "3F"}]})
 async def test_a_stop_of_an_address_that_two_lines_have_says_how_to_stop_both(stand: Stand) -> None:
     answer = await stand.post("/bodies/3F/stop")
