@@ -76,7 +76,7 @@ def _meant_by(fault: ErrorDetails) -> str:
 
 
 _SAYS_ENOUGH: Final = frozenset({"missing", "extra_forbidden", "union_tag_not_found"})
-_OWN_SENTENCES: Final = frozenset({"value_error", "assertion_error"})
+_OWN_SENTENCES: Final = frozenset({"value_error", "assertion_error", "string_pattern_mismatch"})
 
 
 def expectation(fault: ErrorDetails, words: Mapping[str, str] | None = None) -> str:

@@ -205,9 +205,9 @@ def _tell_how_to_stop(request: Request, problem: Problem) -> None:
     advice, advice_ja = f"send POST {path} without a body to {how}", how_ja.format(path=path)
     problem.detail = problem.detail.replace(_NOTHING_SENT, f"; nothing was stopped: {advice}.")
     problem.detail = problem.detail.replace(MOTOR["no"], f"何も停止していません。{advice_ja}")
-    problem.remedy = (
-        advice_ja if wants_japanese(request) else f"S{advice[1:]}; in danger use the hardware stop."
-    )
+    at_once_ja = f"すぐに POST {path} を送信してください。危険な場合は非常停止回路を使用してください。"
+    at_once = f"POST {path} at once; in danger use the hardware stop."
+    problem.remedy = at_once_ja if wants_japanese(request) else at_once
 
 
 def wants_japanese(request: Request) -> bool:

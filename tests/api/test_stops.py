@@ -70,12 +70,13 @@ def test_a_refused_stop_says_that_nothing_was_stopped_and_what_stops(
         assert (answer.status_code, len(stand.frames())) == (status, sent)
         problem = answer.json()
         assert f"; nothing was stopped: send POST {stops} without a body to stop" in problem["detail"]
-        assert problem["remedy"].startswith(f"Send POST {stops} without a body to stop")
+        assert problem["remedy"] == f"POST {stops} at once; in danger use the hardware stop."
 
         answer = await stand.client.request(method, path, content=content, headers=JSON | JAPANESE)
         problem = answer.json()
         assert "何も停止していません。" in problem["detail"]
-        assert f"本文なしで POST {stops} を送信してください。" in problem["remedy"]
+        assert f"本文なしで POST {stops} を送信してください。" in problem["detail"]
+        assert f"すぐに POST {stops} を送信してください。" in problem["remedy"]
 
         assert (await stand.client.post(stops)).json()["confirmed"] is True
 
