@@ -63,8 +63,8 @@ class UnitInfo(BaseModel):
     axes: list[AxisInfo] = Field(description="User axes, in the robot's order.")
     motor_axes: list[AxisInfo] = Field(description="Motor axes; the same ones where nothing is converted.")
     homed: Literal["yes", "unknown"] = Field(
-        description="yes: every axis has told its place when the unit was read last, and nothing since can "
-        "have taken it away. Another unit is not selected just to ask it."
+        description="yes: every axis has told its place when the unit was read last, and no homing, macro or "
+        "loss of power is known since. Another unit is not selected just to ask it."
     )
     move_id: str | None = Field(description="The move that is not over yet.")
 
