@@ -174,7 +174,7 @@ def _types(text: str | None) -> list[str] | None:
     for given in wanted or ():
         if given not in known:
             raise InvalidRequest(
-                f"types: there is no {shown(given)}; {unknown(given, known, kinds)}",
+                f"types: there is no {shown(given)} ({unknown(given, known, kinds)}).",
                 "Give types such as line.down or body.move.*; docs/events.md has all of them.",
             )
     return wanted

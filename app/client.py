@@ -54,8 +54,10 @@ class Client:
             return cls(url.rstrip("/"), _sound(os.environ.get(KEY_VARIABLE, "").strip()), lease)
         try:
             key = key_file.read_text("ascii").strip()
-        except (OSError, UnicodeDecodeError) as error:
-            raise Misuse(f"The key file {key_file} cannot be read: {error}") from None
+        except OSError as error:
+            raise Misuse(f"The key file {key_file} cannot be read: {error.strerror}") from None
+        except UnicodeDecodeError:
+            raise Misuse(f"The key file {key_file} holds no key: a key is ASCII text") from None
         if not key:
             raise Misuse(f"The key file {key_file} is empty")
         return cls(url.rstrip("/"), _sound(key), lease)
@@ -154,7 +156,7 @@ def why_not_reached(url: str, error: Exception) -> str:
     """Why a gateway was not reached: no answer, or one that nobody can trust."""
     if "CERTIFICATE_VERIFY_FAILED" in str(error):
         return f"The certificate of {url} is not trusted ({error}): name its authority by SSL_CERT_FILE."
-    return f"No gateway answers at {url}: {error}."
+    return f"No gateway answers at {url}: {str(error).rstrip('.')}."
 
 
 def refusal(status: int, problem: dict[str, Any], request_id: str) -> Failure:

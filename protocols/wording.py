@@ -72,11 +72,11 @@ def _meant_by(fault: ErrorDetails) -> str:
     context = fault.get("ctx", {})
     possible = re.findall("'([^']*)'", str(context.get("expected", context.get("expected_tags", ""))))
     similar = get_close_matches(str(context.get("tag", fault["input"]))[:MOST_SHOWN], possible, n=1)
-    return f"; did you mean {similar[0]!r}?" if similar else ""
+    return f" (did you mean {similar[0]!r}?)" if similar else ""
 
 
 _SAYS_ENOUGH: Final = frozenset({"missing", "extra_forbidden", "union_tag_not_found"})
-_OWN_SENTENCES: Final = frozenset({"value_error", "assertion_error"})
+_OWN_SENTENCES: Final = frozenset({"value_error", "assertion_error", "string_pattern_mismatch"})
 
 
 def expectation(fault: ErrorDetails, words: Mapping[str, str] | None = None) -> str:

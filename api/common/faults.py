@@ -65,7 +65,7 @@ def _said(errors: list[ErrorDetails], shape: object) -> str:
 def _unknown_key(error: ErrorDetails, shape: object) -> str:
     *place, name = error["loc"][1:]
     known = dict.fromkeys(key for model in _models_at(shape, place) for key in model.model_fields)
-    return f"{expectation(error)}; {unknown(str(name)[:MOST_SHOWN], known)}"
+    return f"{expectation(error)} ({unknown(str(name)[:MOST_SHOWN], known)})"
 
 
 def _tags_at(error: ErrorDetails, shape: object) -> str:

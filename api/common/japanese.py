@@ -11,13 +11,17 @@ MOTOR: Final[Mapping[Moved, str]] = {
     "unknown": "この要求でモータが動いたかどうかは分かりません。",
 }
 
+STOP_ONE: Final = "既定のモード（減速停止）で停止するには、本文なしで POST {path} を送信してください。"
+STOP_ALL: Final = "すべてを停止するには、本文なしで POST {path} を送信してください。"
+"""How to stop, where a software stop was refused."""
+
 TITLES: Final[Mapping[str, str]] = {
     "alarm-lasts": "アラームの原因が続いています",
     "ambiguous-address": "複数の回線に同じアドレスがあります",
     "arming-broken-off": "キャプチャは一部だけ設定されました",
     "bad-request": "要求を読み取れません",
-    "body-busy": "本体が使用中です",
-    "body-offline": "本体が応答しません",
+    "body-busy": "ボディが使用中です",
+    "body-offline": "ボディが応答しません",
     "cancelled": "送信前に取り消されました",
     "expired": "時間内に開始できませんでした",
     "garbled-reply": "応答が壊れていました",
@@ -67,3 +71,16 @@ TITLES: Final[Mapping[str, str]] = {
     "upload-broken-off": "位置の書き込みが中断されました",
 }
 """By the last word of the problem's type; kinds with words of their own for each case are not here."""
+
+REMEDIES: Final[Mapping[str, str]] = {
+    "body-busy": "終了を待つか、停止してください。",
+    "cancelled": "まだ必要であれば、もう一度送信してください。",
+    "expired": "もう一度実行してください。",
+    "held-up": "まだ必要であれば、もう一度送信してください。",
+    "line-down": "原因を取り除くか、ケーブルを確認してください。ゲートウェイはポートの接続を続けて試みます。",
+    "power-cycled": "設定を確認し、原点復帰を行うか、電源再投入を確認済みにしてください。",
+    "queue-full": "待っている要求が減ってから、もう一度実行してください。",
+    "robot-busy": "終了を待つか、停止してください。",
+    "shutting-down": "ゲートウェイが戻ってから、もう一度送信してください。",
+}
+"""What helps, of the kinds for which that is the same each time; the English after it may say more."""

@@ -21,7 +21,8 @@ from starlette.routing import BaseRoute, Route
 from starlette.types import Scope
 
 from api.common.faults import InvalidBody, faults_of
-from api.common.japanese import MOTOR, TITLES
+from api.common.japanese import MOTOR, REMEDIES, STOP_ALL, STOP_ONE, TITLES
+from api.front.stop_paths import is_stop
 from gateway.access.errors import NotAuthenticated, NotPermitted
 from gateway.core.errors import (
     Ambiguous,
@@ -49,6 +50,7 @@ CALLER: Final = "motion-gateway.caller"
 """Stands in the scope of a request whose sender has shown a good key: the key's name, and its address."""
 SIGN_IN: Final = "/sign-in"
 """The page that takes a key from somebody with a browser."""
+_NOTHING_SENT: Final = "; nothing was sent."
 
 _STATUS: Final[Mapping[type[GatewayError], int]] = {
     NotAuthenticated: 401,
@@ -142,8 +144,11 @@ def _translate(problem: Problem, error: GatewayError) -> None:
 
 
 def _put_in_japanese(problem: Problem) -> None:
-    """Say what kind of refusal it is, and what became of the motor; the rest stays English."""
-    title = TITLES.get(problem.type.removeprefix(TYPE_PREFIX))
+    """Say what kind of refusal it is, what became of the motor, and what helps; the rest stays English."""
+    kind = problem.type.removeprefix(TYPE_PREFIX)
+    if kind in REMEDIES:
+        problem.remedy = f"{REMEDIES[kind]}（{problem.remedy}）"
+    title = TITLES.get(kind)
     if title is not None:
         problem.title, problem.detail = title, f"{title}。{MOTOR[problem.moved]}（{problem.detail}）"
 
@@ -166,6 +171,8 @@ def response_to(problem: Problem, headers: Mapping[str, str] | None = None) -> R
 
 def _refusal(request: Request, problem: Problem, headers: Mapping[str, str] | None = None) -> Response:
     """Log a refusal, and send it; of who is not let in there may be crowds, and that is logged elsewhere."""
+    if is_stop("POST", path_of(request.scope)):
+        _tell_how_to_stop(request, problem)
     if problem.status not in (401, 403):
         log.info(
             "%s %s refused with %d %s: %s",
@@ -183,6 +190,24 @@ def _refusal(request: Request, problem: Problem, headers: Mapping[str, str] | No
         )
     language = {"Content-Language": "ja"} if wants_japanese(request) else {}
     return response_to(problem, {"Vary": "Accept-Language", **language, **(headers or {})})
+
+
+def _tell_how_to_stop(request: Request, problem: Problem) -> None:
+    """Say of a stop that is not sent as it stands what counts: nothing was stopped, and what stops."""
+    misnamed = any(it.field in request.path_params for it in problem.errors or ())
+    if problem.status == 404 or misnamed or problem.type == TYPE_PREFIX + Ambiguous.kind:
+        path, how, how_ja = f"{quote(request.scope.get('root_path', ''))}/stop", "stop everything", STOP_ALL
+    elif problem.status in (400, 405, 413, 422):
+        of = problem.instance.partition("/commands/")[0].removesuffix("/stop")
+        path, how, how_ja = f"{of}/stop", "stop with the default mode, decelerating", STOP_ONE
+    else:
+        return
+    advice, advice_ja = f"send POST {path} without a body to {how}", how_ja.format(path=path)
+    problem.detail = problem.detail.replace(_NOTHING_SENT, f"; nothing was stopped: {advice}.")
+    problem.detail = problem.detail.replace(MOTOR["no"], f"何も停止していません。{advice_ja}")
+    at_once_ja = f"すぐに POST {path} を送信してください。危険な場合は非常停止回路を使用してください。"
+    at_once = f"POST {path} at once; in danger use the hardware stop."
+    problem.remedy = at_once_ja if wants_japanese(request) else at_once
 
 
 def wants_japanese(request: Request) -> bool:
@@ -262,12 +287,12 @@ def _meant_by(request: Request) -> str:
     """Name the path, the part of one or the command that was meant by one that nobody knows."""
     asked = path_of(request.scope).split("/")
     if whole := _ending_in(request.app.routes, asked[1:]):
-        return f"; did you mean {' or '.join(whole)}?"
+        return f" (did you mean {' or '.join(whole)}?)"
     only = len(asked) - 1 if "commands" in asked else None
     for index, known in _known_parts(request.app.routes, asked).items():
         similar = get_close_matches(asked[index][:MOST_SHOWN], known, n=1)
         if similar and only in (None, index):
-            return f"; did you mean {similar[0]}?"
+            return f" (did you mean {similar[0]}?)"
     return ""
 
 

@@ -18,6 +18,6 @@ def require_known(request: HTTPConnection, known: Collection[str]) -> None:
     for name in request.query_params:
         if name not in known:
             raise InvalidRequest(
-                f"There is no query parameter {shown(name)} here; {unknown(name, known)}; nothing was sent.",
+                f"There is no query parameter {shown(name)} here ({unknown(name, known)}); nothing was sent.",
                 "See /docs for what can be asked.",
             )

@@ -201,7 +201,10 @@ class StrictRoute(HttpRoute):
         try:
             answering = self._fast_call.begin(request, scope["path_params"], content, query)
         except NotPlain:
-            read_again = receive if self.body_field is None else _again(await request.body())
+            # All that is read already: FastAPI would wait for ever for what does not come twice.
+            reads_anew = self.body_field is None and not self._takes_nothing
+            body = b"" if self.body_field is None else await request.body()
+            read_again = receive if reads_anew else _again(body)
             await self._by_fastapi(scope, read_again, send)
         else:
             response = await answering

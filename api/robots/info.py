@@ -62,6 +62,10 @@ class UnitInfo(BaseModel):
     number: int
     axes: list[AxisInfo] = Field(description="User axes, in the robot's order.")
     motor_axes: list[AxisInfo] = Field(description="Motor axes; the same ones where nothing is converted.")
+    homed: Literal["yes", "unknown"] = Field(
+        description="yes: every axis has told its place when the unit was read last, and no homing, macro or "
+        "loss of power is known since. Another unit is not selected just to ask it."
+    )
     move_id: str | None = Field(description="The move that is not over yet.")
 
 
@@ -174,7 +178,7 @@ async def get_robot(request: Request, robot_id: RobotId) -> Response:
 @router.get("/robots/{robot_id}/units/{unit}", Right.VIEW, response_model=UnitInfo)
 async def get_unit(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
     """Tell what is known of a unit; nothing is sent."""
-    return json_response(_unit_info(unit_of(request, robot_id, unit)))
+    return json_response(_unit_info(robot_of(request, robot_id), unit_of(request, robot_id, unit)))
 
 
 @router.get("/robots/{robot_id}/units/{unit}/position", Right.VIEW, response_model=UnitPosition)
@@ -287,16 +291,17 @@ def _info(robot: Robot) -> RobotInfo:
         error=robot.latched_error,
         bit_mismatches=list(robot.bits.mismatches.values()),
         missing_units=sorted(robot.selection.missing),
-        units=[_unit_info(unit) for unit in robot.units],
+        units=[_unit_info(robot, unit) for unit in robot.units],
     )
 
 
-def _unit_info(unit: RobotUnit) -> UnitInfo:
+def _unit_info(robot: Robot, unit: RobotUnit) -> UnitInfo:
     return UnitInfo(
         robot_id=unit.robot_id,
         number=unit.number,
         axes=_axes(unit, unit.axes),
         motor_axes=_axes(unit, unit.motor_axes),
+        homed="yes" if robot.power.origins.are_complete(unit) else "unknown",
         move_id=unit.move.id if unit.move else None,
     )
 

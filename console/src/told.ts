@@ -37,15 +37,19 @@ function saidByAlarm(alarm: Schemas["Alarm"]): string {
 function saidByMove(move: AnyMove): string {
   const { moveKinds } = words();
   const places = "scara_id" in move ? [move.start, move.target] : [move.start_position, move.target_position];
-  const isKnown = places.some((place) => place !== null && place !== undefined);
-  const way = isKnown ? places.map(placed).join(" → ") + (places.some(Number.isFinite) ? " pulse" : "") : "";
+  const way = places.some(isKnown) ? places.map(placed).join(" → ") + (places.some(Number.isFinite) ? " pulse" : "") : "";
   const end = move.end_cause && move.end_cause !== "normal" ? move.end_cause : "";
   return [named(moveKinds, move.kind), way, end, move.error?.detail].filter(Boolean).join(", ");
 }
 
+/** A robot that is not homed knows no axis of a place. */
+function isKnown(place: unknown): boolean {
+  return typeof place === "number" || Object.values(place ?? {}).some((value) => value !== null);
+}
+
 function placed(place: unknown): string {
-  if (place === null || place === undefined) return "?";
-  return typeof place === "number" ? String(place) : JSON.stringify(place).replaceAll(/["{}]/g, "");
+  if (!isKnown(place)) return "?";
+  return typeof place === "number" ? String(place) : JSON.stringify(place).replaceAll("null", "?").replaceAll(/["{}]/g, "");
 }
 
 export function csvOf(rows: readonly (readonly string[])[]): string {

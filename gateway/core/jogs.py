@@ -73,4 +73,7 @@ class JogOver(GatewayError):
 
 def no_such_jog(jog_id: str) -> NotFound:
     """The error where nobody remembers a session."""
-    return NotFound(f"There is no JOG session {jog_id}.", "Read the status: what it moved may stand still.")
+    return NotFound(
+        f"There is no JOG session {jog_id}; nothing was sent.",
+        "Read the status: what it moved may stand still.",
+    )

@@ -40,7 +40,7 @@ class Table(BaseModel):
     def _know_every_key(cls, table: Any) -> Any:
         for key in table if isinstance(table, dict) else ():
             if key not in cls.model_fields:
-                raise Fault(f"unknown key; {unknown(key, cls.model_fields)}", key)
+                raise Fault(f"unknown key ({unknown(key, cls.model_fields)})", key)
         return table
 
 

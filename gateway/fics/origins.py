@@ -33,16 +33,23 @@ class Origins:
         self._on_lost = on_lost
         """Called when a unit is not homed any more, and nothing but a loss of power can have done that."""
         self._signs: dict[int, Sign] = {}
+        self._all_placed: set[int] = set()
+        """The units of which every axis has told its place last."""
         self._busy: set[int] = set()
         """The units in which something goes on that may take places away."""
 
     def forget(self) -> None:
         """Something begins that may home the robot, or all is lost."""
         self._signs.clear()
+        self._all_placed.clear()
 
     def are_known(self, unit: UnitAxes) -> bool:
         """Whether a unit is known to have something that a loss of power takes away."""
         return unit.number in self._signs
+
+    def are_complete(self, unit: UnitAxes) -> bool:
+        """Whether every axis of a unit is known to be homed."""
+        return unit.number in self._all_placed
 
     def are_doubtful(self, unit: UnitAxes) -> bool:
         """Whether a homed unit has just told no place."""
@@ -56,6 +63,8 @@ class Origins:
         if isinstance(reply, AxisStatuses):
             self._note_busy(unit.number, busy=any(it.motion_mode in HIDE_PLACES for it in reply.axes))
         elif isinstance(reply, AxisCoordinates) and unit.number not in self._busy:
+            placed = None not in reply.coordinates
+            (self._all_placed.add if placed else self._all_placed.discard)(unit.number)
             if any(place is not None for place in reply.coordinates):
                 self._signs[unit.number] = Sign.PLACES
             elif isinstance(command, GetMotorPosition) and unit.number in self._signs:
@@ -68,5 +77,6 @@ class Origins:
         (self._busy.add if busy else self._busy.discard)(number)
         if busy:
             self._signs.pop(number, None)
+            self._all_placed.discard(number)
         elif self._signs.get(number) is Sign.NO_PLACES:
             self._signs[number] = Sign.NOTHING_HIDES_THEM

@@ -339,6 +339,9 @@ def offline_error(robot_id: str) -> RobotOffline:
     return RobotOffline(
         f"Robot {robot_id} gives no usable answer; nothing was sent.",
         "Check its power, its cable, its port and its teaching terminal.",
+    ).in_japanese(
+        f"ロボット{robot_id}から有効な応答がありません。何も送信していません。",
+        "電源、ケーブル、ポート、ティーチングペンダントを確認してください。",
     )
 
 

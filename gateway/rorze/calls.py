@@ -98,7 +98,14 @@ CALLS: Final[Mapping[str, Sequence[NextCall]]] = {
     "0x50": (MOVES, STOP),
     "0x51": (STATUS, CLEAR_STATUS),
     "0x52": (CLEAR_STALL_SENSOR, CLEAR_ENCODER_STALL, HOME),
-    "0x54": (SET_INTERVAL,),
+    "0x54": (
+        _command(
+            "set-stall-sensor-detection",
+            "Switch the STALL detection on (QSS).",
+            "脱調検出を有効にします(QSS)。",
+        ),
+        SET_INTERVAL,
+    ),
     "0x55": (STATUS, CLEAR_STATUS, HOME),
     "0x5A": (PROGRAM_RUN, STOP),
     "0x5B": (PROGRAM_END,),
@@ -124,14 +131,6 @@ CALLS: Final[Mapping[str, Sequence[NextCall]]] = {
 """By the controller's error code (RC-420 manual 21) or the kind of the error; what only the sender can know
 is left out of the calls."""
 OWN_CALLS: Final[Mapping[tuple[str, str], Sequence[NextCall]]] = {
-    ("01M", "0x54"): (
-        _command(
-            "set-stall-sensor-detection",
-            "Switch the STALL detection on (QSS).",
-            "脱調検出を有効にします(QSS)。",
-        ),
-        SET_INTERVAL,
-    ),
     ("0QM", "0x52"): (
         SENSORS,
         _command(

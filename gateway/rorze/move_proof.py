@@ -328,7 +328,8 @@ class MoveProof:
         if state.runs:
             if self._refusal is None:
                 self._note(
-                    "The motor runs, and had stood still: the command was executed although no reply came."
+                    "The motor runs, and had stood still: the command was executed although no reply is "
+                    "known."
                 )
             return None
         kept = await self._mark_tells()
@@ -337,7 +338,7 @@ class MoveProof:
             return Verdict(MoveStatus.LOST, error=_without_power(self.body))
         if kept or not self.body.went_silent:
             if self._travelled_to_target(state):
-                self._note("The motor stands at the target, although no reply came.")
+                self._note("The motor stands at the target, although no reply is known.")
                 return None
             if self._untouched(state) and (kept or await self._still_counts(state)):
                 return self._of_untouched()

@@ -339,11 +339,17 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         if body not in self._refused_fence:
             return BodyOffline(
                 f"Body {body:02X} does not answer; nothing was sent.", "Check its power and cable."
+            ).in_japanese(
+                f"ボディ{body:02X}が応答しません。何も送信していません。",
+                "電源とケーブルを確認してください。",
             )
         error = self._refused_fence[body]
         code, text = "" if error is None else f" (error {error:02X}h)", lookup(error)
         return BodyOffline(
             f"Body {body:02X} refuses what it is asked{code}: {text.en} Nothing was sent.", text.remedy_en
+        ).in_japanese(
+            f"ボディ{body:02X}が問い合わせを拒否しています{code}。{text.ja} 何も送信していません。",
+            text.remedy_ja,
         )
 
     def _call_silent(self, body: int, *, asked: bool) -> None:

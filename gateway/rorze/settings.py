@@ -132,8 +132,11 @@ def unavailable_in(mode: ModeName, settings: Mapping[str, Setting]) -> dict[str,
 
 
 def _only_in(setting: Setting) -> str:
-    names = " or ".join(MODE_NAMES[digit] for digit in setting.modes)
-    return f"Only in the operating mode {names}."
+    return f"Only in the operating mode {_modes_of(setting)}."
+
+
+def _modes_of(setting: Setting) -> str:
+    return " or ".join(MODE_NAMES[digit] for digit in setting.modes)
 
 
 async def read_values(body: Body, settings: Mapping[str, Setting]) -> tuple[dict[str, Any], dict[str, str]]:
@@ -233,7 +236,8 @@ async def _require_mode(body: Body, named: Mapping[str, Any]) -> None:
     for name in bound:
         if _DIGITS[mode] not in SETTINGS[name].modes:
             raise InvalidRequest(
-                f"{name}: {_only_in(SETTINGS[name])} {body.address} is in mode {mode}; nothing was sent."
+                f"{name}: only the operating mode {_modes_of(SETTINGS[name])} has it, and {body.address} "
+                f"is in mode {mode}; nothing was sent."
             )
 
 

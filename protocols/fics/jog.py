@@ -56,7 +56,7 @@ Steps = Annotated[
     int,
     Field(ge=-255, le=255),
     AfterValidator(not_zero),
-    expected("a whole number from -255 to 255, but not 0"),
+    expected("a whole number from -255 to 255 other than 0"),
     Whole(width=3),
 ]
 

@@ -51,6 +51,12 @@ def _system(code: int) -> ErrorRow:
 
 _SYSTEM = (*range(0x10, 0x18), 0x48, 0x4E, 0x4F, 0x53, 0x68)
 
+_SET_UP_STALL_DETECTION: Final = (
+    "コマンドQSS1で脱調検出を有効にし、コマンドQISで脱調検出間隔 (ドグの周期) を設定してください。",
+    "Switch the STALL detection on with QSS1, and set its interval, the period of the dogs, with QIS.",
+)
+"""Either may be missing: the code is the same (RC-420 manual 13.6.2)."""
+
 _ROWS = (
     *map(_system, _SYSTEM),
     # 23h stands in chapter 12 only; the table of chapter 21 leaves it out.
@@ -176,9 +182,8 @@ _ROWS = (
     _command(
         0x54,
         "脱調検出インターバルが設定されていない。",
-        "The interval of the STALL detection is not set.",
-        "コマンドQISで脱調検出間隔 (ドグの周期) を設定してください。",
-        "Set the interval, the period of the dogs, with QIS.",
+        "The STALL detection is off, or its interval is not set.",
+        *_SET_UP_STALL_DETECTION,
     ),
     _command(
         0x55,
@@ -323,8 +328,7 @@ OWN_ERRORS: Final[Mapping[str, Mapping[int, ErrorRow]]] = MappingProxyType(
                 0x54,
                 "脱調関連設定がされていない。",
                 "The STALL detection is not set up: it is off, or has no interval.",
-                "コマンドQSS1で脱調検出を有効にし、コマンドQISで脱調検出間隔を設定してください。",
-                "Switch the STALL detection on with QSS1, and set its interval with QIS.",
+                *_SET_UP_STALL_DETECTION,
             )
         },
         "UWS": {

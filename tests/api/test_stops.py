@@ -1,6 +1,11 @@
 """Stops over HTTP: with the least that a request can hold, and told as far as they are proved."""
 
+import pytest
+
 from tests.api.stand import RELATIVE, Stand, on_stand
+
+JSON = {"Content-Type": "application/json"}
+JAPANESE = {"Accept-Language": "ja"}
 
 
 @on_stand()
@@ -38,6 +43,60 @@ async def test_an_unknown_mode_is_refused(stand: Stand) -> None:
     answer = await stand.post("/bodies/3F/stop", {"mode": "gently"})
     assert answer.status_code == 422
     assert answer.json()["errors"][0]["field"] == "mode"
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "content", "status", "stops"),
+    [
+        ("POST", "/bodies/3F/stop", "{", 400, "/bodies/3F/stop"),
+        ("POST", "/bodies/3F/stop", '{"mode":"gently"}', 422, "/bodies/3F/stop"),
+        ("POST", "/bodies/3F/stop", '{"mod":"immediate"}', 422, "/bodies/3F/stop"),
+        ("POST", "/bodies/3F/stop", '{"mode":"immediate","mode":"decelerate"}', 422, "/bodies/3F/stop"),
+        ("POST", "/bodies/3F/stop", f'{{"mode":"{70_000 * "x"}"}}', 413, "/bodies/3F/stop"),
+        ("GET", "/bodies/3F/stop", "", 405, "/bodies/3F/stop"),
+        ("POST", "/bodies/3F/commands/stop-immediately", '{"mode":1}', 422, "/bodies/3F/stop"),
+        ("POST", "/bodies/77/stop", "", 404, "/stop"),
+        ("POST", "/stop", "[]", 422, "/stop"),
+        ("POST", "/lines/line1/stop", "", 404, "/stop"),
+    ],
+)
+def test_a_refused_stop_says_that_nothing_was_stopped_and_what_stops(
+    method: str, path: str, content: str, status: int, stops: str
+) -> None:
+    @on_stand()
+    async def story(stand: Stand) -> None:
+        sent = len(stand.frames())
+        answer = await stand.client.request(method, path, content=content, headers=JSON)
+        assert (answer.status_code, len(stand.frames())) == (status, sent)
+        problem = answer.json()
+        assert f"; nothing was stopped: send POST {stops} without a body to stop" in problem["detail"]
+        assert problem["remedy"] == f"POST {stops} at once; in danger use the hardware stop."
+
+        answer = await stand.client.request(method, path, content=content, headers=JSON | JAPANESE)
+        problem = answer.json()
+        assert "何も停止していません。" in problem["detail"]
+        assert f"本文なしで POST {stops} を送信してください。" in problem["detail"]
+        assert f"すぐに POST {stops} を送信してください。" in problem["remedy"]
+
+        assert (await stand.client.post(stops)).json()["confirmed"] is True
+
+    story()
+
+
+@on_stand()
+async def test_the_stop_of_an_address_that_cannot_be_or_a_jog_that_is_not_says_how_to_stop(
+    stand: Stand,
+) -> None:
+    for path in ("/robots/r1/units/zz/stop", "/bodies/3F/jogs/gone/stop"):
+        answer = await stand.post(path)
+        assert "; nothing was stopped: send POST /stop without a body" in answer.json()["detail"]
+
+
+@on_stand({"arm": [{"id": "3F"}], "rail": [{"id": "3F"}]})
+async def test_a_stop_of_an_address_that_two_lines_have_says_how_to_stop_both(stand: Stand) -> None:
+    answer = await stand.post("/bodies/3F/stop")
+    assert answer.status_code == 409
+    assert "; nothing was stopped: send POST /stop without a body" in answer.json()["detail"]
 
 
 @on_stand()

@@ -142,7 +142,7 @@ async def test_a_type_that_there_is_not_is_refused_for_nothing_would_ever_come(s
     for path in ("/events", "/events/stream"):
         answer = await stand.get(f"{path}?types=line.down,body.mvoe.*")
         assert answer.status_code == 422
-        assert answer.json()["detail"] == "types: there is no 'body.mvoe.*'; did you mean body.move.*?"
+        assert answer.json()["detail"] == "types: there is no 'body.mvoe.*' (did you mean body.move.*?)."
     async with socket(stand, "/events?types=body.stpo.confirmed") as client:
         await client.message()
         closed = await client.message()

@@ -36,6 +36,22 @@ def test_a_problem_is_told_in_its_sentence(
     assert (problem["detail"] if isinstance(problem, dict) else "answer was lost") in said.stderr
 
 
+@pytest.mark.parametrize("url", ["ftp://x", "http://", "http://127.0.0.1:1"])
+def test_where_nobody_can_answer_the_sentence_ends_once(url: str) -> None:
+    said = CliRunner().invoke(app, ["status", "--url", url])
+    assert said.exit_code == 3
+    assert said.stderr.startswith("No gateway answers at ")
+    assert said.stderr.endswith(". Nothing was sent.\n")
+    assert ".." not in said.stderr
+
+
+def test_a_key_file_that_cannot_be_read_is_told_without_numbers(tmp_path: Path) -> None:
+    (tmp_path / "kanji").write_bytes(b"\xe9\x8d\xb5")
+    for name, why in (("none", "cannot be read: No such file"), ("kanji", "holds no key: a key is ASCII")):
+        said = CliRunner().invoke(app, ["status", "--key-file", str(tmp_path / name)])
+        assert (said.exit_code, why in said.stderr, "Errno" in said.stderr) == (2, True, False)
+
+
 def test_each_call_has_an_id_of_its_own_and_an_error_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
     for gateway in (always(NOBODY, 404), always(["a proxy"], 502)):
         errors = [gateway.run(monkeypatch, "send", "3F", "6PD").stderr for _ in range(2)]

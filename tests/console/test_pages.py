@@ -182,6 +182,21 @@ def test_a_robots_tile_tells_where_its_axes_are(plant: Plant, open_console: Open
     expect(tile).to_contain_text(f"X {place:g} mm")
 
 
+def test_a_unit_is_told_as_homed_while_the_robot_acts_on_another(demo: str, open_console: Open) -> None:
+    unit = f"{demo}/robots/r1/units/1"
+    httpx.post(
+        f"{unit}/moves", params={"wait": LONGEST_WAIT_S}, json={"kind": "home"}, timeout=90
+    ).raise_for_status()
+    httpx.get(unit.replace("units/1", "units/2/position"), timeout=90).raise_for_status()
+    console = open_console(demo)
+    tile = console.page.get_by_role("link", name="r1")
+    expect(tile.get_by_text("homed", exact=True)).to_have_count(2)
+    expect(tile).not_to_contain_text("homing unknown")
+    console.go("/events")
+    console.shows("robot.move.succeeded")
+    expect(console.page.locator("tr", has_text="homing").first).not_to_contain_text("null")
+
+
 def robot_moves(plant: Plant) -> list[dict[str, Any]]:
     return list(plant.gateway.get("/robots/r1/units/1/moves?limit=1000")["moves"])
 

@@ -13,6 +13,9 @@ from tests.console.console import CONSOLE
 PARTS: Final = re.compile(r"^    parts: \{\n(.*?)^    \}", re.MULTILINE | re.DOTALL)
 WORD: Final = re.compile(r'^      (\w+): "(?=[^"])', re.MULTILINE)
 
+PAGES: Final = sorted((CONSOLE / "src").rglob("*.svelte"))
+FULL_STOP: Final = re.compile(r".*\}\.(?:\s|<|\{|$)", re.MULTILINE)
+
 WEAKENINGS: Final = re.compile(r"^    weakenings: \{\n(.*?)^    \}", re.MULTILINE | re.DOTALL)
 WEAK: Final = """
 [server]
@@ -46,6 +49,12 @@ def test_every_part_of_an_events_type_has_a_word(language: str) -> None:
     assert found
     needed = {part for name in EVENT_TYPES for part in name.split(".")}
     assert needed <= set(WORD.findall(found[1]))
+
+
+def test_a_page_leaves_the_end_of_a_sentence_to_its_language() -> None:
+    """After what is put in no full stop follows: Japanese has another."""
+    texts = {it.name: it.read_text("utf-8").rpartition("</script>")[2] for it in PAGES}
+    assert {name: found[0] for name, text in texts.items() if (found := FULL_STOP.findall(text))} == {}
 
 
 def test_every_weakened_default_has_a_sentence_in_japanese() -> None:

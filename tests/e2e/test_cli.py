@@ -193,7 +193,7 @@ def test_from_ports_to_a_moving_motor(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("wrong", "right", "sentence"),
     [
-        ("adress", "address", "gateway.toml:6: lines[0].adress: unknown key; did you mean address?"),
+        ("adress", "address", "gateway.toml:6: lines[0].adress: unknown key (did you mean address?)"),
         ('host = "0.0.0.0"\nport', "port", "server.host: 0.0.0.0 is open to the network"),
     ],
 )

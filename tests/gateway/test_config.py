@@ -110,23 +110,23 @@ def test_inputs_and_outputs_have_names() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("port = 9000", "prot = 9000", "2: server.prot: unknown key; did you mean port?"),
+        ("port = 9000", "prot = 9000", "2: server.prot: unknown key (did you mean port?)"),
         (
             "stop_mode =",
             "stopp_mode =",
-            "26: lines[1].stopp_mode: unknown key; did you mean stop_mode?",
+            "26: lines[1].stopp_mode: unknown key (did you mean stop_mode?)",
         ),
         (
             "pulses_per_unit",
             "pulses_by_unit",
-            "17: lines[0].bodies[1].units.pulses_by_unit: unknown key; did you mean pulses_per_unit?",
+            "17: lines[0].bodies[1].units.pulses_by_unit: unknown key (did you mean pulses_per_unit?)",
         ),
-        ("[server]", "[sever]", "1: sever: unknown key; did you mean server?"),
+        ("[server]", "[sever]", "1: sever: unknown key (did you mean server?)"),
         (
             'name = "旋回"',
             "zzz = 1",
-            "16: lines[0].bodies[1].zzz: unknown key; known are id, name, units, inputs, outputs, "
-            "position_tolerance, in_position, power_comment, events, needs_origin",
+            "16: lines[0].bodies[1].zzz: unknown key (known are id, name, units, inputs, outputs, "
+            "position_tolerance, in_position, power_comment, events, needs_origin)",
         ),
     ],
 )

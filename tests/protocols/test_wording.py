@@ -51,7 +51,7 @@ def test_an_error_of_our_own_keeps_its_words() -> None:
         (dict[str, int], 5, "must be an object, not 5"),
         (int, {"a": 1}, "must be a whole number"),
         (Literal["cw", "ccw"], "up", "must be 'cw' or 'ccw', not 'up'"),
-        (Literal["high", "low"], "hgih", "must be 'high' or 'low', not 'hgih'; did you mean 'high'?"),
+        (Literal["high", "low"], "hgih", "must be 'high' or 'low', not 'hgih' (did you mean 'high'?)"),
         (AwareDatetime, "yesterday", "must be a time such as 2026-01-31T12:00:00Z, not 'yesterday'"),
     ],
 )

@@ -20,6 +20,8 @@ export const en = {
   skip: "Skip to the content",
   close: "Close",
   cancel: "Cancel",
+  /** The mark that ends it is of the language, too. */
+  sentence: (text: string) => `${text}.`,
   copied: "Copied to the clipboard.",
   notCopied: "The browser did not let it be copied.",
   copyCurl: (what: string) => `Copy as curl: ${what}`,
@@ -693,7 +695,7 @@ export const en = {
     busy: (addresses: string) => `Refused while ${addresses} moves or is at work.`,
     needsRestart: (key: string) => `${key} changes with a restart only.`,
     support: "Support bundle",
-    supportHas: "States, alarms, events, deeds and the traces of all lines, as far as you may see them; no keys.",
+    supportHas: "States, alarms, events, who did what, and the traces of all lines, as far as you may see them; no keys.",
     gather: "Gather and download",
     documents: "Documents",
     docs: "The interface, with a form for each route",

@@ -22,6 +22,7 @@ export const ja: typeof en = {
   skip: "本文へ移動",
   close: "閉じる",
   cancel: "取り消し",
+  sentence: (text) => `${text}。`,
   copied: "クリップボードにコピーしました。",
   notCopied: "ブラウザがコピーを許可しませんでした。",
   copyCurl: (what) => `curl としてコピー: ${what}`,

@@ -137,6 +137,14 @@ async def test_a_wrong_body_is_answered_once_it_was_read(stand: Stand) -> None:
 
 
 @on_stand()
+async def test_an_empty_object_is_read_once_also_where_something_else_is_wrong(stand: Stand) -> None:
+    for method, path in (("DELETE", "/bodies/3F/captures/1"), ("POST", "/bodies/3F/backups?wait=-1")):
+        async with asyncio.timeout(1):
+            answer = await stand.client.request(method, path, json={})
+        assert answer.status_code == 422
+
+
+@on_stand()
 async def test_a_query_is_heeded_as_before(stand: Stand) -> None:
     assert (await stand.get("/bodies/3F/moves?limit=0")).status_code == 422
     assert (await stand.get("/bodies/3F/moves?limit=1")).status_code == 200

@@ -9,7 +9,7 @@ from fastapi import FastAPI, Request
 from httpx2 import ASGITransport, AsyncClient
 from pydantic import BaseModel, Field
 
-from api.common.japanese import TITLES
+from api.common.japanese import REMEDIES, TITLES
 from api.common.problems import MEDIA_TYPE, RETRY_AFTER_S, TYPE_PREFIX, install, problem_of, wants_japanese
 from gateway.core.errors import (
     Ambiguous,
@@ -184,6 +184,14 @@ def test_what_the_gateway_says_itself_has_its_kind_in_japanese_and_the_rest_in_e
     assert problem.remedy == problem_of(NoReply(DETAIL), "/").remedy
 
 
+@pytest.mark.parametrize(
+    "error", [LineDown(DETAIL, "Wait."), BodyBusy(DETAIL, "Wait."), Expired(), StoppedFirst()]
+)
+def test_the_remedy_of_what_happens_every_day_is_told_in_japanese(error: GatewayError) -> None:
+    problem = problem_of(error, "/", japanese=True)
+    assert problem.remedy == f"{REMEDIES[error.kind]}（{error.remedy}）"
+
+
 def kinds_below(error: type[GatewayError]) -> Iterator[type[GatewayError]]:
     for kind in error.__subclasses__():
         yield from (kind, *kinds_below(kind))
@@ -192,6 +200,7 @@ def kinds_below(error: type[GatewayError]) -> Iterator[type[GatewayError]]:
 def test_every_kind_of_refusal_has_a_title_in_japanese() -> None:
     own = [it for it in kinds_below(GatewayError) if it.__module__.startswith("gateway.")]
     assert [it for it in own if not it.title_ja and it.kind not in TITLES] == []
+    assert set(REMEDIES) <= {it.kind for it in own}
 
 
 @pytest.mark.parametrize(

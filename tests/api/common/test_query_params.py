@@ -17,7 +17,7 @@ async def test_a_misspelt_wait_moves_nothing_and_says_how_it_is_spelt(stand: Sta
     assert (answer.status_code, answer.json()["moved"]) == (422, "no")
     assert answer.json()["type"].endswith(":invalid-request")
     assert answer.json()["detail"] == (
-        "There is no query parameter 'wiat' here; did you mean wait?; nothing was sent."
+        "There is no query parameter 'wiat' here (did you mean wait?); nothing was sent."
     )
     assert stand.frames() == before
 

@@ -137,25 +137,25 @@ def test_every_refusal_tells_what_to_do_next(path: str) -> None:
 @pytest.mark.parametrize(
     ("path", "meant"),
     [
-        ("/bodies/3F/commands/get-positon", "; did you mean get-position?"),
-        ("/groups/80/commands/mov-to", "; did you mean move-to?"),
-        ("/robots/r1/units/1/commands/get-axis-stats", "; did you mean get-axis-status?"),
+        ("/bodies/3F/commands/get-positon", " (did you mean get-position?)"),
+        ("/groups/80/commands/mov-to", " (did you mean move-to?)"),
+        ("/robots/r1/units/1/commands/get-axis-stats", " (did you mean get-axis-status?)"),
         ("/bodies/3F/commands/sing", ""),
         ("/nobodies/3F/commands/get-position", ""),
-        ("/bodys/3F/moves", "; did you mean bodies?"),
-        ("/bodies/3F/move", "; did you mean moves?"),
-        ("/robots/r1/units/1/move", "; did you mean moves?"),
+        ("/bodys/3F/moves", " (did you mean bodies?)"),
+        ("/bodies/3F/move", " (did you mean moves?)"),
+        ("/robots/r1/units/1/move", " (did you mean moves?)"),
         ("/bodies/3F/moves/1/2/3", ""),
         ("/sing", ""),
         (
             "/moves/5",
-            "; did you mean /bodies/{body_id}/moves/{move_id} or /scaras/{scara_id}/moves/{move_id} or "
-            "/robots/{robot_id}/units/{unit}/moves/{move_id}?",
+            " (did you mean /bodies/{body_id}/moves/{move_id} or /scaras/{scara_id}/moves/{move_id} or "
+            "/robots/{robot_id}/units/{unit}/moves/{move_id}?)",
         ),
         (
             "/power-cycle/acknowledge",
-            "; did you mean /bodies/{body_id}/power-cycle/acknowledge or "
-            "/robots/{robot_id}/power-cycle/acknowledge?",
+            " (did you mean /bodies/{body_id}/power-cycle/acknowledge or "
+            "/robots/{robot_id}/power-cycle/acknowledge?)",
         ),
         ("/moves/", ""),
     ],
@@ -177,10 +177,12 @@ def test_a_misspelt_path_or_command_is_answered_by_the_one_that_was_meant(path: 
 @on_stand()
 async def test_a_body_that_comes_in_several_types_is_told_its_members(stand: Stand) -> None:
     answer = await stand.client.put("/bodies/3F/program", json={"sorce": "END"})
-    assert answer.json()["detail"] == "sorce: is not known here; did you mean source?; nothing was sent."
+    assert answer.json()["detail"] == "sorce: is not known here (did you mean source?); nothing was sent."
 
 
 @on_stand()
 async def test_what_is_hardly_like_a_name_was_not_meant_by_it(stand: Stand) -> None:
     answer = await stand.post("/stop", {"bodies": ["3F"]})
-    assert answer.json()["detail"] == "bodies: is not known here; known are mode; nothing was sent."
+    assert answer.json()["detail"].startswith(
+        "bodies: is not known here (known are mode); nothing was stopped"
+    )

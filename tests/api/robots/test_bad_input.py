@@ -42,7 +42,7 @@ SINGLE: Final[Mapping[str, Sequence[tuple[object, str]]]] = {
     "axis": [(value, AXIS) for value in ("xy", "XY", "", "Ä", "X\r", "1", 1, None)],
     "direction": [(value, "'+' or '-'") for value in ("", "*", "+-", 1, True)],
     "steps": [
-        (value, "must be a whole number from -255 to 255, but not 0") for value in (0, -256, 256, 1.5, "1")
+        (value, "must be a whole number from -255 to 255 other than 0") for value in (0, -256, 256, 1.5, "1")
     ],
     "enabled": whole(0, 1),
     "first": whole(1, 1999)[:-1],
@@ -204,7 +204,13 @@ ELSEWHERE: Final[Sequence[tuple[str, str, Parameters | None, str, str]]] = [
     ("PUT", f"{UNIT}/positions", {"positions": []}, "positions", "1 or more entries"),
     ("POST", f"{UNIT}/moves", moved(1e8), "axes.X.value", NUMBER),
     ("POST", f"{UNIT}/moves", {"kind": "position", "position": 0}, "position", POSITION),
-    ("POST", f"{UNIT}/moves", {"kind": "step", "axis": "X", "steps": 256}, "steps", "-255 to 255, but not 0"),
+    (
+        "POST",
+        f"{UNIT}/moves",
+        {"kind": "step", "axis": "X", "steps": 256},
+        "steps",
+        "-255 to 255 other than 0",
+    ),
     ("POST", f"{UNIT}/moves", {"kind": "step", "axis": "xy", "steps": 1}, "axis", AXIS),
     ("PATCH", f"{UNIT}/settings", {"speed_percent": {"X": 0.05}}, "speed_percent.X", "from 0.1 to 100"),
     ("PATCH", f"{UNIT}/settings", {"homing_type": {"A": 7}}, "homing_type.A", "from 0 to 6"),

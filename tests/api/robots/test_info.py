@@ -54,6 +54,26 @@ async def test_a_position_that_is_not_known_is_null_with_the_reason(cell: Cell) 
 
 
 @in_cell()
+async def test_a_unit_stays_homed_while_another_one_is_read_until_the_power_is_lost(cell: Cell) -> None:
+    async def homed() -> list[str]:
+        units = (await cell.get("/robots/r1")).json()["units"]
+        assert units[0] == (await cell.get(UNIT)).json()
+        return [unit["homed"] for unit in units]
+
+    assert await homed() == ["unknown", "unknown"]
+    await cell.move(HOME)
+    assert await homed() == ["yes", "unknown"]
+    await cell.get("/robots/r1/units/2/position")
+    await cell.get("/robots/r1/units/2/status")
+    assert await homed() == ["yes", "yes"]
+
+    cell.rig.power_cycle()
+    await asyncio.sleep(10)
+    await cell.post("/robots/r1/power-cycle/acknowledge")
+    assert await homed() == ["unknown", "unknown"]
+
+
+@in_cell()
 async def test_the_status_names_what_each_motor_does(cell: Cell) -> None:
     still = (await cell.get(f"{UNIT}/status")).json()
     assert still["moving"] is False

@@ -50,14 +50,14 @@ async def test_a_point_with_an_unknown_key_is_answered_with_those_it_has(stand: 
     points = [{"x_um": 255_000, "y": {"value": 300, "unit": "mm"}}]
     refused = await stand.post("/scaras/wafer/moves", {"kind": "path", "points": points})
     assert refused.status_code == 422
-    assert "points.0.x_um: is not known here; known are x, y, radius" in refused.json()["detail"]
+    assert "points.0.x_um: is not known here (known are x, y, radius" in refused.json()["detail"]
 
 
 @on_cell
 async def test_a_misspelt_key_is_named_where_the_kind_is_the_name_of_a_field(stand: Stand) -> None:
     refused = await stand.post("/scaras/wafer/moves", {"kind": "path", "path": 3, "pattren": 1})
     assert refused.status_code == 422
-    assert "pattren: is not known here; did you mean pattern?; nothing" in refused.json()["detail"]
+    assert "pattren: is not known here (did you mean pattern?); nothing" in refused.json()["detail"]
     assert refused.json()["errors"][0]["field"] == "pattren"
 
 

@@ -67,8 +67,10 @@ async def test_a_silent_body_is_not_online_until_it_is_found_again() -> None:
         with pytest.raises(NoReply):
             await one.ask(MOVE)
         assert not one.online
-        with pytest.raises(BodyOffline):
+        with pytest.raises(BodyOffline) as caught:
             await one.ask(GetPosition())
+        assert "応答しません" in caught.value.detail_ja
+        assert caught.value.remedy_ja == "電源とケーブルを確認してください。"
 
 
 @virtual

@@ -119,6 +119,7 @@ async def test_a_body_that_refuses_even_its_fence_is_not_said_to_be_without_powe
         with pytest.raises(BodyOffline, match=r"refuses what it is asked \(error 4Eh\)") as caught:
             await it.body().ask(SetStartSpeed(speed=78))
         assert "contact RORZE" in caught.value.remedy
+        assert "RORZE社へご相談ください" in caught.value.remedy_ja
         break_down(it, HARDWARE, 0)
         await asyncio.sleep(NOTICED_S)
         await it.body().ask(SetStartSpeed(speed=79))

@@ -222,7 +222,7 @@ def test_fields_say_what_they_measure() -> None:
         (SetSpeedPercent, {"percents": [10.125]}, "must be a number from 0.1 to 100 of at most 5 characters"),
         (SetMaximumSpeeds, {"speeds": [0]}, f"must be a number above 0, up to {LARGEST}, with at most 3"),
         (MoveAbsolute, {"coordinates": [float("nan")]}, f"must be a number from {-LARGEST} to {LARGEST}"),
-        (StepAxis, {"axis": "X", "steps": 0}, "must be a whole number from -255 to 255, but not 0"),
+        (StepAxis, {"axis": "X", "steps": 0}, "must be a whole number from -255 to 255 other than 0"),
         (StepAxis, {"axis": "xy", "steps": 1}, "must be one capital letter, or @ for theta"),
         (RunMacro, {"macro": "pck"}, "must be three capital letters or digits"),
     ],

@@ -54,7 +54,6 @@ def test_a_commands_own_page_counts_more_than_chapter_21(command: str, own: Erro
     [
         ("0QM", 0x52, ("CLD", "DLS")),
         ("0QM", 0x55, ("CLD",)),
-        ("01M", 0x54, ("QSS", "QIS")),
         ("UWS", 0x5B, ("UBD",)),
         ("UWD", 0x5B, ("UED",)),
         ("URG", 0x5B, ("UED",)),
@@ -64,6 +63,12 @@ def test_the_remedy_names_the_commands_that_help(command: str, code: int, remedy
     row = lookup(code, command)
     assert all(name in row.remedy_en and name in row.remedy_ja for name in remedy)
     assert lookup(code).remedy_en != row.remedy_en
+
+
+@pytest.mark.parametrize("command", ["", "01M"])
+def test_a_detection_of_stall_that_is_not_set_up_may_be_off_or_have_no_interval(command: str) -> None:
+    row = lookup(0x54, command)
+    assert all(name in row.remedy_en and name in row.remedy_ja for name in ("QSS", "QIS"))
 
 
 @given(st.integers(0, 0xFF))

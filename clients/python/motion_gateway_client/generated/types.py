@@ -6851,6 +6851,8 @@ class UnitInfo(TypedDict):
     """User axes, in the robot's order."""
     motor_axes: list[AxisInfo]
     """Motor axes; the same ones where nothing is converted."""
+    homed: Literal["yes", "unknown"]
+    """yes: every axis has told its place when the unit was read last, and no homing, macro or loss of power is known since. Another unit is not selected just to ask it."""
     move_id: str | None
     """The move that is not over yet."""
 

@@ -19480,6 +19480,12 @@ export interface components {
              */
             motor_axes: components["schemas"]["AxisInfo"][];
             /**
+             * Homed
+             * @description yes: every axis has told its place when the unit was read last, and no homing, macro or loss of power is known since. Another unit is not selected just to ask it.
+             * @enum {string}
+             */
+            homed: "yes" | "unknown";
+            /**
              * Move Id
              * @description The move that is not over yet.
              */
