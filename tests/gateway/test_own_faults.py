@@ -1,8 +1,6 @@
 """A fault of the gateway itself, at any place, leaves nobody waiting and no motor without its stop."""
 
 import asyncio
-from collections.abc import Callable
-from typing import Any
 
 import pytest
 
@@ -24,30 +22,13 @@ from protocols.fics.system import GetSystemVersion
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
 from tests.fics_plants import fics_rig
+from tests.own_faults import Place, fail_once, named
 from tests.plants import Rig, in_virtual_time, rig
 
 LONG = MoveClockwise(distance=20_000)
 SHORT = MoveClockwise(distance=300)
 AGAIN_S = 30.0
 """After this time the gateway is itself again, whatever has happened."""
-
-Place = tuple[type[Any], str]
-
-
-def fail_once(monkeypatch: pytest.MonkeyPatch, place: Place) -> list[str]:
-    """Let the next call of a method raise what nobody has foreseen; gives the list that it is noted in."""
-    owner, name = place
-    good: Callable[..., Any] = getattr(owner, name)
-    failed: list[str] = []
-
-    def bad(*args: Any, **kwargs: Any) -> Any:
-        if failed:
-            return good(*args, **kwargs)
-        failed.append(name)
-        raise ZeroDivisionError
-
-    monkeypatch.setattr(owner, name, bad)
-    return failed
 
 
 async def is_itself(it: Rig) -> None:
@@ -85,7 +66,7 @@ async def is_itself(it: Rig) -> None:
         (Stopping, "_is_proved"),
         (Stopping, "_repeat"),
     ],
-    ids=lambda place: f"{place[0].__name__}.{place[1]}",
+    ids=named,
 )
 @in_virtual_time
 async def test_a_fault_amid_moves_and_stops_of_bodies_is_survived(
@@ -120,7 +101,7 @@ async def test_a_fault_amid_moves_and_stops_of_bodies_is_survived(
         (MoveRun, "_follow"),
         (Stopping, "_is_proved"),
     ],
-    ids=lambda place: f"{place[0].__name__}.{place[1]}",
+    ids=named,
 )
 @in_virtual_time
 async def test_a_fault_amid_moves_and_stops_of_a_robot_is_survived(
