@@ -7,15 +7,26 @@ import pytest
 from gateway.core.gate import Gate
 from gateway.core.load import Load
 from gateway.core.move_record import MoveStatus
+from gateway.core.move_tasks import MoveTasks
 from gateway.core.scheduler import Scheduler
 from gateway.core.session import Session
 from gateway.core.stops import Stopping
+from gateway.fics.asking import Asking
+from gateway.fics.jogs import Jogs
+from gateway.fics.motion_state import MotionState
+from gateway.fics.motions import Accepted
 from gateway.fics.move_runs import MoveRun
+from gateway.fics.power import Power
+from gateway.fics.selection import Selection
+from gateway.fics.stops import RobotStops, _RobotStop
+from gateway.rorze import moves
 from gateway.rorze.bodies import Body
 from gateway.rorze.body_watch import BodyWatch
+from gateway.rorze.line import Line
 from gateway.rorze.move_proof import MoveProof
 from gateway.rorze.moves import Moves
 from gateway.rorze.session import RorzeSession
+from gateway.rorze.stops import Stops, _BodyStop
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
 from protocols.fics.system import GetSystemVersion
@@ -65,6 +76,14 @@ async def is_itself(it: Rig) -> None:
         (Moves, "_advance"),
         (Stopping, "_is_proved"),
         (Stopping, "_repeat"),
+        (Stopping, "tell"),
+        (Stops, "_with_interpolation_partners"),
+        (Stops, "_forbid_what_waits"),
+        (Stops, "_groups_within"),
+        (Stops, "_begin"),
+        (_BodyStop, "submit"),
+        (_BodyStop, "withdraw"),
+        (MoveTasks, "add"),
     ],
     ids=named,
 )
@@ -100,6 +119,13 @@ async def test_a_fault_amid_moves_and_stops_of_bodies_is_survived(
         (MoveRun, "make"),
         (MoveRun, "_follow"),
         (Stopping, "_is_proved"),
+        (Stopping, "tell"),
+        (RobotStops, "_begin"),
+        (_RobotStop, "submit"),
+        (Jogs, "robot_stops"),
+        (MotionState, "confirm_stop"),
+        (Accepted, "was_refused"),
+        (MoveTasks, "add"),
     ],
     ids=named,
 )
@@ -123,4 +149,121 @@ async def test_a_fault_amid_moves_and_stops_of_a_robot_is_survived(
         assert failed
         assert it.robot.motion.idle.is_set()
         assert (await it.move(MoveRelative(coordinates=[5.0, None, None]))).status is MoveStatus.SUCCEEDED
+        assert (await it.robot.stop("immediate")).state == "confirmed"
+
+
+@pytest.mark.parametrize("place", [(Stops, "_begin"), (_BodyStop, "submit"), (Stopping, "tell")], ids=named)
+@in_virtual_time
+async def test_a_fault_at_one_body_keeps_no_other_from_its_stop(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with rig(groups={}) as it:
+        bodies = it.plant.bodies()
+        for body in bodies:
+            await it.plant.moves.start(body, LONG)
+        failed = fail_once(monkeypatch, place)
+        reports = await it.plant.stops.stop(bodies, "immediate")
+        assert failed
+        assert [report.state for report in reports] == ["confirmed"] * len(bodies)
+        assert not any(axis.motor.moving for axis in it.machine.axes.values())
+
+
+@in_virtual_time
+async def test_one_that_fails_again_and_again_keeps_no_other_from_its_stop(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def submit(stop: _BodyStop) -> None:
+        if stop.body is first:
+            raise ZeroDivisionError
+        good(stop)
+
+    async with rig(groups={}) as it:
+        first, *others = it.plant.bodies()
+        good = _BodyStop.submit
+        monkeypatch.setattr(_BodyStop, "submit", submit)
+        for body in others:
+            await it.plant.moves.start(body, LONG)
+        await it.plant.stops.stop(it.plant.bodies(), "immediate")
+        assert not any(axis.motor.moving for axis in it.machine.axes.values())
+
+
+@in_virtual_time
+async def test_where_a_stop_is_not_confirmed_the_hardware_stop_is_called_for_all_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async with rig(groups={}) as it:
+        it.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
+        failed = fail_once(monkeypatch, (_BodyStop, "has_had_no_turn"))
+        await it.plant.stops.stop([it.body()], "immediate")
+        await asyncio.sleep(1.0)
+        assert failed
+        assert "body.stop.unconfirmed" in it.types()
+
+
+@in_virtual_time
+async def test_a_move_of_a_group_that_nobody_follows_any_more_ends_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async with rig(bodies=(0x00, 0x01), groups={"80": ("00", "01")}) as it:
+        fail_once(monkeypatch, (MoveProof, "at_rest"))
+        begun = await it.plant.moves.start(it.plant.group("80"), SHORT)
+        await asyncio.sleep(AGAIN_S)
+        assert sorted(move.status for move in begun) == [MoveStatus.SUCCEEDED, MoveStatus.UNKNOWN]
+        assert it.plant.line("line1").followed == 0
+        await is_itself(it)
+
+
+@in_virtual_time
+async def test_a_move_that_a_fault_has_met_as_it_ended_is_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with rig(groups={}) as it:
+        [move] = await it.plant.moves.start(it.body(), LONG)
+        fail_once(monkeypatch, (moves, "calls_for_body"))
+        it.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
+        assert (await it.plant.moves.wait(move.id, 120.0)).status is MoveStatus.UNKNOWN
+        assert it.body().move is None
+
+
+@in_virtual_time
+async def test_a_body_that_was_silent_is_found_again_after_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with rig(groups={}) as it:
+        it.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
+        await asyncio.sleep(5.0)
+        assert not it.body().online
+        failed = fail_once(monkeypatch, (Line, "_probe_each"))
+        await asyncio.sleep(5.0)
+        it.machine.switch_body(0x3F, on=True, now=asyncio.get_running_loop().time())
+        await asyncio.sleep(AGAIN_S)
+        assert failed
+        assert it.body().online
+
+
+@in_virtual_time
+async def test_what_waits_is_not_left_waiting_where_a_fault_meets_what_expires(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async with rig(groups={}) as it:
+        fail_once(monkeypatch, (Scheduler, "expire"))
+        await it.body().ask(GetPosition())
+        await asyncio.sleep(AGAIN_S)
+        await is_itself(it)
+
+
+@pytest.mark.parametrize(
+    "place",
+    [(Power, "lost"), (Selection, "forget"), (Asking, "note_change")],
+    ids=named,
+)
+@in_virtual_time
+async def test_a_loss_of_power_is_known_in_spite_of_a_fault(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with fics_rig() as it:
+        assert (await it.move(HomeRobot())).status is MoveStatus.SUCCEEDED
+        failed = fail_once(monkeypatch, place)
+        it.power_cycle()
+        await asyncio.sleep(AGAIN_S)
+        assert failed
+        assert it.robot.power_cycled
+        it.robot.power.acknowledge()
+        assert (await it.move(HomeRobot())).status is MoveStatus.SUCCEEDED
         assert (await it.robot.stop("immediate")).state == "confirmed"
