@@ -2,15 +2,14 @@
 
 import asyncio
 from contextlib import suppress
+from typing import Any
 
 import pytest
 
 from gateway.core.stops import Stopping
 from gateway.fics.jogs import Jogs
 from gateway.fics.motion_state import MotionState
-from gateway.fics.stops import RobotStops
 from gateway.rorze.bodies import Body
-from gateway.rorze.family import Rorze
 from gateway.rorze.jogs import BodyJogRequest, BodyJogs
 from gateway.rorze.moves import Moves
 from gateway.rorze.stops import Stops, _BodyStop
@@ -27,28 +26,30 @@ OF_BODIES = [
     (Body, "was_set_going"),
     (Moves, "_advance"),
     (BodyJogs, "_begun"),
-    (BodyJogs, "_missed"),
-    (BodyJogs, "_stop"),
-    (BodyJogs, "_leave"),
     (BodyJogs, "_see_over"),
-    (Rorze, "groups_of"),
     (Stops, "_forbid_what_waits"),
     (Stops, "_begin"),
     (_BodyStop, "submit"),
     (Stopping, "tell"),
 ]
+LEFT_ALONE = [(BodyJogs, "_missed"), (BodyJogs, "_stop"), (BodyJogs, "_leave")]
 OF_ROBOTS = [
     (MotionState, "begin"),
     (Jogs, "_begun"),
-    (Jogs, "_missed"),
-    (Jogs, "_stop_session"),
     (Jogs, "_stop_axis"),
     (Jogs, "_send_stop"),
     (Jogs, "_see_still"),
-    (Jogs, "_end"),
     (Jogs, "_settle"),
-    (RobotStops, "_begin"),
 ]
+ROBOTS_LEFT_ALONE = [(Jogs, "_missed"), (Jogs, "_stop_session"), (Jogs, "_end")]
+
+
+def either_way(places: list[Place], left_alone: list[Place]) -> list[Any]:
+    """Places with whether the jog is ended, or its heartbeat stays away."""
+    wanted = [(place, ended) for place in places for ended in (False, True)]
+    wanted += [(place, False) for place in left_alone]
+    ways = {False: "left_alone", True: "ended"}
+    return [pytest.param(place, ended, id=f"{named(place)}-{ways[ended]}") for place, ended in wanted]
 
 
 async def body_jogs(it: Rig, *, ended: bool) -> None:
@@ -71,8 +72,7 @@ async def robot_jogs(it: FicsRig, *, ended: bool) -> None:
             await jogs.end(jog.id)
 
 
-@pytest.mark.parametrize("ended", [False, True], ids=["left_alone", "ended"])
-@pytest.mark.parametrize("place", OF_BODIES, ids=named)
+@pytest.mark.parametrize(("place", "ended"), either_way(OF_BODIES, LEFT_ALONE))
 @in_virtual_time
 async def test_a_body_does_not_jog_on(place: Place, ended: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     async with rig(groups={}) as it:
@@ -94,8 +94,7 @@ async def test_a_body_does_not_jog_on(place: Place, ended: bool, monkeypatch: py
         assert report.state == "confirmed"
 
 
-@pytest.mark.parametrize("ended", [False, True], ids=["left_alone", "ended"])
-@pytest.mark.parametrize("place", OF_ROBOTS, ids=named)
+@pytest.mark.parametrize(("place", "ended"), either_way(OF_ROBOTS, ROBOTS_LEFT_ALONE))
 @pytest.mark.parametrize("mode", [2, 3])
 def test_an_axis_of_a_robot_does_not_jog_on(
     mode: int, place: Place, ended: bool, monkeypatch: pytest.MonkeyPatch
