@@ -115,8 +115,8 @@ class ScaraMoves:
             created_at=now,
         )
         run = _Run(scara, move)
-        scara.move = move
         self.log.add(move)
+        scara.move = move
         answered: Beginning = asyncio.get_running_loop().create_future()
         give_up = partial(self._give_up, run)
         try:
