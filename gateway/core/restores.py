@@ -188,7 +188,8 @@ class Restores(KeptWorks[Restore], Generic[C]):
         try:
             for controller in controllers:
                 await controller.require_rest()
-            self.begin(record, self._run(work, controllers), "restore")
+            task = self.begin(record, self._run(work, controllers), "restore")
+            task.add_done_callback(lambda _: self._forget(work))
         except BaseException:
             self._forget(work)
             raise
@@ -243,12 +244,6 @@ class Restores(KeptWorks[Restore], Generic[C]):
     # the work
 
     async def _run(self, work: _Work, controllers: Sequence[C]) -> None:
-        try:
-            await self._restore(work, controllers)
-        finally:
-            self._forget(work)
-
-    async def _restore(self, work: _Work, controllers: Sequence[C]) -> None:
         record, error = work.record, None
         differences: list[Difference] | None = []
         try:
@@ -271,6 +266,7 @@ class Restores(KeptWorks[Restore], Generic[C]):
         record.error = None if error is None else RestoreError.amid(error, record.written, record.commands)
         if status == "verified":
             record.phase = "done"
+        self._forget(work)
         self.tell(status, record)
 
     def note_cut_off(self, record: Restore, why: CutOff, /) -> None:

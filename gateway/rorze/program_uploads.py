@@ -162,9 +162,10 @@ class ProgramUploads(KeptWorks[ProgramUpload]):
         try:
             await require_rest(body)
             work.require_wanted()
-            self.begin(record, self._run(work), "program upload")
+            task = self.begin(record, self._run(work), "program upload")
+            task.add_done_callback(lambda _: self._forget(work))
         except BaseException:
-            del self._current[body]
+            self._forget(work)
             raise
         self.tell("started", record)
         return record
@@ -219,8 +220,6 @@ class ProgramUploads(KeptWorks[ProgramUpload]):
         else:
             record.phase = "done"
             self._end(work, "succeeded", None)
-        finally:
-            del self._current[work.body]
 
     def _end(self, work: _Work, status: Status, error: GatewayError | None) -> None:
         record = work.record
@@ -228,7 +227,12 @@ class ProgramUploads(KeptWorks[ProgramUpload]):
         record.stored = POWER_LOST if lost else _stored(record, unsure=isinstance(error, UNSURE))
         record.status, record.ended_at = status, datetime.now(UTC)
         record.error = None if error is None else UploadError.of(error)
+        self._forget(work)
         self.tell(status, record)
+
+    def _forget(self, work: _Work) -> None:
+        if self._current.get(work.body) is work:
+            del self._current[work.body]
 
     def note_cut_off(self, record: ProgramUpload, why: CutOff, /) -> None:
         """Say what the body holds, as far as is known."""
