@@ -278,8 +278,10 @@ class Leases:
             self._timer = asyncio.get_running_loop().call_later(max(rest_s, 0.001), self._wake)
 
     def _wake(self) -> None:
-        self.expire()
-        self._wait()
+        try:
+            self.expire()
+        finally:
+            self._wait()
 
     def _end(self, held: _Held, why: End) -> None:
         """The only place where a lease ends."""

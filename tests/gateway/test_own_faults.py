@@ -4,14 +4,21 @@ import asyncio
 
 import pytest
 
+from gateway.core.events import EventHub
 from gateway.core.gate import Gate
+from gateway.core.leases import Holder
+from gateway.core.line import LineDriver
 from gateway.core.load import Load
+from gateway.core.loop_watch import SUSPENDED_S
 from gateway.core.move_record import MoveStatus
 from gateway.core.move_tasks import MoveTasks
+from gateway.core.origin import Origin
+from gateway.core.parts import Part
 from gateway.core.scheduler import Scheduler
 from gateway.core.session import Session
 from gateway.core.stops import Stopping
 from gateway.fics.asking import Asking
+from gateway.fics.family import Fics
 from gateway.fics.jogs import Jogs
 from gateway.fics.motion_state import MotionState
 from gateway.fics.motions import Accepted
@@ -19,9 +26,12 @@ from gateway.fics.move_runs import MoveRun
 from gateway.fics.power import Power
 from gateway.fics.selection import Selection
 from gateway.fics.stops import RobotStops, _RobotStop
+from gateway.operations.stops import stop_all
 from gateway.rorze import moves
 from gateway.rorze.bodies import Body
 from gateway.rorze.body_watch import BodyWatch
+from gateway.rorze.family import Rorze
+from gateway.rorze.jogs import BodyJogRequest
 from gateway.rorze.line import Line
 from gateway.rorze.move_proof import MoveProof
 from gateway.rorze.moves import Moves
@@ -38,6 +48,7 @@ from tests.plants import Rig, in_virtual_time, rig
 
 LONG = MoveClockwise(distance=20_000)
 SHORT = MoveClockwise(distance=300)
+ENDLESS = MoveClockwise(distance="endless")
 AGAIN_S = 30.0
 """After this time the gateway is itself again, whatever has happened."""
 
@@ -267,3 +278,75 @@ async def test_a_loss_of_power_is_known_in_spite_of_a_fault(
         it.robot.power.acknowledge()
         assert (await it.move(HomeRobot())).status is MoveStatus.SUCCEEDED
         assert (await it.robot.stop("immediate")).state == "confirmed"
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        (Rorze, "end_motion"),
+        (Rorze, "at_rest"),
+        (Stops, "_begin"),
+        (Fics, "end_motion"),
+        (LineDriver, "revoke"),
+    ],
+    ids=named,
+)
+@in_virtual_time
+async def test_what_would_never_end_is_stopped_at_the_end_in_spite_of_a_fault(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with rig(groups={}) as it:
+        for body in it.plant.bodies():
+            await it.plant.moves.start(body, ENDLESS)
+        failed = fail_once(monkeypatch, place)
+        await it.plant.wind_down()
+        assert failed
+        assert not any(axis.motor.moving for axis in it.machine.axes.values())
+
+
+@pytest.mark.parametrize(
+    "place", [(Rorze, "was_left_alone"), (EventHub, "publish"), (Stops, "_begin")], ids=named
+)
+@in_virtual_time
+async def test_what_jogs_after_a_suspension_is_stopped_in_spite_of_a_fault(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with rig(groups={}) as it:
+        await it.plant.rorze.jogs.start(it.body(), BodyJogRequest(direction="cw"))
+        failed = fail_once(monkeypatch, place)
+        it.plant.watch.on_held(SUSPENDED_S + 1.0)
+        await asyncio.sleep(0.3)  # less than its heartbeat allows
+        assert failed
+        assert not it.axis().motor.moving
+
+
+@pytest.mark.parametrize(
+    "place", [(Rorze, "end_motion"), (EventHub, "publish"), (Stops, "_begin")], ids=named
+)
+@in_virtual_time
+async def test_what_would_never_end_is_stopped_with_its_lease_in_spite_of_a_fault(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with rig(groups={}) as it:
+        it.plant.leases.clock = asyncio.get_running_loop().time
+        part = Part(it.body().line.id, it.body().address)
+        leases = it.plant.leases
+        await it.plant.moves.start(it.body(), ENDLESS)
+        await leases.take("3F", "/bodies/3F", [part], Holder("a", "a"), 2.0, over=False)
+        failed = fail_once(monkeypatch, place)
+        await asyncio.sleep(5.0)
+        assert failed
+        assert not it.axis().motor.moving
+
+
+@pytest.mark.parametrize("place", [(Rorze, "stop_all"), (Fics, "stop_all")], ids=named)
+@in_virtual_time
+async def test_a_fault_at_one_family_keeps_nobody_from_the_stop_of_all(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with rig(groups={}) as it:
+        await it.plant.moves.start(it.body(), LONG)
+        failed = fail_once(monkeypatch, place)
+        stopped = await stop_all(it.plant, Origin("test"), "immediate")
+        assert failed
+        assert {report.state for report in stopped.reports["bodies"]} == {"confirmed"}
