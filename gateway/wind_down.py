@@ -66,7 +66,7 @@ class WindDown:
             async with asyncio.timeout(self._patience_s) as self._limit:
                 await asyncio.gather(*(carry_on(what, family.at_rest) for family in self._families))
         self._limit = None
-        self._name_what_moves()
+        survived(what, self._name_what_moves)
         for family in self._families:
             await family.let_go()
 

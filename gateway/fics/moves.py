@@ -173,8 +173,8 @@ class RobotMoves:
             move.ended_at = datetime.now(UTC)
             unit.trajectory = None
             robot.motion.end_move(move.unit)
-            self.log.end(move)
             self._on_trajectory()
+            self.log.end(move)
         _publish("started" if status is MoveStatus.MOVING else status, robot, unit, move)
         self.log.on_change(move)
 
