@@ -93,8 +93,8 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
     def _over(self, stop: "_RobotStop") -> None:
         """Forget a stop, which a gateway that closes may not even have begun to see through."""
         del self._tasks[stop]
-        self._forget(stop)
         self._motion.end_stop()
+        self._forget(stop)
 
     def _forget(self, stop: "_RobotStop") -> None:
         if self._running.get(stop.mode) is stop:

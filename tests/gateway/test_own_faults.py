@@ -6,7 +6,7 @@ import pytest
 
 from gateway.core.events import EventHub
 from gateway.core.gate import Gate
-from gateway.core.leases import Holder
+from gateway.core.leases import Holder, Leases
 from gateway.core.line import LineDriver
 from gateway.core.load import Load
 from gateway.core.loop_watch import SUSPENDED_S
@@ -321,7 +321,7 @@ async def test_what_jogs_after_a_suspension_is_stopped_in_spite_of_a_fault(
 
 
 @pytest.mark.parametrize(
-    "place", [(Rorze, "end_motion"), (EventHub, "publish"), (Stops, "_begin")], ids=named
+    "place", [(Rorze, "end_motion"), (Leases, "_told"), (EventHub, "publish"), (Stops, "_begin")], ids=named
 )
 @in_virtual_time
 async def test_what_would_never_end_is_stopped_with_its_lease_in_spite_of_a_fault(
