@@ -32,7 +32,7 @@ from gateway.core.leases import End, Lease, Leases, Tokens
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
 from gateway.core.names import Names
 from gateway.core.origin import POLL, Origin, acting
-from gateway.core.own_faults import carry_on
+from gateway.core.own_faults import carry_on, insist, survived
 from gateway.core.parts import Part
 from gateway.core.targets import Target
 from gateway.families import FAMILIES
@@ -294,27 +294,27 @@ class Plant:
             seconds,
             "; what waited is cancelled, and all lines are fenced" if suspended else "",
         )
-        self.events.publish(
-            "gateway.loop.held", SUBJECT, {"seconds": round(seconds, 3), "cancelled": suspended}
-        )
+        what, told = "the time after a suspension", {"seconds": round(seconds, 3), "cancelled": suspended}
+        survived(what, partial(self.events.publish, "gateway.loop.held", SUBJECT, told))
         if not suspended:
             return
-        self.leases.expire()
+        survived(what, self.leases.expire)
         for port in self._ports.values():
-            port.revoke(HeldUp)
-            port.fence()
+            insist(what, partial(port.revoke, HeldUp))
+            insist(what, port.fence)
         for family in self.families.values():
-            family.was_left_alone()
+            insist(what, family.was_left_alone)
 
     def _lease_taken(self, subject: str, lease: Lease) -> None:
         self.events.publish(f"{_what(subject)}.lease.taken", subject, lease)
 
     def _lease_ended(self, subject: str, lease: Lease, why: End, parts: Sequence[Part]) -> None:
         """Tell it, and stop what would never end without its holder; moves go on to their ends."""
-        self.events.publish(f"{_what(subject)}.lease.{why}", subject, lease)
-        with acting(Origin(f"gateway: end of {lease.lease}")):
+        what = f"the end of {lease.lease}"
+        survived(what, partial(self.events.publish, f"{_what(subject)}.lease.{why}", subject, lease))
+        with acting(Origin(f"gateway: {what}")):
             for family in self.families.values():
-                family.end_motion(everything=False, within=parts)
+                insist(what, partial(family.end_motion, everything=False, within=parts))
 
     def _publish_reading(self, noun: str, what: str, reading: Reading) -> None:
         kind = f"{_what(reading.target)}.{noun}.{what}"

@@ -1,7 +1,6 @@
 """Scans of ports: who is there that no line serves, and the table that would serve it."""
 
 import asyncio
-import logging
 import secrets
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
@@ -21,8 +20,6 @@ from gateway.search import addresses_of, search, serial_devices
 from gateway.wind_down import SUBJECT
 from transports import Transport
 from transports.addresses import Address
-
-log = logging.getLogger(__name__)
 
 HISTORY = 100
 DEVICES: Final = ("/dev", "/sys")
@@ -124,10 +121,7 @@ class PortScans(Works[PortScan]):
 
     def _ended(self, scan: PortScan, found: Sequence[Found], task: "asyncio.Task[None]") -> None:
         """Note the end, maybe before it had begun."""
-        fault = None if task.cancelled() else task.exception()
-        if fault is not None:
-            log.error("a scan of ports has failed", exc_info=fault)
-        done = not (task.cancelled() or fault)
+        done = not (task.cancelled() or task.exception())
         scan.status, scan.error = ("finished", None) if done else ("failed", BROKEN_OFF)
         scan.found, scan.doing = self._tables(found), []
         scan.ended_at = datetime.now(UTC)

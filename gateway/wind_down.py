@@ -4,12 +4,14 @@ import asyncio
 import logging
 from collections.abc import Collection
 from contextlib import suppress
+from functools import partial
 from typing import Any, Literal
 
 from gateway.core.admission import Admission
 from gateway.core.errors import ShuttingDown
 from gateway.core.family import AnyLine, Family, Site
 from gateway.core.origin import Origin, acting
+from gateway.core.own_faults import carry_on, survived, twice
 
 log = logging.getLogger(__name__)
 
@@ -55,18 +57,21 @@ class WindDown:
 
     async def _wind_down(self) -> None:
         self._admission.end()
-        self._events.publish("gateway.shutting_down", SUBJECT, {"on_exit": self._on_exit})
-        for line in self._lines:
-            line.revoke(ShuttingDown)
-        for family in self._families:
-            self._stops += family.end_motion(everything=self._on_exit == "stop")
+        what, told = "the end of the gateway", {"on_exit": self._on_exit}
+        survived(what, partial(self._events.publish, "gateway.shutting_down", SUBJECT, told))
+        revoking = (partial(twice, what, partial(line.revoke, ShuttingDown)) for line in self._lines)
+        ending = (partial(twice, what, partial(self._end_motion, family)) for family in self._families)
+        survived(what, *revoking, *ending)
         with suppress(TimeoutError):
             async with asyncio.timeout(self._patience_s) as self._limit:
-                await asyncio.gather(*(family.at_rest() for family in self._families))
+                await asyncio.gather(*(carry_on(what, family.at_rest) for family in self._families))
         self._limit = None
-        self._name_what_moves()
+        survived(what, self._name_what_moves)
         for family in self._families:
             await family.let_go()
+
+    def _end_motion(self, family: Family) -> None:
+        self._stops += family.end_motion(everything=self._on_exit == "stop")
 
     def _name_what_moves(self) -> None:
         for family in self._families:

@@ -1,6 +1,7 @@
 """What has happened at the plant, in one order for everybody, and how a client reads on after a break."""
 
 import asyncio
+import logging
 import re
 import secrets
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
@@ -19,6 +20,8 @@ from gateway.core.event_ring import EventRing, KeptEvent
 from gateway.core.live import Live, Watch
 from gateway.core.turns import Turn, Turns
 from gateway.core.waiting import happens
+
+log = logging.getLogger(__name__)
 
 RETAINED_EVENTS = 100_000
 """How many of the newest events can be read again."""
@@ -308,10 +311,14 @@ class Subscription(AsyncIterator[Event]):
         if not outlet.takes or end.done():
             return
         try:
-            batch = self._take()
+            self._write_next(outlet, end)
         except SlowConsumer as slow:
             end.set_result(slow)
-            return
+        except Exception as fault:  # the client is told, and can read on after the last event that it has
+            end.set_exception(fault)
+
+    def _write_next(self, outlet: EventSink, end: "asyncio.Future[SlowConsumer | None]") -> None:
+        batch = self._take()
         if batch.events:
             outlet.write(batch.written(outlet.writer))
         elif self._hub.closed and self._has_read_all:
@@ -445,7 +452,10 @@ class EventHub:
         self._ring.append(KeptEvent(type_, subject, event.json))
         self.last = event.number
         for hear in self.listeners:
-            hear(event)
+            try:
+                hear(event)
+            except Exception:  # what has happened goes on, whatever is made of it
+                log.exception("event %s has met a fault of the gateway itself", type_)
         self.turns.news()
         return event
 

@@ -4,17 +4,13 @@ import logging
 from abc import abstractmethod
 from collections.abc import Callable, Iterable
 from datetime import datetime
-from typing import Any, ClassVar, Final, Protocol, TypeVar
+from typing import Any, ClassVar, Protocol, TypeVar
 
 from pydantic import BaseModel
 
-from gateway.core.works import Recorded, Works
+from gateway.core.works import GATEWAY_ENDED, CutOff, Recorded, Works
 
 log = logging.getLogger(__name__)
-
-GATEWAY_ENDED: Final = "gateway-ended"
-"""The kind of error of work that the end of a gateway has cut off."""
-CUT_OFF: Final = "The gateway has ended in the middle of it"
 
 
 class Dated(Recorded, Protocol):
@@ -64,9 +60,13 @@ class KeptWorks(Works[K]):
                 )
                 continue
             self._keep(record)
-            if record.ended_at is None:
-                self.cut_off(record)
+            self.cut_off(record, GATEWAY_ENDED)
+
+    def cut_off(self, record: K, why: CutOff, /) -> None:
+        """Say so in a record that has not told its end yet."""
+        if record.ended_at is None:
+            self.note_cut_off(record, why)
 
     @abstractmethod
-    def cut_off(self, record: K) -> None:
-        """Say in a record that its work has not come to its end, and what that has left."""
+    def note_cut_off(self, record: K, why: CutOff, /) -> None:
+        """Say in a record why its work has not come to its end, and what that has left."""

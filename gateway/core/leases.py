@@ -16,6 +16,7 @@ from gateway.core.errors import GatewayError, NotAllowed, NotFound, NotSent
 from gateway.core.exchange import Exchange
 from gateway.core.loop_watch import boot_time
 from gateway.core.origin import Claim
+from gateway.core.own_faults import survived
 from gateway.core.parts import Part
 from gateway.core.records import Record
 from protocols.table import Effect
@@ -278,13 +279,14 @@ class Leases:
             self._timer = asyncio.get_running_loop().call_later(max(rest_s, 0.001), self._wake)
 
     def _wake(self) -> None:
-        self.expire()
+        survived("the end of a lease", self.expire)
         self._wait()
 
     def _end(self, held: _Held, why: End) -> None:
         """The only place where a lease ends."""
+        told = self._told(held)
         del self._held[held.id]
-        self.on_end(held.subject, self._told(held), why, held.parts)
+        self.on_end(held.subject, told, why, held.parts)
 
     def _find(self, lease_id: str) -> _Held:
         self.expire()

@@ -19,6 +19,7 @@ from gateway.core.journal.intents import Intents
 from gateway.core.lanes import Lane
 from gateway.core.line_state import LineState
 from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
+from gateway.core.own_faults import carry_on
 from gateway.core.sequence_lock import SequenceLock, Series, all_held
 from gateway.core.session import Session
 from gateway.core.trace_filter import FrameSubject
@@ -118,7 +119,7 @@ class PortLoop(ABC):
     def _in_step(self) -> bool:
         """Whether replies can be believed."""
 
-    def _beside(self) -> Iterable[Coroutine[Any, Any, None]]:
+    def _beside(self) -> Iterable[Callable[[], Coroutine[Any, Any, None]]]:
         """What runs beside the port for as long as the line lives."""
         return ()
 
@@ -130,7 +131,8 @@ class PortLoop(ABC):
         with acting(SET_UP):
             self._tasks = [self._begun(self._keep_open())]
         with acting(PROBE):
-            self._tasks += map(self._begun, self._beside())
+            beside = f"the work beside line {self.id}"
+            self._tasks += [self._begun(carry_on(beside, work)) for work in self._beside()]
 
     def _begun(self, work: Coroutine[Any, Any, None]) -> "asyncio.Task[None]":
         return asyncio.create_task(work, name=f"line {self.id}")
@@ -527,7 +529,11 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def _expire(self) -> None:
         self._expiry = None
         now = max(self._loop.time(), self._expiry_at)  # timers may fire a little early
-        next_at = self._session.scheduler.expire(now)
+        try:
+            next_at = self._session.scheduler.expire(now)
+        except Exception as fault:
+            self._survive(fault)
+            return
         if next_at is not None:
             self._expire_at(max(next_at, now + EXPIRY_STEP_S))
 

@@ -3,9 +3,11 @@
 import asyncio
 import logging
 from collections.abc import Callable, Coroutine
+from functools import partial
 from typing import Any
 
 from gateway.core.errors import GatewayError
+from gateway.core.own_faults import survived
 
 log = logging.getLogger(__name__)
 
@@ -54,10 +56,20 @@ class MoveTasks:
 async def _seen_through(
     move_id: str, work: Callable[[], Coroutine[Any, Any, None]], beginning: Beginning, give_up: GiveUp
 ) -> None:
+    fault = await guarded(move_id, work, give_up)
+    if fault is not None and not beginning.done():
+        beginning.set_exception(fault)
+
+
+async def guarded(
+    move_id: str, work: Callable[[], Coroutine[Any, Any, None]], give_up: GiveUp
+) -> Exception | None:
+    """Follow a move; after a fault of the gateway itself, which it gives, nobody does, and that is said."""
     try:
         await work()
     except Exception as fault:
         log.exception("move %s has met a fault of the gateway itself", move_id)
-        if not beginning.done():
-            beginning.set_exception(fault)
-        give_up(f"A fault of the gateway itself ({type(fault).__name__}) has ended its watch over the move.")
+        why = f"A fault of the gateway itself ({type(fault).__name__}) has ended its watch over the move."
+        survived(f"move {move_id}", partial(give_up, why))
+        return fault
+    return None

@@ -2,15 +2,19 @@
 
 import asyncio
 import logging
-from collections.abc import Awaitable, Callable
-from typing import Final
+from collections.abc import Awaitable, Callable, Iterable
+from typing import Final, TypeVar
 
 log = logging.getLogger(__name__)
+
+T = TypeVar("T")
 
 AGAIN_S: Final = (0.5, 30.0)
 """First and longest pause before work that has met a fault is begun again; it doubles in between."""
 WELL_S: Final = 60.0
 """Work that has gone on for this time is believed to go on well: the next pause is the first again."""
+INSIST_S: Final = 0.05
+"""The first pause before a deed is done again that a motor waits for."""
 
 
 async def carry_on(what: str, work: Callable[[], Awaitable[None]]) -> None:
@@ -29,3 +33,45 @@ async def carry_on(what: str, work: Callable[[], Awaitable[None]]) -> None:
             return
         await asyncio.sleep(pause_s)
         pause_s = min(2 * pause_s, AGAIN_S[1])
+
+
+def insist(what: str, deed: Callable[[], object], pause_s: float = INSIST_S) -> None:
+    """Do what a motor waits for: after a fault soon again, until it is done."""
+    try:
+        deed()
+    except Exception:
+        log.exception("%s has met a fault of the gateway itself, and is done again in %g s", what, pause_s)
+        loop = asyncio.get_running_loop()
+        loop.call_later(pause_s, insist, what, deed, min(2 * pause_s, AGAIN_S[1]))
+
+
+def survived(what: str, *deeds: Callable[[], object]) -> None:
+    """Do all of these: a fault in one is logged, and keeps none of the others from it."""
+    for deed in deeds:
+        try:
+            deed()
+        except Exception:
+            log.exception("%s has met a fault of the gateway itself", what)
+
+
+def all_of(deeds: Iterable[Callable[[], T]]) -> list[T]:
+    """Do all of these; the first error is raised when all are done."""
+    results: list[T] = []
+    errors: list[Exception] = []
+    for deed in deeds:
+        try:
+            results.append(deed())
+        except Exception as error:
+            errors.append(error)
+    if errors:
+        raise errors[0]
+    return results
+
+
+def twice(what: str, deed: Callable[[], T]) -> T:
+    """Do what may be done twice: after a fault at once again, and what that raises is passed on."""
+    try:
+        return deed()
+    except Exception:
+        log.exception("%s has met a fault of the gateway itself, and is done again", what)
+        return deed()

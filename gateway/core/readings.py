@@ -9,7 +9,8 @@ from typing import Protocol, TypeVar
 
 from gateway.core.backup_record import BackupError, Reading, Status
 from gateway.core.errors import BodyBusy, Cancelled, GatewayError, ShuttingDown
-from gateway.core.kept_works import CUT_OFF, GATEWAY_ENDED, KeptWorks
+from gateway.core.kept_works import KeptWorks
+from gateway.core.works import CutOff
 
 HISTORY = 10
 PROGRESS_S = 1.0
@@ -113,11 +114,11 @@ class Readings(KeptWorks[R]):
         """What an event tells of it."""
         return _told(record)
 
-    def cut_off(self, record: R) -> None:
+    def note_cut_off(self, record: R, why: CutOff, /) -> None:
         """Say how far it had come, as far as is known."""
         record.status, record.ended_at = "failed", datetime.now(UTC)
-        detail = f"{CUT_OFF}. When that was noted last, {self.left_by(record)}."
-        record.error = BackupError(type=GATEWAY_ENDED, detail=detail, remedy="Begin anew.")
+        detail = f"{why.what}. When that was noted last, {self.left_by(record)}."
+        record.error = BackupError(type=why.kind, detail=detail, remedy="Begin anew.")
         self.tell("failed", record)
 
 

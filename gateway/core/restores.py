@@ -7,9 +7,10 @@ from datetime import UTC, datetime
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from gateway.core.errors import BodyBusy, Cancelled, GatewayError, NotFound, ShuttingDown, StoppedFirst
-from gateway.core.kept_works import CUT_OFF, GATEWAY_ENDED, KeptWorks
+from gateway.core.kept_works import KeptWorks
 from gateway.core.move_log import new_id
 from gateway.core.restore_record import Difference, Phase, Restore, RestoreError, RestorePlan, Status
+from gateway.core.works import CutOff
 
 HISTORY = 20
 TOLD = 20
@@ -187,10 +188,11 @@ class Restores(KeptWorks[Restore], Generic[C]):
         try:
             for controller in controllers:
                 await controller.require_rest()
+            task = self.begin(record, self._run(work, controllers), "restore")
+            task.add_done_callback(lambda _: self._forget(work))
         except BaseException:
             self._forget(work)
             raise
-        self.begin(record, self._run(work, controllers), "restore")
         self.tell("started", record)
         return record
 
@@ -267,14 +269,14 @@ class Restores(KeptWorks[Restore], Generic[C]):
         self._forget(work)
         self.tell(status, record)
 
-    def cut_off(self, record: Restore) -> None:
+    def note_cut_off(self, record: Restore, why: CutOff, /) -> None:
         """Say how far it had come, as far as is known."""
-        record.status, record.ended_at = "failed", datetime.now(UTC)
+        record.status, record.differences, record.ended_at = "failed", None, datetime.now(UTC)
         some = f"{record.written} of {record.commands} commands had been written, perhaps more"
         far = some if record.written else "No command is known to have been written"
         record.error = RestoreError(
-            type=GATEWAY_ENDED,
-            detail=f"{CUT_OFF}. {far}; nobody knows what {', '.join(record.controllers)} holds now.",
+            type=why.kind,
+            detail=f"{why.what}. {far}; nobody knows what {', '.join(record.controllers)} holds now.",
             remedy="Restore the backup again: what differs is written, and all is read back.",
         )
         self.tell("failed", record)

@@ -80,6 +80,8 @@ class Sampler:
         for it in told:
             if hz := self._hz(it):
                 self._due[it] = max(self._due[it] + 1 / hz, now)
+            else:  # nobody wants it any more, and nobody has said so
+                self._due.pop(it, None)
         if source not in told:
             self._due[source] = _now() + REST_S
         took_s = self._line.load.busy_s[LIVE.work] - before_s

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Generic, Literal, Protocol, TypeVar
 
 from gateway.core.errors import GatewayError
+from gateway.core.own_faults import insist
 from gateway.core.waiting import happens
 
 StopMode = Literal["decelerate", "immediate"]
@@ -72,7 +73,7 @@ class Stopping(ABC):
     async def see_through(self) -> None:
         """Repeat the stop until standstill is proved. To cancel this gives it up."""
         loop = asyncio.get_running_loop()
-        self._warning = loop.call_later(CONFIRM_WITHIN_S, self._warn)
+        self._warn_in(CONFIRM_WITHIN_S)
         try:
             began_at = loop.time()
             while not await self._is_proved():
@@ -121,9 +122,15 @@ class Stopping(ABC):
         """Whether it is too early to call for the hardware stop."""
         return not self._overdue and self.has_had_no_turn()
 
+    def _warn_in(self, seconds: float) -> None:
+        loop, what = asyncio.get_running_loop(), "the call for the hardware stop"
+        self._warning = loop.call_later(seconds, insist, what, self._warn)
+
     def _warn(self) -> None:
+        if self._report.state == "confirmed":
+            return
         if self.has_had_no_turn():
-            self._warning = asyncio.get_running_loop().call_later(REPEAT_S, self._warn)
+            self._warn_in(REPEAT_S)
             return
         self._overdue = True
         self.tell()

@@ -1,9 +1,12 @@
 """Turns for those that wait for news: many of them, and none of the gateway's work waits for them."""
 
 import asyncio
+import logging
 from collections import OrderedDict
 from collections.abc import Callable
 from time import perf_counter
+
+log = logging.getLogger(__name__)
 
 SLICE = 128
 """Turns that follow one another before the loop has one."""
@@ -70,7 +73,10 @@ class Turns:
         left, now = SLICE, began
         while self._due and left and now - began <= SLICE_S:
             _, turn = self._due.popitem(last=False)
-            turn()
+            try:
+                turn()
+            except Exception:  # the turns of the others come
+                log.exception("a turn has met a fault of the gateway itself")
             left -= 1
             now = self._clock()
         pause_s = min(PAUSE * (now - began), LONGEST_PAUSE_S)

@@ -1,12 +1,29 @@
 """Long work, each with a record: done in a task of its own, and found again when it is over."""
 
 import asyncio
+import logging
 from collections import OrderedDict
 from collections.abc import Callable, Coroutine, Iterator
+from functools import partial
 from math import inf
-from typing import Any, ClassVar, Generic, Protocol, TypeVar
+from typing import Any, ClassVar, Final, Generic, NamedTuple, Protocol, TypeVar
 
 from gateway.core.errors import NotFound
+
+log = logging.getLogger(__name__)
+
+
+class CutOff(NamedTuple):
+    """Why work has not come to its end."""
+
+    kind: str
+    """The kind of its error."""
+    what: str
+    """The same as the beginning of a sentence."""
+
+
+GATEWAY_ENDED: Final = CutOff("gateway-ended", "The gateway has ended in the middle of it")
+OWN_FAULT: Final = CutOff("gateway-fault", "A fault of the gateway itself has ended it")
 
 
 class Recorded(Protocol):
@@ -34,12 +51,22 @@ class Works(Generic[W]):
         self._tasks: dict[str, asyncio.Task[None]] = {}
 
     def begin(self, record: W, work: Coroutine[Any, Any, None], name: str) -> "asyncio.Task[None]":
-        """Keep a record, and do its work in a task of this name."""
+        """Keep a record, and do its work in a task of this name; a fault of the gateway itself ends it."""
         task = asyncio.create_task(work, name=f"{name} {record.id}")
         self._tasks[record.id] = task
-        task.add_done_callback(lambda _: self._tasks.pop(record.id))
+        task.add_done_callback(partial(self._over, record))
         self._keep(record)
         return task
+
+    def _over(self, record: W, task: "asyncio.Task[None]") -> None:
+        del self._tasks[record.id]
+        fault = None if task.cancelled() else task.exception()
+        if fault is not None:
+            log.error("%s has met a fault of the gateway itself", task.get_name(), exc_info=fault)
+            self.cut_off(record, OWN_FAULT)
+
+    def cut_off(self, record: W, why: CutOff, /) -> None:
+        """Say in a record that its work has not come to its end, and what that has left."""
 
     def _keep(self, record: W) -> None:
         """Keep a record, and let go the oldest of those that are over and too many."""

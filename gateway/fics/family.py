@@ -25,6 +25,7 @@ from gateway.core.family import (
 from gateway.core.kept_works import KeptWorks
 from gateway.core.lanes import Lane
 from gateway.core.move_log import MoveLog
+from gateway.core.own_faults import all_of
 from gateway.core.parts import Part
 from gateway.core.restore_record import Restore
 from gateway.core.restores import Restores
@@ -265,7 +266,8 @@ class Fics(Family):
 
     def stop_all(self, mode: StopMode) -> Awaitable[Stopped]:
         """Stop all robots."""
-        return stopped("robots", asyncio.gather(*(robot.stop(mode) for robot in self.robots())))
+        begun = all_of(partial(robot.stop, mode) for robot in self.robots())
+        return stopped("robots", asyncio.gather(*begun))
 
     # the end
 
@@ -274,9 +276,9 @@ class Fics(Family):
     ) -> list["asyncio.Task[Any]"]:
         """Stop what jogs, or everything that moves."""
         robots = [robot for robot in self.robots() if is_within(robot.line.id, robot.id, within)]
-        for robot in robots:
-            robot.jogs.end_all("stopped")
-        return [robot.stop("decelerate") for robot in robots if everything and robot.moving]
+        all_of(partial(robot.jogs.end_all, "stopped") for robot in robots)
+        moving = [robot for robot in robots if everything and robot.moving]
+        return all_of(partial(robot.stop, "decelerate") for robot in moving)
 
     async def at_rest(self) -> None:
         """Wait for stops, for refusals of moves, and for the ends of uploads."""

@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply
@@ -18,6 +19,7 @@ from gateway.core.jogs import (
 )
 from gateway.core.lanes import Lane
 from gateway.core.origin import Origin, acting, working
+from gateway.core.own_faults import all_of, carry_on, insist, survived
 from gateway.fics.axes import Places, at_rest, unit_of
 from gateway.fics.errors import IN_MOTION, RobotBusy, UnitNotSelected, preparing
 from gateway.fics.exchange import answered
@@ -55,7 +57,7 @@ class _Running:
     """Deadline of the next heartbeat, on the event loop's clock."""
     alarm: asyncio.TimerHandle
     """Ends it, unless the next heartbeat comes first."""
-    rest: "asyncio.Task[None]"
+    rest: "asyncio.Task[None] | None" = None
     """Ends it when the axis stands still without a stop."""
 
 
@@ -110,9 +112,14 @@ class Jogs:
                     expires_at=loop.time() + START_WITHIN_S,
                     on_written=lambda _: self._begun(session),
                 )
-        finally:
+        except BaseException:
             if not self._was_sent(session):
                 self._settle(session)
+            raise
+        if not self._was_sent(session) and accepted.was_not_written():
+            self._settle(session)
+        elif not self._was_sent(session):  # a fault of the gateway itself has met it while it was written
+            self._begun(session)
         await self._await_answer(session, command, accepted)
         return self._find(session.id).session
 
@@ -127,17 +134,16 @@ class Jogs:
 
     def _begun(self, session: JogSession) -> None:
         """The axis may move from now on, answered or not."""
-        until, alarm = self._await_heartbeat(session)
+        self._running[session.id] = running = _Running(session, *self._await_heartbeat(session))
         with working("followers"):
-            rest = asyncio.create_task(self._rests(session), name=f"JOG of {self._robot_id}")
-        rest.add_done_callback(lambda task: None if task.cancelled() else self._rested(session))
-        self._running[session.id] = _Running(session, until, alarm, rest)
+            running.rest = asyncio.create_task(self._rests(session), name=f"JOG of {self._robot_id}")
+        running.rest.add_done_callback(lambda task: None if task.cancelled() else self._rested(session))
         self._tell("robot.jog.started", session.model_dump())
 
     def _await_heartbeat(self, session: JogSession) -> tuple[float, asyncio.TimerHandle]:
         loop = asyncio.get_running_loop()
         until = loop.time() + HEARTBEAT_S
-        return until, loop.call_at(until, self._missed, session)
+        return until, loop.call_at(until, insist, "the end of a JOG", partial(self._missed, session))
 
     async def _await_answer(self, session: JogSession, command: StartJog, accepted: Accepted) -> None:
         """Wait for the answer, which comes at once; in Ver.2 there is only one where it was refused."""
@@ -194,7 +200,7 @@ class Jogs:
         """
         session = self._over.get(session_id) or self._find(session_id).session
         if session.id in self._running:
-            self._end(session, "ended")
+            self._stop_session(session, "ended")
         if session.id in self._unsettled:
             await asyncio.shield(self._stop_axis(session))
         return session
@@ -211,9 +217,8 @@ class Jogs:
         if not all(map(self._was_sent, sessions)):
             self._line.begin_stop()  # a start that waits must not follow the stop
         sent = [session for session in sessions if self._was_sent(session)]
-        for session in sent:
-            if session.id in self._running:
-                self._end(session, "ended")
+        running = [session for session in sent if session.id in self._running]
+        all_of(partial(self._stop_session, session, "ended") for session in running)
         if sent:
             await asyncio.gather(*(asyncio.shield(self._stop_axis(it)) for it in sent))
             if any(session.state == "stopping" for session in sent):
@@ -257,8 +262,8 @@ class Jogs:
 
     def robot_stops(self) -> None:
         """The whole robot is being stopped, which sees to its standstill: no session goes on."""
-        for running in list(self._running.values()):
-            self._end(running.session, "stopped")
+        sessions = [running.session for running in self._running.values()]
+        survived("the end of a JOG", *(partial(self._end, session, "stopped") for session in sessions))
         self._with_robot += [session for session in self._unsettled.values() if session.state == "stopping"]
         self._unsettled.clear()
         self._end_motion()
@@ -266,13 +271,12 @@ class Jogs:
     def robot_stands_still(self) -> None:
         """The stop of the whole robot is confirmed."""
         sessions, self._with_robot = self._with_robot, []
-        for session in sessions:
-            self._stands(session)
+        survived("the end of a JOG", *(partial(self._stands, session) for session in sessions))
 
     def end_all(self, state: Literal["lost", "stopped"]) -> None:
         """Stop every axis that jogs: no heartbeat counts any more."""
-        for running in list(self._running.values()):
-            self._stop_session(running.session, state)
+        sessions = [running.session for running in self._running.values()]
+        all_of(partial(self._stop_session, session, state) for session in sessions)
 
     async def settled(self) -> None:
         """Wait until every axis whose JOG has ended stands still, or the robot is being stopped."""
@@ -297,11 +301,15 @@ class Jogs:
 
     @acting(Origin("gateway: missing heartbeat"))
     def _missed(self, session: JogSession) -> None:
-        self._stop_session(session, "lost")
+        if session.state in ("jogging", "stopping"):
+            self._stop_session(session, "lost")
 
     def _stop_session(self, session: JogSession, ends_as: JogEnd) -> None:
-        self._end(session, ends_as)
+        """Stop the axis, and only then see to what is told of it."""
+        self._ends(session, ends_as)
         self._stop_axis(session)
+        if session.id in self._running:
+            self._end(session, ends_as)
 
     async def _rests(self, session: JogSession) -> None:
         """Return when the axis stands still though nobody has stopped it."""
@@ -322,11 +330,17 @@ class Jogs:
     def _leave(self, session: JogSession, ends_as: JogEnd) -> None:
         running = self._running.pop(session.id)
         running.alarm.cancel()
-        running.rest.cancel()
-        session.state, session.ends_as = "stopping", ends_as
+        if running.rest is not None:
+            running.rest.cancel()
+        self._ends(session, ends_as)
         self._over[session.id] = session
         while len(self._over) > KEPT:
             del self._over[next(iter(self._over))]
+
+    @staticmethod
+    def _ends(session: JogSession, ends_as: JogEnd) -> None:
+        if session.state == "jogging":
+            session.state, session.ends_as = "stopping", ends_as
 
     def _stands(self, session: JogSession) -> None:
         """Its axis was seen to stand still, or has never moved: only now it is over."""
@@ -338,11 +352,12 @@ class Jogs:
         """Stop the axis of a session that has ended; a second stop joins the first."""
         if session.id in self._stopping:
             return self._stopping[session.id]
-        self._send_stop(session)
+        what = f"the end of a JOG of {self._robot_id}"
         with working("stops"):
-            task = asyncio.create_task(self._see_still(session), name=f"end of a JOG of {self._robot_id}")
+            task = asyncio.create_task(carry_on(what, partial(self._see_still, session)), name=what)
         self._stopping[session.id] = task
         task.add_done_callback(lambda _: self._stopping.pop(session.id))
+        survived(what, partial(self._send_stop, session))  # it is repeated
         return task
 
     def _send_stop(self, session: JogSession) -> None:
@@ -367,14 +382,14 @@ class Jogs:
                     if session.id in self._unsettled:
                         self._send_stop(session)
         except TimeoutError:
+            stop = self._stop_robot()
             self._tell("robot.jog.not_stopped", session.model_dump())
-            await self._stop_robot()
+            await stop
 
     def _settle(self, session: JogSession) -> None:
         """The axis of a session stands still, or was never told to move."""
         self._unsettled.pop(session.id, None)
-        self._stands(session)
-        self._end_motion()
+        survived("the end of a JOG", partial(self._stands, session), self._end_motion)
 
     def _end_motion(self) -> None:
         """End the motion when the last axis stands still."""

@@ -234,10 +234,10 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
 
     def power_was_lost(self, reason: str) -> None:
         """The robot was found in the mode of power-on: nothing is said to it until it is set up again."""
-        self._known = False
         self._begin_set_up()
-        self._lost_power(certain=True)
         self.set_up_again(reason)
+        self._lost_power(certain=True)
+        self._known = False  # only now: the set-up would find it once more
 
     def _lost_power(self, *, certain: bool) -> None:
         """The robot is in the mode of power-on; where that is its own mode, having been away must do."""
@@ -250,10 +250,10 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
 
     def _robot_is_silent(self) -> None:
         self._was_away = True
+        self.set_up_again("the robot does not answer")
         if not self._missing:
             self._missing = True
             self.on_change("robot.offline", {})
-        self.set_up_again("the robot does not answer")
 
     async def _tell(self, command: FicsCommand[Any]) -> Outcome:
         """Send a command of the set-up ahead of everything but stops and fences."""

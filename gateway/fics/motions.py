@@ -32,6 +32,11 @@ class Accepted(NamedTuple):
     outcome: "asyncio.Future[Outcome]"
     """Ver.2: only a refusal ever comes here."""
 
+    def was_not_written(self) -> bool:
+        """Whether it was withdrawn before it was written."""
+        outcome = self.outcome.result() if self.outcome.done() else None
+        return isinstance(outcome, GatewayError) and outcome.moved == "no"
+
     def was_refused(self) -> bool:
         """Whether nothing moved because of it."""
         return self.outcome.done() and isinstance(self.outcome.result(), Refusal)

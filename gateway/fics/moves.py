@@ -74,9 +74,15 @@ class RobotMoves:
         if not robot.motion.idle.is_set():
             raise RobotBusy(f"A move of {robot.id} is not over; nothing was sent.", "Wait for it or stop it.")
         move = self._new(robot, unit, command)
-        run = self._run(robot, unit, command, move)
-        give_up = partial(self._give_up, robot, unit, move)
-        self._tasks.add(move.id, partial(run.make, start_within_s), run.begun, give_up)
+        give_up = partial(self._give_up, robot, unit, command, move)
+        try:
+            move.event_cursor = _publish("queued", robot, unit, move).cursor
+            self.log.on_change(move)
+            run = self._run(robot, unit, command, move)
+            self._tasks.add(move.id, partial(run.make, start_within_s), run.begun, give_up)
+        except Exception:
+            give_up("A fault of the gateway itself came before it was sent.")
+            raise
         refusal = await asyncio.shield(run.begun)
         if refusal is not None:
             await name_limits(unit, move.coordinates, move.target_position, refusal)
@@ -94,9 +100,10 @@ class RobotMoves:
             move.evidence.append("The journal does not tell whether the command was written.")
         move.evidence.append("The gateway was restarted in the middle of the move; the robot was asked.")
         robot.motion.begin_move(move.unit, move)
-        unit = robot.unit(move.unit)
-        run = self._run(robot, unit, _command_of(move), move)
-        self._tasks.add(move.id, run.take_over, run.begun, partial(self._give_up, robot, unit, move))
+        unit, command = robot.unit(move.unit), _command_of(move)
+        run = self._run(robot, unit, command, move)
+        give_up = partial(self._give_up, robot, unit, command, move)
+        self._tasks.add(move.id, run.take_over, run.begun, give_up)
 
     async def begun(self) -> None:
         """Wait until every move that was asked for has been taken or refused."""
@@ -115,12 +122,16 @@ class RobotMoves:
         publish = partial(robot.publish, unit=unit, correlation=move.id)
         return MoveRun(unit, command, move, robot.motions, robot.durations, advance, publish)
 
-    def _give_up(self, robot: Robot, unit: RobotUnit, move: RobotMove, why: str) -> None:
+    def _give_up(
+        self, robot: Robot, unit: RobotUnit, command: FicsCommand[Any], move: RobotMove, why: str
+    ) -> None:
         """Nobody knows how it ends; what is not written yet never is."""
         robot.line.cancel(
             lambda it: it.lane is Lane.COMMAND, Cancelled(f"{why} Nothing was sent.", "Try again.")
         )
-        if not move.status.final:
+        if robot.motion.command is command:
+            robot.motions.end()
+        if robot.motion.moves.get(unit.number) is move:
             move.evidence.append(why)
             self.advance(robot, unit, move, MoveStatus.UNKNOWN)
 
@@ -140,12 +151,6 @@ class RobotMoves:
         )
         self.log.add(move)
         robot.motion.begin_move(unit.number, move)
-        try:
-            move.event_cursor = _publish("queued", robot, unit, move).cursor
-        except Exception:
-            self._give_up(robot, unit, move, "A fault of the gateway itself came before it was sent.")
-            raise
-        self.log.on_change(move)
         return move
 
     def advance(
@@ -157,18 +162,18 @@ class RobotMoves:
         error: GatewayError | None = None,
     ) -> None:
         """The only place where a move changes its status."""
-        move.status = status
         if error is not None:
             calls = calls_for_robot(error, robot.id, robot.line.id, move.unit)
             move.error = MoveError.of(error, calls)
+        move.status = status
         if status is MoveStatus.SENT:
             move.sent_at = datetime.now(UTC)
             self._begin_way(unit, move, move.sent_at)
         elif status.final:
             move.ended_at = datetime.now(UTC)
             unit.trajectory = None
-            self._on_trajectory()
             robot.motion.end_move(move.unit)
+            self._on_trajectory()
             self.log.end(move)
         _publish("started" if status is MoveStatus.MOVING else status, robot, unit, move)
         self.log.on_change(move)

@@ -8,6 +8,7 @@ from typing import Any
 from gateway.core.errors import InvalidRequest
 from gateway.core.events import Data, Event
 from gateway.core.lanes import Lane
+from gateway.core.own_faults import all_of, survived
 from gateway.core.stops import StopMode
 from gateway.fics.asking import Answers, Asking, answered_now, deadline_of
 from gateway.fics.axes import UnitAxes, unit_of
@@ -237,12 +238,12 @@ class Robot:
         self.motion.doubt()
 
     def _line_changed(self, what: str, facts: dict[str, object]) -> None:
-        self._forget_what_may_change()
-        self.asking.note_change()
-        self.bits.compare_again()
+        doubts = self._forget_what_may_change, self.asking.note_change, self.bits.compare_again
+        survived(f"{what} of {self.id}", *doubts)
         if what == "robot.power_cycled":
-            self.selection.forget()
-            self.power.lost(certain=bool(facts["certain"]))
+            lost = partial(self.power.lost, certain=bool(facts["certain"]))
+            deeds: list[Callable[[], None]] = [self.selection.forget, lost]
+            all_of(deeds)
         elif what.startswith("robot."):
             self.publish(what, dict(facts))
         else:

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from gateway.core.errors import GatewayError, NotSent
 from gateway.core.lanes import Lane
-from gateway.core.own_faults import carry_on
+from gateway.core.own_faults import all_of, carry_on, survived, twice
 from gateway.core.records import Record, request_id_field
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState, StopsUnderWay
 from gateway.core.waiting import happens
@@ -67,14 +67,13 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
 
         The result comes when all stand still, or after two seconds with what is known then.
         """
-        self._line.begin_stop()
-        self._jogs.robot_stops()
-        if mode in self._running:
-            self._running[mode].submit()
-        else:
-            self._begin(mode)
-        stop = self._running[mode]
+        stop = twice("a stop", partial(self._stop, mode))
         return asyncio.create_task(self._report(stop, self._tasks[stop]), name="stop report")
+
+    def _stop(self, mode: StopMode) -> "_RobotStop":
+        send = self._running[mode].submit if mode in self._running else partial(self._begin, mode)
+        all_of([self._line.begin_stop, self._jogs.robot_stops, send])
+        return self._running[mode]
 
     @property
     def unconfirmed(self) -> RobotStopReport | None:
@@ -83,17 +82,23 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
         return next((report for report in reports if report.state != "confirmed"), None)
 
     def _begin(self, mode: StopMode) -> None:
-        self._motion.begin_stop()
         stop = self._new(mode)
-        stop.submit()
-        task = asyncio.create_task(self._see_through(stop), name=f"stop {stop.report.robot_id}")
+        self._motion.begin_stop()
+        what = f"stop {stop.report.robot_id}"
+        task = asyncio.create_task(self._see_through(stop), name=what)
         self._running[mode], self._tasks[stop] = stop, task
         task.add_done_callback(lambda _: self._over(stop))
-        stop.publish("requested")
+        survived(f"the {what}", stop.submit, partial(stop.publish, "requested"))  # its task repeats it
 
     def _over(self, stop: "_RobotStop") -> None:
+        """Forget a stop, which a gateway that closes may not even have begun to see through."""
         del self._tasks[stop]
         self._motion.end_stop()
+        self._forget(stop)
+
+    def _forget(self, stop: "_RobotStop") -> None:
+        if self._running.get(stop.mode) is stop:
+            del self._running[stop.mode]
 
     @staticmethod
     async def _report(stop: "_RobotStop", task: "asyncio.Task[None]") -> RobotStopReport:
@@ -105,13 +110,11 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
 
         No move may begin before this one is recorded.
         """
-        try:
-            await carry_on(f"the stop of {stop.report.robot_id}", stop.see_through)
-        finally:
-            del self._running[stop.mode]
-        self._motion.confirm_stop()
-        self._jogs.robot_stands_still()
-        stop.publish("confirmed")
+        what = f"the stop of {stop.report.robot_id}"
+        await carry_on(what, stop.see_through)
+        self._forget(stop)
+        told = self._jogs.robot_stands_still, partial(stop.publish, "confirmed")
+        survived(what, self._motion.confirm_stop, *told)
         await self._errors.poll()
         await happens(self._motion.idle, RECORD_WITHIN_S)
 

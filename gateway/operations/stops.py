@@ -1,7 +1,10 @@
 """Software stops: ahead of everything, repeated until standstill is proved."""
 
 import asyncio
+from functools import partial
 
+from gateway.core.family import Family
+from gateway.core.own_faults import all_of, twice
 from gateway.core.rights import Right
 from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped
@@ -21,5 +24,13 @@ async def stop(plant: Plant, target: str, mode: StopMode) -> Stopped:
 @needs(Right.STOP, whole_plant=True)
 async def stop_all(plant: Plant, mode: StopMode) -> Stopped:
     """Stop everything; the frames are queued before anything is awaited."""
-    stopped = await asyncio.gather(*[family.stop_all(mode) for family in plant.families.values()])
+    stopped = await asyncio.gather(*twice("a stop", partial(_begin_all, plant, mode)))
     return Stopped({name: those for it in stopped for name, those in it.reports.items()})
+
+
+def _begin_all(plant: Plant, mode: StopMode) -> "list[asyncio.Future[Stopped]]":
+    return all_of(partial(_begin, family, mode) for family in plant.families.values())
+
+
+def _begin(family: Family, mode: StopMode) -> "asyncio.Future[Stopped]":
+    return asyncio.ensure_future(family.stop_all(mode))

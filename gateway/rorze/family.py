@@ -27,6 +27,7 @@ from gateway.core.kept_works import KeptWorks
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.origin import RESTART, acting
+from gateway.core.own_faults import survived
 from gateway.core.parts import Part
 from gateway.core.restore_record import Restore
 from gateway.core.restores import Restores
@@ -480,7 +481,7 @@ class Rorze(Family):
 
     def _publish_move(self, kind: str, body: Body, move: Move) -> str:
         event = self.site.events.publish(kind, f"/bodies/{body.address}", move, correlation=move.id)
-        self.scara_moves.advanced(body, move)
+        survived("the move of a SCARA", partial(self.scara_moves.advanced, body, move))
         return event.cursor
 
     def _publish_scara_move(self, what: str, move: ScaraMove) -> str:

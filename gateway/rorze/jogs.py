@@ -3,11 +3,12 @@
 import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Final, Literal, cast
 
 from pydantic import Field
 
-from gateway.core.errors import InvalidRequest
+from gateway.core.errors import GatewayError, InvalidRequest
 from gateway.core.jogs import (
     HEARTBEAT_S,
     KEPT,
@@ -20,6 +21,7 @@ from gateway.core.jogs import (
 )
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.origin import Origin, acting, working
+from gateway.core.own_faults import all_of, carry_on, insist
 from gateway.core.records import RequestModel, example
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S
 from gateway.rorze.bodies import Body
@@ -79,7 +81,7 @@ class _Session:
     alarm: asyncio.TimerHandle | None = None
     """Stops it, unless the next heartbeat comes first."""
     over: "asyncio.Task[None]" = field(init=False)
-    """Ends when the motor was seen to stand still."""
+    """Ends when the motor was seen to stand still. A session is kept only with it."""
     stopping: "asyncio.Task[list[StopReport]] | None" = None
 
 
@@ -104,23 +106,30 @@ class BodyJogs:
         distance = await _distance(body, request)
         if line.gate.epoch(number) != epoch:
             raise line.gate.overtaken(number)
-        [move] = await self._moves.start(
-            body,
-            relative_command(request.turn, request.speed, distance, request.pattern),
-            max(0.0, late_at - loop.time()),
-            on_sent=lambda move: self._begun(body, move, request, distance),
-            kind="jog",
-        )
-        return self._sessions[move.id].jog
+        command = relative_command(request.turn, request.speed, distance, request.pattern)
+        within_s = max(0.0, late_at - loop.time())
+
+        def begun(move: Move) -> None:
+            self._begun(body, move, request, distance)
+
+        try:
+            [move] = await self._moves.start(body, command, within_s, on_sent=begun, kind="jog")
+            return self._sessions[move.id].jog
+        except GatewayError:
+            raise
+        except Exception:  # it may move, and nobody awaits its heartbeat
+            self._stops.stop([body], "decelerate")
+            raise
 
     def _begun(self, body: Body, move: Move, request: BodyJogRequest, distance: int) -> None:
         """The motor may move from now on, answered or not."""
         jog = BodyJog(
             id=move.id, body_id=body.address, direction=request.turn, speed=request.speed, distance=distance
         )
-        self._sessions[jog.id] = it = _Session(jog, body, move)
+        it, what = _Session(jog, body, move), f"the jog of {body.address}"
+        it.over = asyncio.create_task(carry_on(what, partial(self._see_over, it)), name=what)
+        self._sessions[jog.id] = it
         self._await_heartbeat(it)
-        it.over = asyncio.create_task(self._see_over(it), name=f"jog of {body.address}")
         over = [key for key, each in self._sessions.items() if each.over.done()]
         for key in over[: max(0, len(over) - KEPT)]:
             del self._sessions[key]
@@ -131,7 +140,7 @@ class BodyJogs:
         if it.alarm is not None:
             it.alarm.cancel()
         it.until = loop.time() + HEARTBEAT_S
-        it.alarm = loop.call_at(it.until, self._missed, it)
+        it.alarm = loop.call_at(it.until, insist, "the end of a jog", partial(self._missed, it))
 
     def heartbeat(self, body: Body, jog_id: str) -> BodyJog:
         """Let a body jog for another half second.
@@ -173,9 +182,8 @@ class BodyJogs:
 
     def lose_all(self) -> None:
         """Stop every body that jogs: its heartbeats are too old."""
-        for it in list(self._sessions.values()):
-            if it.jog.state == "jogging":
-                self._stop(it, "lost")
+        jogging = [it for it in self._sessions.values() if it.jog.state == "jogging"]
+        all_of(partial(self._stop, it, "lost") for it in jogging)
 
     async def close(self) -> None:
         """Give up looking whether motors stand still."""
@@ -193,15 +201,18 @@ class BodyJogs:
 
     @acting(Origin("gateway: missing heartbeat"))
     def _missed(self, it: _Session) -> None:
-        self._stop(it, "lost")
+        if not it.over.done():
+            self._stop(it, "lost")
 
     def _stop(self, it: _Session, ends_as: JogEnd) -> None:
-        self._leave(it, ends_as)
+        """Stop the motor, and only then see to what is told of it."""
+        it.jog.state, it.jog.ends_as = "stopping", ends_as
         with working("stops"):
             it.stopping = self._stops.stop([it.body], "decelerate")
+        self._leave(it, ends_as)
 
     def _leave(self, it: _Session, ends_as: JogEnd) -> None:
-        """Begin the end of a jog, which is done once: the motor may still move."""
+        """Begin the end of a jog: the motor may still move."""
         self._silence(it)
         it.jog.state, it.jog.ends_as = "stopping", ends_as
         self._tell("stopping", it.body, it.jog)

@@ -107,8 +107,8 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         session.on_online, session.on_offline = self._came_back, self._fell_silent
         session.on_given_up, session.on_strict = self._gave_up, self._grew_strict
 
-    def _beside(self) -> Iterable[Coroutine[Any, Any, None]]:
-        return (self._probe_offline(),)
+    def _beside(self) -> Iterable[Callable[[], Coroutine[Any, Any, None]]]:
+        return (self._probe_offline,)
 
     # what it is
 

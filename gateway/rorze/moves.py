@@ -18,7 +18,7 @@ from gateway.core.errors import (
 from gateway.core.journal.intents import OF_MOVES
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import START_WITHIN_S, Move, MoveError, MoveKind, MoveStatus
-from gateway.core.move_tasks import Beginning, MoveTasks
+from gateway.core.move_tasks import Beginning, MoveTasks, guarded
 from gateway.core.origin import working
 from gateway.core.trajectories import Trajectories
 from gateway.core.waiting import together
@@ -111,15 +111,15 @@ class Moves:
         epoch = target.line.gate.epoch(target.number)
         try:
             moves = [self._new(body, target, command, kind or kind_of(command)) for body in bodies]
+            proofs = [MoveProof(body, move) for body, move in zip(bodies, moves, strict=True)]
+            run = _MoveRun(target, command, proofs, epoch, course or {}, on_sent)
+            running = partial(self._run, run, start_within_s)
+            give_up = partial(self._give_up, list(zip(bodies, moves, strict=True)))
+            self._tasks.add(moves[0].id, running, run.answered, give_up)
         except Exception:
             begun = [(body, body.move) for body in bodies if body.move is not None]
             self._give_up(begun, "A fault of the gateway itself came before it was sent.")
             raise
-        proofs = [MoveProof(body, move) for body, move in zip(bodies, moves, strict=True)]
-        run = _MoveRun(target, command, proofs, epoch, course or {}, on_sent)
-        running = partial(self._run, run, start_within_s)
-        give_up = partial(self._give_up, list(zip(bodies, moves, strict=True)))
-        self._tasks.add(moves[0].id, running, run.answered, give_up)
         refusal = await asyncio.shield(run.answered)
         if refusal is not None:
             if isinstance(target, Body):
@@ -162,20 +162,20 @@ class Moves:
             created_at=now,
             counted_in=body.counted_in,
         )
-        self.log.add(move)
         body.move = move
         body.line.followed += 1
         body.free.clear()
+        self.log.add(move)
         move.event_cursor = self._publish("body.move.queued", body, move)
         self.log.on_change(move)
         return move
 
     def _advance(self, body: Body, move: Move, status: MoveStatus, error: GatewayError | None = None) -> None:
         """The only place where a move changes its status."""
-        move.status = status
         move.counted_in = body.counted_in or move.counted_in
         if error is not None:
             move.error = MoveError.of(error, calls_for_body(error, body.address))
+        move.status = status
         if status is MoveStatus.SENT:
             move.sent_at = datetime.now(UTC)
         if status.final:
@@ -197,7 +197,7 @@ class Moves:
     def _give_up(self, moves: Sequence[tuple[Body, Move]], why: str) -> None:
         """Nobody knows how they end; what is not written yet never is, for no move stands for it."""
         for body, move in moves:
-            if not move.status.final:
+            if body.move is move:
                 move.evidence.append(why)
                 body.may_move()
                 self._advance(body, move, MoveStatus.UNKNOWN)
@@ -217,7 +217,7 @@ class Moves:
                 results[proof.body] = await proof.contradicted(result) or result
             self._reply(proof.body, proof.move, results[proof.body])
         run.answer(results)
-        await together(*(self._see_through(proof, results[proof.body]) for proof in run.proofs))
+        await together(*(self._each_through(proof, results[proof.body]) for proof in run.proofs))
 
     async def _send(self, run: "_MoveRun", start_within_s: float) -> "_Results":
         expires_at = asyncio.get_running_loop().time() + start_within_s
@@ -291,6 +291,11 @@ class Moves:
         self._tasks.add(move.id, following, answered, partial(self._give_up, [(body, move)]))
 
     # from the reply to the end
+
+    async def _each_through(self, proof: MoveProof, result: "Reply | GatewayError") -> None:
+        """See one of several moves through: a fault of the gateway itself at one ends no other."""
+        give_up = partial(self._give_up, [(proof.body, proof.move)])
+        await guarded(proof.move.id, partial(self._see_through, proof, result), give_up)
 
     async def _see_through(self, proof: MoveProof, result: "Reply | GatewayError") -> None:
         if isinstance(result, NoReply):

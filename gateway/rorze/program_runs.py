@@ -1,17 +1,20 @@
 """Runs of user programs: followed to their ends by what the controller says (RC-420 manual 14.U)."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from datetime import UTC, datetime
-from typing import Literal
+from functools import partial
+from typing import Any, Literal
 
 from pydantic import Field
 
 from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply, NotFound
-from gateway.core.kept_works import CUT_OFF, KeptWorks
+from gateway.core.kept_works import KeptWorks
 from gateway.core.move_log import new_id
 from gateway.core.origin import RESTART, acting
+from gateway.core.own_faults import carry_on
 from gateway.core.records import Record, request_id_field
+from gateway.core.works import CutOff
 from gateway.rorze.bodies import Body
 from gateway.rorze.stored_program import RUNS, addresses, as_written, instruction_at, runs
 from protocols.rorze.programs import (
@@ -124,7 +127,7 @@ class ProgramRuns(KeptWorks[ProgramRun]):
             single_step=isinstance(command, StepProgram),
             started_at=now,
         )
-        self.begin(run, self._follow(body, run), "program run")
+        self._see_through(body, run, self._follow)
         self.tell("started", run)
         return run
 
@@ -181,6 +184,13 @@ class ProgramRuns(KeptWorks[ProgramRun]):
             run=run,
         )
 
+    def _see_through(
+        self, body: Body, run: ProgramRun, follow: Callable[[Body, ProgramRun], Coroutine[Any, Any, None]]
+    ) -> None:
+        """Follow a run to its end, after a fault of the gateway itself, too: that is merely asking."""
+        following = carry_on(f"the watch over the program of {body.address}", partial(follow, body, run))
+        self.begin(run, following, "program run")
+
     async def _follow(self, body: Body, run: ProgramRun) -> None:
         """Ask until the program has ended; one that cannot be asked is asked on."""
         while run.status == "running":
@@ -213,17 +223,17 @@ class ProgramRuns(KeptWorks[ProgramRun]):
             run.end_cause, run.ended_at_address = cause_of(status.status), at.address
         self.tell("ended", run)
 
-    def cut_off(self, run: ProgramRun) -> None:
+    def note_cut_off(self, run: ProgramRun, why: CutOff, /) -> None:
         """Follow on what runs without the gateway; of a body that is not there any more nobody knows."""
         try:
             body = self._find_body(run.body_id)
         except NotFound:
-            run.status, run.detail, run.ended_at = "unknown", f"{CUT_OFF}.", datetime.now(UTC)
+            run.status, run.detail, run.ended_at = "unknown", f"{why.what}.", datetime.now(UTC)
             self.tell("ended", run)
             return
         body.in_program = True
         with acting(RESTART):
-            self.begin(run, self._take_over(body, run), "program run")
+            self._see_through(body, run, self._take_over)
 
     async def _take_over(self, body: Body, run: ProgramRun) -> None:
         """Follow a run of an earlier life, once it is known whether the body has kept its power."""

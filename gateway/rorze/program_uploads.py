@@ -19,11 +19,12 @@ from gateway.core.errors import (
     ShuttingDown,
     StoppedFirst,
 )
-from gateway.core.kept_works import CUT_OFF, GATEWAY_ENDED, KeptWorks
+from gateway.core.kept_works import KeptWorks
 from gateway.core.lanes import Lane
 from gateway.core.move_log import new_id
 from gateway.core.records import Record, request_id_field
 from gateway.core.sequence_lock import Series
+from gateway.core.works import GATEWAY_ENDED, CutOff
 from gateway.rorze.bodies import Body
 from gateway.rorze.errors import ProgramDiffers, SaveUncertain
 from gateway.rorze.exchange import RorzeExchange
@@ -161,10 +162,11 @@ class ProgramUploads(KeptWorks[ProgramUpload]):
         try:
             await require_rest(body)
             work.require_wanted()
+            task = self.begin(record, self._run(work), "program upload")
+            task.add_done_callback(lambda _: self._forget(work))
         except BaseException:
-            del self._current[body]
+            self._forget(work)
             raise
-        self.begin(record, self._run(work), "program upload")
         self.tell("started", record)
         return record
 
@@ -225,16 +227,20 @@ class ProgramUploads(KeptWorks[ProgramUpload]):
         record.stored = POWER_LOST if lost else _stored(record, unsure=isinstance(error, UNSURE))
         record.status, record.ended_at = status, datetime.now(UTC)
         record.error = None if error is None else UploadError.of(error)
-        del self._current[work.body]
+        self._forget(work)
         self.tell(status, record)
 
-    def cut_off(self, record: ProgramUpload) -> None:
+    def _forget(self, work: _Work) -> None:
+        if self._current.get(work.body) is work:
+            del self._current[work.body]
+
+    def note_cut_off(self, record: ProgramUpload, why: CutOff, /) -> None:
         """Say what the body holds, as far as is known."""
         record.status, record.ended_at = "failed", datetime.now(UTC)
-        record.stored = _left(record)
+        record.stored = _left_at_the_end(record) if why is GATEWAY_ENDED else _stored(record, unsure=True)
         record.error = UploadError(
-            type=GATEWAY_ENDED,
-            detail=f"{CUT_OFF}: the program is not to be run.",
+            type=why.kind,
+            detail=f"{why.what}: the program is not to be run.",
             remedy="Upload the program again.",
             line=None,
         )
@@ -405,8 +411,8 @@ async def _require_same(work: _Work, address: int) -> None:
         )
 
 
-def _left(record: ProgramUpload) -> str:
-    """What a body holds of an upload that was cut off: the record may be behind by a second."""
+def _left_at_the_end(record: ProgramUpload) -> str:
+    """What a body holds of an upload that the gateway has left: the record may be behind by a second."""
     if record.phase != "writing":
         return f"When the gateway ended: {_stored(record, unsure=True)}"
     some = f"{record.written} of {record.instructions} instructions"

@@ -10,7 +10,7 @@ from pydantic import Field
 from gateway.core.errors import BodyBusy, GatewayError, LineDown, NotSent
 from gateway.core.events import EventHub
 from gateway.core.records import Record
-from gateway.core.works import Works
+from gateway.core.works import CutOff, Works
 from gateway.rorze.exchange import Answered
 from gateway.rorze.line import Line
 from protocols.rorze.link import encode
@@ -77,8 +77,19 @@ class Scans(Works[Scan]):
             scan.status, scan.error = "failed", "The gateway is shutting down."
         else:
             scan.status = "finished"
+        self._end(scan)
+
+    def cut_off(self, scan: Scan, why: CutOff, /) -> None:
+        """Say why not all were asked."""
+        if scan.ended_at is None:
+            scan.status, scan.error = "failed", f"{why.what}."
+            self._end(scan)
+
+    def _end(self, scan: Scan) -> None:
         scan.ended_at = datetime.now(UTC)
-        self._events.publish(f"line.scan.{scan.status}", f"/lines/{line.id}", scan.model_dump(mode="json"))
+        self._events.publish(
+            f"line.scan.{scan.status}", f"/lines/{scan.line_id}", scan.model_dump(mode="json")
+        )
 
     async def _ask_everybody(self, scan: Scan, line: Line) -> None:
         frame = encode(0, GetNumberedPositionEntry(entry=PositionReference(position=2047)))

@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 from pydantic import Field
@@ -11,7 +12,7 @@ from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSen
 from gateway.core.events import EventHub
 from gateway.core.lanes import Lane
 from gateway.core.origin import working
-from gateway.core.own_faults import carry_on
+from gateway.core.own_faults import all_of, carry_on, survived, twice
 from gateway.core.records import Record, request_id_field
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, REPEAT_S, Stopping, StopState, StopsUnderWay
 from gateway.core.stops import StopMode as StopMode
@@ -70,19 +71,28 @@ class Stops(StopsUnderWay["_BodyStop"]):
         """Stop bodies; every stop frame is queued before this returns, first those that reach whole groups.
 
         A stop of the same mode that is under way repeats itself: it gets no further frame from here.
-        The result comes when all stand still, or after two seconds with what is known then.
+        The result comes when all stand still, or after two seconds with what is known then. A fault of the
+        gateway itself at one body keeps no other from its stop.
         """
+        running = twice("a stop", partial(self._stop, list(bodies), mode))
+        return asyncio.create_task(self._report(running), name="stop report")
+
+    def _stop(self, bodies: Iterable[Body], mode: StopMode) -> "list[_BodyStop]":
         wanted = self._with_interpolation_partners(bodies)
-        for body in wanted:
-            self._forbid_what_waits(body)
         new = [body for body in wanted if (body, mode) not in self._running]
+        all_of(
+            [
+                *(partial(self._forbid_what_waits, body) for body in wanted),
+                partial(self._stop_groups, wanted, new, mode),
+                *(partial(self._begin, body, mode) for body in new),
+            ]
+        )
+        return [self._running[body, mode] for body in wanted]
+
+    def _stop_groups(self, wanted: list[Body], new: list[Body], mode: StopMode) -> None:
         for group in self._groups_within(wanted):
             if not set(new).isdisjoint(group.members):
                 _submit_quietly(group, mode)
-        for body in new:
-            self._begin(body, mode)
-        running = [self._running[body, mode] for body in wanted]
-        return asyncio.create_task(self._report(running), name="stop report")
 
     def under_way(self, body: Body) -> bool:
         """Whether a stop of the body is not confirmed yet."""
@@ -126,13 +136,12 @@ class Stops(StopsUnderWay["_BodyStop"]):
 
     def _begin(self, body: Body, mode: StopMode) -> None:
         stop = _BodyStop(body, mode, self._events, self._sweeps[body.line.id], self._company_of)
-        stop.submit()
         task = asyncio.create_task(self._see_through(stop), name=f"stop {body.address}")
         self._running[body, mode], self._tasks[stop] = stop, task
         body.being_stopped = True
         task.add_done_callback(lambda _: self._over(stop))
-        stop.publish("requested")
-        self.on_begin(body)
+        begun = (stop.submit, partial(stop.publish, "requested"), partial(self.on_begin, body))
+        survived(f"the stop of {body.address}", *begun)  # it is repeated by its task
 
     def _company_of(self, body: Body) -> list[Body]:
         """The bodies of its line with stops that are not confirmed yet."""
@@ -159,14 +168,13 @@ class Stops(StopsUnderWay["_BodyStop"]):
 
     async def _see_through(self, stop: "_BodyStop") -> None:
         """Repeat it until it is confirmed; from then on another stop is one of its own."""
+        what, body = f"the stop of {stop.body.address}", stop.body
         with working("stops"):
-            await carry_on(f"the stop of {stop.body.address}", stop.see_through)
-        stop.withdraw()
-        self._forget(stop)
-        stop.body.being_stopped = any(it is not stop and it.body is stop.body for it in self._tasks)
-        stop.body.was_stopped(stop.report.position)
-        stop.publish("confirmed")
-        await _move_recorded(stop.body)
+            await carry_on(what, stop.see_through)
+        survived(what, stop.withdraw, partial(self._forget, stop))
+        body.being_stopped = any(it is not stop and it.body is body for it in self._tasks)
+        survived(what, partial(body.was_stopped, stop.report.position), partial(stop.publish, "confirmed"))
+        await _move_recorded(body)
 
 
 class _BodyStop(Stopping):

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from gateway.core.kept_works import GATEWAY_ENDED
 from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore
+from gateway.core.works import GATEWAY_ENDED
 from gateway.operations import backups, programs
 from gateway.rorze.positions import Wanted
 from gateway.rorze.program_runs import ProgramRun
@@ -101,7 +101,7 @@ async def test_an_upload_that_a_crash_has_cut_off_says_what_it_has_left(world: W
         assert record.written <= held
         assert f"RAM held the first {record.written} of 60 instructions, and perhaps more" in record.stored
         assert record.error is not None
-        assert (record.error.type, record.error.remedy) == (GATEWAY_ENDED, "Upload the program again.")
+        assert (record.error.type, record.error.remedy) == (GATEWAY_ENDED.kind, "Upload the program again.")
         assert "body.program.upload.failed" in types(plant)
         assert any(alarm.cause == "body.program.upload.failed" for alarm in plant.alarms.standing())
         assert (await upload(plant, wait_s=60.0)).status == "succeeded"
@@ -150,7 +150,7 @@ async def test_a_restore_that_a_crash_has_cut_off_says_what_it_has_left(family: 
         assert record is not None
         assert (record.status, record.differences) == ("failed", None)
         assert record.error is not None
-        assert record.error.type == GATEWAY_ENDED
+        assert record.error.type == GATEWAY_ENDED.kind
         assert f"{record.written} of {record.commands} commands had been written, perhaps more" in (
             record.error.detail
         )
@@ -172,7 +172,7 @@ async def test_positions_that_were_being_stored_are_told_as_far_as_is_known(worl
         record = plant.position_uploads.find("/bodies/line1.3F", begun.id)
         assert record is not None
         assert record.error is not None
-        assert (record.status, record.error.type) == ("failed", GATEWAY_ENDED)
+        assert (record.status, record.error.type) == ("failed", GATEWAY_ENDED.kind)
         assert "of 40 positions were sent, perhaps one more, and none read back" in record.error.detail
 
 

@@ -1,53 +1,56 @@
 """A fault of the gateway itself, at any place, leaves nobody waiting and no motor without its stop."""
 
 import asyncio
-from collections.abc import Callable
-from typing import Any
 
 import pytest
 
+from gateway.core.events import EventHub
 from gateway.core.gate import Gate
+from gateway.core.leases import Holder, Leases
+from gateway.core.line import LineDriver
 from gateway.core.load import Load
+from gateway.core.loop_watch import SUSPENDED_S
 from gateway.core.move_record import MoveStatus
+from gateway.core.move_tasks import MoveTasks
+from gateway.core.origin import Origin
+from gateway.core.parts import Part
 from gateway.core.scheduler import Scheduler
 from gateway.core.session import Session
 from gateway.core.stops import Stopping
+from gateway.fics.asking import Asking
+from gateway.fics.family import Fics
+from gateway.fics.jogs import Jogs
+from gateway.fics.motion_state import MotionState
+from gateway.fics.motions import Accepted
 from gateway.fics.move_runs import MoveRun
+from gateway.fics.power import Power
+from gateway.fics.selection import Selection
+from gateway.fics.stops import RobotStops, _RobotStop
+from gateway.operations.stops import stop_all
+from gateway.rorze import moves
 from gateway.rorze.bodies import Body
 from gateway.rorze.body_watch import BodyWatch
+from gateway.rorze.family import Rorze
+from gateway.rorze.jogs import BodyJogRequest
+from gateway.rorze.line import Line
 from gateway.rorze.move_proof import MoveProof
 from gateway.rorze.moves import Moves
 from gateway.rorze.session import RorzeSession
+from gateway.rorze.stops import Stops, _BodyStop
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
 from protocols.fics.system import GetSystemVersion
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
 from tests.fics_plants import fics_rig
+from tests.own_faults import Place, fail_once, named
 from tests.plants import Rig, in_virtual_time, rig
 
 LONG = MoveClockwise(distance=20_000)
 SHORT = MoveClockwise(distance=300)
+ENDLESS = MoveClockwise(distance="endless")
 AGAIN_S = 30.0
 """After this time the gateway is itself again, whatever has happened."""
-
-Place = tuple[type[Any], str]
-
-
-def fail_once(monkeypatch: pytest.MonkeyPatch, place: Place) -> list[str]:
-    """Let the next call of a method raise what nobody has foreseen; gives the list that it is noted in."""
-    owner, name = place
-    good: Callable[..., Any] = getattr(owner, name)
-    failed: list[str] = []
-
-    def bad(*args: Any, **kwargs: Any) -> Any:
-        if failed:
-            return good(*args, **kwargs)
-        failed.append(name)
-        raise ZeroDivisionError
-
-    monkeypatch.setattr(owner, name, bad)
-    return failed
 
 
 async def is_itself(it: Rig) -> None:
@@ -84,8 +87,16 @@ async def is_itself(it: Rig) -> None:
         (Moves, "_advance"),
         (Stopping, "_is_proved"),
         (Stopping, "_repeat"),
+        (Stopping, "tell"),
+        (Stops, "_with_interpolation_partners"),
+        (Stops, "_forbid_what_waits"),
+        (Stops, "_groups_within"),
+        (Stops, "_begin"),
+        (_BodyStop, "submit"),
+        (_BodyStop, "withdraw"),
+        (MoveTasks, "add"),
     ],
-    ids=lambda place: f"{place[0].__name__}.{place[1]}",
+    ids=named,
 )
 @in_virtual_time
 async def test_a_fault_amid_moves_and_stops_of_bodies_is_survived(
@@ -119,8 +130,15 @@ async def test_a_fault_amid_moves_and_stops_of_bodies_is_survived(
         (MoveRun, "make"),
         (MoveRun, "_follow"),
         (Stopping, "_is_proved"),
+        (Stopping, "tell"),
+        (RobotStops, "_begin"),
+        (_RobotStop, "submit"),
+        (Jogs, "robot_stops"),
+        (MotionState, "confirm_stop"),
+        (Accepted, "was_refused"),
+        (MoveTasks, "add"),
     ],
-    ids=lambda place: f"{place[0].__name__}.{place[1]}",
+    ids=named,
 )
 @in_virtual_time
 async def test_a_fault_amid_moves_and_stops_of_a_robot_is_survived(
@@ -143,3 +161,192 @@ async def test_a_fault_amid_moves_and_stops_of_a_robot_is_survived(
         assert it.robot.motion.idle.is_set()
         assert (await it.move(MoveRelative(coordinates=[5.0, None, None]))).status is MoveStatus.SUCCEEDED
         assert (await it.robot.stop("immediate")).state == "confirmed"
+
+
+@pytest.mark.parametrize("place", [(Stops, "_begin"), (_BodyStop, "submit"), (Stopping, "tell")], ids=named)
+@in_virtual_time
+async def test_a_fault_at_one_body_keeps_no_other_from_its_stop(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with rig(groups={}) as it:
+        bodies = it.plant.bodies()
+        for body in bodies:
+            await it.plant.moves.start(body, LONG)
+        failed = fail_once(monkeypatch, place)
+        reports = await it.plant.stops.stop(bodies, "immediate")
+        assert failed
+        assert [report.state for report in reports] == ["confirmed"] * len(bodies)
+        assert not any(axis.motor.moving for axis in it.machine.axes.values())
+
+
+@in_virtual_time
+async def test_one_that_fails_again_and_again_keeps_no_other_from_its_stop(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def submit(stop: _BodyStop) -> None:
+        if stop.body is first:
+            raise ZeroDivisionError
+        good(stop)
+
+    async with rig(groups={}) as it:
+        first, *others = it.plant.bodies()
+        good = _BodyStop.submit
+        monkeypatch.setattr(_BodyStop, "submit", submit)
+        for body in others:
+            await it.plant.moves.start(body, LONG)
+        await it.plant.stops.stop(it.plant.bodies(), "immediate")
+        assert not any(axis.motor.moving for axis in it.machine.axes.values())
+
+
+@in_virtual_time
+async def test_where_a_stop_is_not_confirmed_the_hardware_stop_is_called_for_all_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async with rig(groups={}) as it:
+        it.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
+        failed = fail_once(monkeypatch, (_BodyStop, "has_had_no_turn"))
+        await it.plant.stops.stop([it.body()], "immediate")
+        await asyncio.sleep(1.0)
+        assert failed
+        assert "body.stop.unconfirmed" in it.types()
+
+
+@in_virtual_time
+async def test_a_move_of_a_group_that_nobody_follows_any_more_ends_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async with rig(bodies=(0x00, 0x01), groups={"80": ("00", "01")}) as it:
+        fail_once(monkeypatch, (MoveProof, "at_rest"))
+        begun = await it.plant.moves.start(it.plant.group("80"), SHORT)
+        await asyncio.sleep(AGAIN_S)
+        assert sorted(move.status for move in begun) == [MoveStatus.SUCCEEDED, MoveStatus.UNKNOWN]
+        assert it.plant.line("line1").followed == 0
+        await is_itself(it)
+
+
+@in_virtual_time
+async def test_a_move_that_a_fault_has_met_as_it_ended_is_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with rig(groups={}) as it:
+        [move] = await it.plant.moves.start(it.body(), LONG)
+        fail_once(monkeypatch, (moves, "calls_for_body"))
+        it.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
+        assert (await it.plant.moves.wait(move.id, 120.0)).status is MoveStatus.UNKNOWN
+        assert it.body().move is None
+
+
+@in_virtual_time
+async def test_a_body_that_was_silent_is_found_again_after_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with rig(groups={}) as it:
+        it.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
+        await asyncio.sleep(5.0)
+        assert not it.body().online
+        failed = fail_once(monkeypatch, (Line, "_probe_each"))
+        await asyncio.sleep(5.0)
+        it.machine.switch_body(0x3F, on=True, now=asyncio.get_running_loop().time())
+        await asyncio.sleep(AGAIN_S)
+        assert failed
+        assert it.body().online
+
+
+@in_virtual_time
+async def test_what_waits_is_not_left_waiting_where_a_fault_meets_what_expires(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async with rig(groups={}) as it:
+        fail_once(monkeypatch, (Scheduler, "expire"))
+        await it.body().ask(GetPosition())
+        await asyncio.sleep(AGAIN_S)
+        await is_itself(it)
+
+
+@pytest.mark.parametrize(
+    "place",
+    [(Power, "lost"), (Selection, "forget"), (Asking, "note_change")],
+    ids=named,
+)
+@in_virtual_time
+async def test_a_loss_of_power_is_known_in_spite_of_a_fault(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with fics_rig() as it:
+        assert (await it.move(HomeRobot())).status is MoveStatus.SUCCEEDED
+        failed = fail_once(monkeypatch, place)
+        it.power_cycle()
+        await asyncio.sleep(AGAIN_S)
+        assert failed
+        assert it.robot.power_cycled
+        it.robot.power.acknowledge()
+        assert (await it.move(HomeRobot())).status is MoveStatus.SUCCEEDED
+        assert (await it.robot.stop("immediate")).state == "confirmed"
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        (Rorze, "end_motion"),
+        (Rorze, "at_rest"),
+        (Stops, "_begin"),
+        (Fics, "end_motion"),
+        (LineDriver, "revoke"),
+    ],
+    ids=named,
+)
+@in_virtual_time
+async def test_what_would_never_end_is_stopped_at_the_end_in_spite_of_a_fault(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with rig(groups={}) as it:
+        for body in it.plant.bodies():
+            await it.plant.moves.start(body, ENDLESS)
+        failed = fail_once(monkeypatch, place)
+        await it.plant.wind_down()
+        assert failed
+        assert not any(axis.motor.moving for axis in it.machine.axes.values())
+
+
+@pytest.mark.parametrize(
+    "place", [(Rorze, "was_left_alone"), (EventHub, "publish"), (Stops, "_begin")], ids=named
+)
+@in_virtual_time
+async def test_what_jogs_after_a_suspension_is_stopped_in_spite_of_a_fault(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with rig(groups={}) as it:
+        await it.plant.rorze.jogs.start(it.body(), BodyJogRequest(direction="cw"))
+        failed = fail_once(monkeypatch, place)
+        it.plant.watch.on_held(SUSPENDED_S + 1.0)
+        await asyncio.sleep(0.3)  # less than its heartbeat allows
+        assert failed
+        assert not it.axis().motor.moving
+
+
+@pytest.mark.parametrize(
+    "place", [(Rorze, "end_motion"), (Leases, "_told"), (EventHub, "publish"), (Stops, "_begin")], ids=named
+)
+@in_virtual_time
+async def test_what_would_never_end_is_stopped_with_its_lease_in_spite_of_a_fault(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with rig(groups={}) as it:
+        it.plant.leases.clock = asyncio.get_running_loop().time
+        part = Part(it.body().line.id, it.body().address)
+        leases = it.plant.leases
+        await it.plant.moves.start(it.body(), ENDLESS)
+        await leases.take("3F", "/bodies/3F", [part], Holder("a", "a"), 2.0, over=False)
+        failed = fail_once(monkeypatch, place)
+        await asyncio.sleep(5.0)
+        assert failed
+        assert not it.axis().motor.moving
+
+
+@pytest.mark.parametrize("place", [(Rorze, "stop_all"), (Fics, "stop_all")], ids=named)
+@in_virtual_time
+async def test_a_fault_at_one_family_keeps_nobody_from_the_stop_of_all(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with rig(groups={}) as it:
+        await it.plant.moves.start(it.body(), LONG)
+        failed = fail_once(monkeypatch, place)
+        stopped = await stop_all(it.plant, Origin("test"), "immediate")
+        assert failed
+        assert {report.state for report in stopped.reports["bodies"]} == {"confirmed"}

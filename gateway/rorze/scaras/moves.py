@@ -4,6 +4,7 @@ import asyncio
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import partial
 from typing import Any, Final, TypeVar
 
 from gateway.core.errors import (
@@ -22,7 +23,9 @@ from gateway.core.journal.intents import OF_MOVES
 from gateway.core.lanes import Lane
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import Move, MoveError, MoveStatus
+from gateway.core.move_tasks import Beginning, MoveTasks
 from gateway.core.origin import working
+from gateway.core.own_faults import carry_on
 from gateway.rorze.bodies import PULSES_RUNNING, Body, Group
 from gateway.rorze.move_proof import MOTION_ERRORS, Stretch
 from gateway.rorze.moves import Moves
@@ -84,7 +87,9 @@ class ScaraMoves:
         self.log = MoveLog[ScaraMove]()
         self._runs: dict[Body, _Run] = {}
         """Of the members of robots that move."""
+        self._beginnings = MoveTasks()
         self._tasks: set[asyncio.Task[Any]] = set()
+        """Those that watch over moves, and stop them."""
 
     async def start(self, scara: Scara, request: ScaraMoveRequest, start_within_s: float = 5.0) -> ScaraMove:
         """Prepare a move and start it, undivided, and give it when the controllers have accepted it.
@@ -110,12 +115,19 @@ class ScaraMoves:
             created_at=now,
         )
         run = _Run(scara, move)
-        scara.move = move
         self.log.add(move)
-        move.event_cursor = self._publish("queued", move)
-        self.log.on_change(move)
-        beginning = self._begin(run, request, start_within_s)
-        refusal = await asyncio.shield(self._keep(asyncio.create_task(beginning, name=f"move {move.id}")))
+        scara.move = move
+        answered: Beginning = asyncio.get_running_loop().create_future()
+        give_up = partial(self._give_up, run)
+        try:
+            move.event_cursor = self._publish("queued", move)
+            self.log.on_change(move)
+            beginning = partial(self._begin, run, request, start_within_s, answered)
+            self._beginnings.add(move.id, beginning, answered, give_up)
+        except Exception:
+            give_up("A fault of the gateway itself came before it was sent.")
+            raise
+        refusal = await asyncio.shield(answered)
         if refusal is not None:
             raise refusal
         return move
@@ -130,9 +142,7 @@ class ScaraMoves:
 
     async def begun(self) -> None:
         """Wait until every move that was asked for has been taken or refused."""
-        beginning = [task for task in self._tasks if task.get_name().startswith("move")]
-        if beginning:
-            await asyncio.wait(beginning)
+        await self._beginnings.begun()
 
     def let_go(self) -> None:
         """Give the waiters for moves what is known now."""
@@ -140,6 +150,7 @@ class ScaraMoves:
 
     async def close(self) -> None:
         """Stop watching, once the lines are closed; the motors keep doing what they do."""
+        await self._beginnings.close()
         tasks = list(self._tasks)
         for task in tasks:
             task.cancel()
@@ -226,9 +237,9 @@ class ScaraMoves:
                 )
 
     async def _begin(
-        self, run: _Run, request: ScaraMoveRequest, start_within_s: float
-    ) -> GatewayError | None:
-        """Prepare and start it, and give the reason where that was not done: nobody may be waiting for it."""
+        self, run: _Run, request: ScaraMoveRequest, start_within_s: float, answered: Beginning
+    ) -> None:
+        """Prepare and start it, and say why where that was not done: nobody may be waiting for it."""
         scara = run.scara
         OF_MOVES.set([run.move.id])
         try:
@@ -238,11 +249,12 @@ class ScaraMoves:
         except GatewayError as error:
             refused = isinstance(error, ControllerRefused)
             self._end(run, MoveStatus.REJECTED if refused else MoveStatus.CANCELLED, error)
-            return error
+            answered.set_result(error)
         except asyncio.CancelledError:
             self._end(run, MoveStatus.CANCELLED, ShuttingDown())
             raise
-        return None
+        else:
+            answered.set_result(None)
 
     async def _prepare(self, run: _Run, request: ScaraMoveRequest) -> Plan:
         """Work the move out and prepare it, anew where a reply was lost: nothing moves by that."""
@@ -283,10 +295,18 @@ class ScaraMoves:
 
     # while it runs
 
-    async def _watch(self, run: _Run) -> None:
-        """Ask all controllers at once how they are, until all have ended or one is in trouble."""
+    def _begin_to_watch(self, run: _Run) -> None:
         known = ((body, body.status_bits) for body in run.moves)
         errors = {body: MOTION_ERRORS if bits is None else bits & MOTION_ERRORS for body, bits in known}
+        what = f"watch of {run.move.id}"
+        watching = carry_on(f"the {what}", partial(self._watch, run, errors))
+        self._keep(asyncio.create_task(watching, name=what))
+
+    async def _watch(self, run: _Run, errors: Mapping[Body, int]) -> None:
+        """Ask all controllers at once how they are, until all have ended or one is in trouble.
+
+        `errors` are those that each had before.
+        """
         for body in errors:
             body.watched = True
         try:
@@ -298,6 +318,9 @@ class ScaraMoves:
             for body in errors:
                 body.watched = False
                 body.end_due.set()
+        for body in run.moves:
+            await body.free.wait()
+        self._look_after(run)
 
     async def _see(self, run: _Run, errors: Mapping[Body, int]) -> None:
         """Have who rests looked at; stop all where one is missing twice, or has an error it did not have."""
@@ -336,14 +359,22 @@ class ScaraMoves:
         """Stop every axis, once."""
         if run.stopping is not None:
             return
+        run.stopping = self._stops.stop(run.scara.members, run.scara.on_fault)
+        self._keep(run.stopping)
         axis = run.scara.members.index(body)
         run.move.evidence.append(
             f"All axes were stopped at the first sign, from {body.address}, axis {axis}: {why}."
         )
-        run.stopping = self._stops.stop(run.scara.members, run.scara.on_fault)
-        self._keep(run.stopping)
 
     # the end
+
+    def _give_up(self, run: _Run, why: str) -> None:
+        """Nobody sees to it that its axes end together: what may move is stopped."""
+        if run.moves:
+            self._keep(self._stops.stop(run.scara.members, run.scara.on_fault))
+        if run.scara.move is run.move:
+            run.move.evidence.append(why)
+            self._end(run, MoveStatus.UNKNOWN)
 
     def _finish(self, run: _Run) -> None:
         """All axes have ended: the worst of them tells how the robot's move did."""
@@ -371,22 +402,23 @@ class ScaraMoves:
 
     def _end(self, run: _Run, status: MoveStatus, error: GatewayError | None = None) -> None:
         scara, move = run.scara, run.move
+        for body in scara.members:
+            if self._runs.get(body) is run:
+                del self._runs[body]
         if move.axes:
             self._note_axes(run)
             if status in (MoveStatus.SUCCEEDED, MoveStatus.STOPPED, MoveStatus.FAILED):
                 move.coordinates = ScaraPlace.of(scara.robot.place([axis.position for axis in move.axes]))
-        for body in scara.members:
-            if self._runs.get(body) is run:
-                del self._runs[body]
-        scara.move = None
+        if scara.move is move:
+            scara.move = None
         self._advance(run, status, error)
 
     def _advance(self, run: _Run, status: MoveStatus, error: GatewayError | None = None) -> None:
         """The only place where a move changes its status."""
         move = run.move
-        move.status = status
         if error is not None:
             move.error = MoveError.of(error)
+        move.status = status
         if status is MoveStatus.SENT:
             move.sent_at = datetime.now(UTC)
         if status.final:
@@ -394,9 +426,6 @@ class ScaraMoves:
             self.log.end(move)
         self._publish("started" if status is MoveStatus.MOVING else status, move)
         self.log.on_change(move)
-
-    def _begin_to_watch(self, run: _Run) -> None:
-        self._keep(asyncio.create_task(self._watch(run), name=f"watch of {run.move.id}"))
 
     def _keep(self, task: "asyncio.Task[T]") -> "asyncio.Task[T]":
         self._tasks.add(task)

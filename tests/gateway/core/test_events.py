@@ -1,7 +1,7 @@
 import asyncio
 import gc
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from datetime import UTC, datetime, timedelta
 from itertools import pairwise
 
@@ -22,6 +22,7 @@ from gateway.core.events import (
     Filter,
     SlowConsumer,
     Subscription,
+    Writer,
 )
 from gateway.core.turns import Turns
 from gateway.rorze.stops import StopReport
@@ -521,3 +522,42 @@ def test_any_text_is_a_cursor_or_an_invalid_request(text: str) -> None:
     else:
         with pytest.raises(InvalidRequest, match="is no cursor"):
             hub.subscribe(text)
+
+
+def test_what_happens_goes_on_where_a_listener_meets_a_fault(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    def fail(_: Event) -> None:
+        raise ZeroDivisionError
+
+    hub, heard = make_hub(), list[Event]()
+    hub.listeners += [fail, heard.append]
+    publish(hub, 2)
+    assert numbers(heard) == [1, 2]
+    assert "event line.up has met a fault of the gateway itself" in caplog.text
+
+
+class Outlet:
+    """Takes nothing: it fails."""
+
+    def __init__(self) -> None:
+        self.takes = True
+        self.on_room: Callable[[], None] = lambda: None
+        self.writer: Writer = joined
+
+    def write(self, _: bytes, /) -> None:
+        raise ZeroDivisionError
+
+
+def test_a_delivery_that_meets_a_fault_ends_so_that_its_client_can_read_on() -> None:
+    async def story() -> None:
+        hub = make_hub()
+        delivery = asyncio.create_task(hub.subscribe().deliver(Outlet()))
+        await asyncio.sleep(1)
+        other = hub.subscribe()
+        publish(hub, 1)
+        with pytest.raises(ZeroDivisionError):
+            await asyncio.wait_for(delivery, 1)
+        assert numbers(await take(other, 1)) == [1]
+
+    run_virtual(story())

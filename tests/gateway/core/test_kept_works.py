@@ -8,6 +8,7 @@ import pytest
 
 from gateway.core.kept_works import KeptWorks
 from gateway.core.records import Record
+from gateway.core.works import CutOff
 
 BEGUN = datetime(2026, 1, 1, tzinfo=UTC)
 
@@ -26,8 +27,8 @@ class Chores(KeptWorks[Chore]):
     def __init__(self, publish: Callable[[str, Chore], None], history: int = 10) -> None:
         super().__init__(history, "chore", attrgetter("of"), publish)
 
-    def cut_off(self, record: Chore) -> None:
-        record.said, record.ended_at = "cut off", BEGUN
+    def note_cut_off(self, record: Chore, why: CutOff, /) -> None:
+        record.said, record.ended_at = f"cut off by {why.kind}", BEGUN
         self.tell("failed", record)
 
 
@@ -49,8 +50,8 @@ def test_what_was_not_over_was_cut_off_and_the_rest_stays_as_it_was() -> None:
     over = Chore(id="1", said="done", ended_at=BEGUN)
     of.resume([over.model_dump_json(), Chore(id="2").model_dump_json()])
     assert of.find("a", "1") == over
-    assert of.find("a") == Chore(id="2", said="cut off", ended_at=BEGUN)
-    assert told == ["kept 2 cut off", "failed 2"]
+    assert of.find("a") == Chore(id="2", said="cut off by gateway-ended", ended_at=BEGUN)
+    assert told == ["kept 2 cut off by gateway-ended", "failed 2"]
 
 
 def test_no_more_is_remembered_than_one_life_keeps() -> None:

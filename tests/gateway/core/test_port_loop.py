@@ -2,7 +2,7 @@
 
 import asyncio
 from collections import Counter
-from collections.abc import AsyncIterator, Coroutine, Iterable
+from collections.abc import AsyncIterator, Callable, Coroutine, Iterable
 from contextlib import asynccontextmanager
 from itertools import pairwise
 from typing import Any
@@ -75,8 +75,8 @@ class PlainLine(PortLoop):
     def _in_step(self) -> bool:
         return self.in_step
 
-    def _beside(self) -> Iterable[Coroutine[Any, Any, None]]:
-        return (self._run_beside(),)
+    def _beside(self) -> Iterable[Callable[[], Coroutine[Any, Any, None]]]:
+        return (self._run_beside,)
 
     async def _run_beside(self) -> None:
         self.beside_ran = True

@@ -125,3 +125,16 @@ async def test_what_is_under_way_is_asked_for_though_nobody_watches() -> None:
         it.hub.live.demand_changes()
         await asyncio.sleep(10)
         assert it.asked.total() <= 52
+
+
+@in_virtual_time
+async def test_what_nobody_wants_any_more_is_not_asked_flat_out_where_nobody_has_said_so() -> None:
+    async with bench(values=1) as it:
+        it.values[0].wanted_hz = 10.0
+        it.hub.live.demand_changes()
+        await asyncio.sleep(1)
+        it.values[0].wanted_hz = 0.0
+        await asyncio.sleep(1)
+        asked = it.asked.total()
+        await asyncio.sleep(1)
+        assert it.asked.total() == asked

@@ -4,6 +4,8 @@ import asyncio
 from collections.abc import Callable
 from functools import partial
 
+import pytest
+
 from gateway.core.turns import LONGEST_PAUSE_S, PAUSE, SLICE, SLICE_S, Turns
 from tests.virtual_time import run_virtual
 
@@ -38,6 +40,23 @@ def test_news_gives_a_turn_to_all_that_wait_and_to_each_once() -> None:
         assert work.turns.idle
 
     run_virtual(story())
+
+
+def test_a_turn_that_fails_takes_nobody_the_turns_to_come(caplog: pytest.LogCaptureFixture) -> None:
+    def fail() -> None:
+        raise ZeroDivisionError
+
+    async def story() -> None:
+        work = Work()
+        work.turns.soon("a", fail)
+        work.turns.soon("b", work.turn(1))
+        await asyncio.sleep(1)
+        work.turns.soon("b", work.turn(2))
+        await asyncio.sleep(1)
+        assert [whose for whose, _ in work.had] == [1, 2]
+
+    run_virtual(story())
+    assert "a turn has met a fault of the gateway itself" in caplog.text
 
 
 def test_long_turns_end_a_slice_and_a_pause_follows() -> None:
