@@ -166,6 +166,7 @@ class Rorze(Family):
             self._add_body(line, table, it)
         Guards(line, self.bodies_of(line), self.stops.under_way, self.uploads.keeps_out, self._amid_a_restore)
         sweep = self.sweeps[line.id] = Sweep(line, self.bodies_of(line), table.sweep_numbers)
+        line.ask_groups = sweep.look_for_silent
         for own in sweep.groups:
             own.on_strangers = partial(self._on_strangers, own)
         self._health[line.id] = Health(line, table.health_share)
