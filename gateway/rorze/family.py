@@ -402,7 +402,7 @@ class Rorze(Family):
 
     def causes(self) -> Iterator[Cause]:
         """What can go wrong with bodies."""
-        return causes(self._bodies.get)
+        return causes(self._bodies.get, self.lines.get)
 
     # over restarts
 

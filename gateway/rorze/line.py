@@ -5,9 +5,8 @@ import logging
 import random
 import re
 from collections import deque
-from collections.abc import Awaitable, Callable, Coroutine, Iterable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Coroutine, Iterable, Mapping, Sequence, Set
 from contextlib import AbstractContextManager
-from math import inf
 from typing import Any
 
 from gateway.core.errors import BodyOffline, GarbledReply, GatewayError, NoReply
@@ -109,6 +108,8 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         """
         self.followed = 0
         """How many of its bodies have a move that is not over."""
+        self.tells_of_stops = False
+        """Whether it was told as a whole that its stops are not confirmed, since nobody on it answers."""
         self.on_message: Callable[[Message], None] = lambda _: None
         self._news_of_silence = asyncio.Event()
         self._nobody_answers = False
@@ -152,6 +153,11 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         return self._session.silent
 
     @property
+    def unasked(self) -> Set[int]:
+        """Those of the silent who only count as silent because nobody on the line was heard."""
+        return self._unasked
+
+    @property
     def interject_stops(self) -> bool:
         """Whether a stop goes out before the reply under way."""
         return self._session.interject_stops
@@ -172,6 +178,11 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
     def heard_at(self, body: int) -> float | None:
         """When a body last answered, in the event loop's time; not as a member of a group."""
         return self._session.heard_at(body)
+
+    @property
+    def last_heard_at(self) -> float:
+        """When anybody but the link master last answered, in the event loop's time."""
+        return self._session.last_heard_at
 
     def frame_of(self, body: int, command: RorzeCommand[Any]) -> str:
         """Show the exact frame of a command as text, with its CR escaped."""
@@ -365,7 +376,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         self._news_of_silence.set()
         if self._all_are_offline():
             self._nobody_answers = True
-            heard_at = max((self.heard_at(it) or -inf for it in self.bodies), default=-inf)
+            heard_at = self.last_heard_at
             self._roll = {it for it, since in self._silent_since.items() if since > heard_at}
             if self._ready:
                 self.set_up_again("nobody answers any more")

@@ -301,6 +301,11 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         """When a body last answered; not as a member of a group."""
         return self._heard_at.get(body)
 
+    @property
+    def last_heard_at(self) -> float:
+        """When anybody but the link master last answered; a group's answer is that of its members."""
+        return max((at for it, at in self._heard_at.items() if it != LINK_MASTER), default=-inf)
+
     def latest_first(self, bodies: Iterable[int]) -> list[int]:
         """Order bodies by how well they can witness that the line still works."""
         return sorted(bodies, key=lambda it: self._heard_at.get(it, -inf), reverse=True)
