@@ -25,8 +25,8 @@ END_TOLD_WITHIN_S = 1.5
 END_TOLD_ON_A_BAD_LINE_S = 4.0
 """Where everything is read twice."""
 STOPPED_WITHIN_S = 5.0
-STOPPED_AT_START_WITHIN_S = 7.5
-"""While each body is asked for a program, and told to end it."""
+STOPPED_AT_START_WITHIN_S = {1.0: 7.5, 4.0: 4.5, 10.0: 3.5}
+"""By seconds after the line is ready: at first each body is asked for a program, and told to end it."""
 OUTAGE_S = 8.0
 CONFIRMED_AFTER_AN_OUTAGE_S = 20.0
 """What was written meanwhile goes over the wire first, and is as much as half of it carries in that time."""
@@ -248,14 +248,26 @@ async def test_a_stop_of_all_is_confirmed_within_5_s_and_nobody_is_alarmed() -> 
         assert not any(frame[3:6] in ("URD", "UES") for frame in frames)
 
 
+@pytest.mark.parametrize("after_s", STOPPED_AT_START_WITHIN_S)
+def test_a_stop_of_all_soon_after_the_start_is_confirmed_by_groups_too(after_s: float) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with rig(bodies=FULL, groups={}, baud=9600, options=SWEEP_GROUPS, beginning=True) as it:
+            await asyncio.sleep(after_s)
+            asked_at = now()
+            reports = await it.plant.stops.stop(it.plant.bodies(), "immediate")
+            assert now() - asked_at <= STOPPED_AT_START_WITHIN_S[after_s]
+            assert {report.state for report in reports} == {"confirmed"}
+
+    story()
+
+
 @in_virtual_time
-async def test_a_stop_of_all_right_after_the_start_is_confirmed_by_groups_too() -> None:
+async def test_where_no_program_runs_is_known_soon_after_the_start_in_one_frame_for_each_group() -> None:
     async with rig(bodies=FULL, groups={}, baud=9600, options=SWEEP_GROUPS, beginning=True) as it:
-        await asyncio.sleep(1.0)
-        asked_at = now()
-        reports = await it.plant.stops.stop(it.plant.bodies(), "immediate")
-        assert now() - asked_at <= STOPPED_AT_START_WITHIN_S
-        assert {report.state for report in reports} == {"confirmed"}
+        await asyncio.sleep(4.0)
+        assert all(body.runs_no_program() for body in it.plant.bodies())
+        assert sum(frame.endswith("URD") for frame in it.wire.frames()) == 8
 
 
 @pytest.mark.parametrize("after_s", [0.2, 3.0])
