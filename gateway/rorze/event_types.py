@@ -39,7 +39,7 @@ class WentOffline(EventData):
 class LineStopsUnconfirmed(EventData):
     """Stops on a line on which nobody answers; the event of each body is told as well."""
 
-    silent_s: float = Field(description="For so long nobody on it has answered.")
+    silent_s: float = Field(description="For so long nobody on it has answered since the first of them.")
     stops: int
     bodies: list[str]
 

@@ -436,12 +436,12 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
 
     async def _answers_probe(self, body: int, lane: Lane) -> bool:
         """Whether it is there. Who was silent only with the whole line is silent itself if it is not."""
-        answers = isinstance(await self.probe(body, self._session.reply_timeout_s, lane), Answered)
-        if not answers and not self._all_are_offline():
+        outcome = await self.probe(body, self._session.reply_timeout_s, lane)
+        if isinstance(outcome, NoReply) and self._open and not self._all_are_offline():
             self._roll.discard(body)
             if body in self._unasked:
                 self._fell_silent(body, asked=True)
-        return answers
+        return isinstance(outcome, Answered)
 
     async def _call_roll(self) -> None:
         """Ask all who fell silent with the line, now that it lives, as fast as they answer."""

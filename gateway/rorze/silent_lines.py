@@ -26,6 +26,10 @@ class Unconfirmed(Protocol):
 
     body: Body
 
+    @property
+    def began_at(self) -> float:
+        """When it was asked for, in the event loop's time."""
+
     def is_due(self) -> bool:
         """Whether it was to be confirmed by now."""
 
@@ -77,12 +81,10 @@ class SilentLines:
         listening = asyncio.create_task(self._listen(line), name=f"silent line {line.id}")
         self._told.add(listening)
         listening.add_done_callback(self._told.discard)
-        bodies = dict.fromkeys(stop.body.address for stop in self._stops_on(line))
-        facts = {
-            "silent_s": round(_now() - line.last_heard_at, 1),
-            "stops": len(bodies),
-            "bodies": list(bodies),
-        }
+        stops = self._stops_on(line)
+        bodies = list(dict.fromkeys(stop.body.address for stop in stops))
+        silent_since = max(line.last_heard_at, min(stop.began_at for stop in stops))
+        facts = {"silent_s": round(_now() - silent_since, 1), "stops": len(bodies), "bodies": bodies}
         self._events.publish("line.stops.unconfirmed", f"/lines/{line.id}", facts)
 
     def _many_are_due(self, line: Line) -> bool:

@@ -311,6 +311,11 @@ class _BodyStop(Stopping):
         may_be = in_time and self._answers and not self._refuted and self.report.state == "acknowledged"
         return may_be and not is_silent(self.body.line)
 
+    @property
+    def began_at(self) -> float:
+        """When it was asked for, in the event loop's time."""
+        return self._began_at
+
     def is_due(self) -> bool:
         """Whether it was to be confirmed by now."""
         passed_s = asyncio.get_running_loop().time() - self._began_at

@@ -205,6 +205,19 @@ async def test_who_does_not_come_back_with_the_line_is_told_as_silent_itself() -
 
 
 @in_virtual_time
+async def test_a_port_that_goes_while_all_are_asked_tells_of_nobody() -> None:
+    async with line_that_was_silent("") as it:
+        await asyncio.sleep(2.0)
+        before = it.plant.events.last
+        it.wire.unplug()
+        await asyncio.sleep(5.0)
+        assert [event.type for event in it.events("body.offline") if event.number > before] == []
+        it.wire.plugged_in = True
+        await asyncio.sleep(20.0)
+        assert not it.plant.line("line1").offline
+
+
+@in_virtual_time
 async def test_a_stop_goes_out_at_once_while_all_are_asked_whether_they_are_there() -> None:
     async with line_that_was_silent("") as it:
         await asyncio.sleep(2.0)

@@ -89,6 +89,14 @@ async def test_a_body_that_is_silent_alone_is_an_alarm_of_its_own() -> None:
 
 
 @in_virtual_time
+async def test_a_line_on_which_nobody_was_ever_heard_is_silent_since_the_first_stop() -> None:
+    async with rig(bodies=FIVE, present=[], groups={}, beginning=True) as it:
+        await it.plant.stops.stop(it.plant.bodies(), "immediate")
+        [told] = it.events("line.stops.unconfirmed")
+        assert (told.data["silent_s"], told.data["stops"]) == (2.0, len(FIVE))
+
+
+@in_virtual_time
 async def test_a_line_of_two_bodies_has_an_alarm_for_each() -> None:
     async with rig(bodies=range(2), groups={}) as it:
         it.wire.deaf_to = EVERYTHING
