@@ -1,6 +1,7 @@
 """The causes of alarms: those of lines and of the gateway itself, and those of every family."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from datetime import datetime
 from typing import Final
 
@@ -154,10 +155,17 @@ def causes_of(
     *,
     latch: bool,
 ) -> Iterator[Cause]:
-    """All causes that a plant knows; with `latch` the stops, too, that somebody has asked for."""
+    """All causes that a plant knows.
+
+    With `latch` the stops, too, that somebody has asked for; and what is held has an alarm of its own then.
+    """
     for kind in LINES:
         yield kind.among(ports.get)
     for trouble in GATEWAY:
         yield trouble.among(lambda _: journal_trouble())
     for family in families:
-        yield from (cause for cause in family.causes() if latch or not cause.wanted)
+        for cause in family.causes():
+            if latch:
+                yield replace(cause, is_told=lambda _: False)
+            elif not cause.wanted:
+                yield cause

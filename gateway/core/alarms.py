@@ -112,6 +112,8 @@ class Cause:
     """What its words need of the event's data."""
     wanted: bool = False
     """Somebody has asked for it: it is an alarm only where alarms latch."""
+    is_told: Callable[[str], bool] = _over
+    """Whether an alarm of something larger tells it, too, by the subject; not where alarms latch."""
 
 
 def _while_true_of(find: Callable[[str], T | None], holds: Callable[[T], bool]) -> Callable[[str], bool]:
@@ -140,6 +142,8 @@ class Kind(Generic[T]):
     event: str = ""
     """The type of the event, where that has another name."""
     wanted: bool = False
+    is_told: Callable[[T], bool] | None = None
+    """Whether an alarm of its line tells it, too."""
 
     def among(self, find: Callable[[str], T | None]) -> Cause:
         """The cause of those that are found by their address; None is one that is configured no more."""
@@ -154,6 +158,7 @@ class Kind(Generic[T]):
             self.applies,
             self.facts,
             self.wanted,
+            _over if self.is_told is None else _while_true_of(find, self.is_told),
         )
 
 
@@ -217,7 +222,7 @@ class Alarms:
         data = event.data
         subject = "/".join(event.subject.split("/")[:3])  # of a unit's robot
         for cause in self._by_event[event.type]:
-            if cause.applies(data):
+            if cause.applies(data) and not cause.is_told(subject):
                 self._raise(cause, subject, data)
 
     def find(self, name: str, subject: str, **data: object) -> None:

@@ -22,6 +22,7 @@ from gateway.rorze.calls import (
     TABLE_UPLOAD,
     UPLOAD,
 )
+from gateway.rorze.line import Line
 from protocols.rorze.status import CONTROLLER_STATUS_BITS
 
 
@@ -121,6 +122,7 @@ BODIES: Final[Sequence[Kind[Body]]] = (
         "RC-420 manual 10.2",
         (LINE_STATE, STOP),
         lambda body: not body.online,
+        is_told=lambda body: body.number in body.line.unasked,
     ),
     Kind(
         "body.power_cycled",
@@ -153,6 +155,7 @@ BODIES: Final[Sequence[Kind[Body]]] = (
         "RC-420 manual 5.4.1, 14.6",
         (STATUS, STOP, LINE_STATE),
         lambda body: body.being_stopped,
+        is_told=lambda body: body.line.tells_of_stops,
     ),
     stopped("body", "RC-420 manual 5.4.1", (STATUS, POSITION), lambda body: body.being_stopped),
     Kind(
@@ -250,8 +253,29 @@ BODIES: Final[Sequence[Kind[Body]]] = (
 )
 
 
-def causes(find: Callable[[str], Body | None]) -> Iterator[Cause]:
-    """The causes of bodies, which are found by their addresses; None for one that is configured no more."""
+STOPS_OF_LINE: Final = Kind[Line](
+    "line.stops.unconfirmed",
+    words(
+        "Nobody on line {address} has answered for {silent_s} s; stops of {stops} bodies are not confirmed.",
+        "Their motors may still move. The stops are repeated until each controller reports standstill.",
+        "Use the hardware stop. Then check port, cable and power. A stop that is not confirmed even when the "
+        "line answers again is an alarm of its own.",
+    ),
+    words(
+        "回線{address}のどのコントローラも{silent_s}秒間応答せず、{stops}台の停止を確認できません。",
+        "モータはまだ動いている可能性があります。停止が確認されるまで停止指令を繰り返します。",
+        "非常停止回路を使用してください。その後、ポート、ケーブル、電源を確認してください。回線が復旧しても"
+        "停止を確認できないものは、個別のアラームで知らせます。",
+    ),
+    "RC-420 manual 5.4.1, 10.2",
+    (LINE_STATE,),
+    lambda line: line.tells_of_stops,
+)
+
+
+def causes(find: Callable[[str], Body | None], find_line: Callable[[str], Line | None]) -> Iterator[Cause]:
+    """The causes of bodies and their lines, found by their addresses; None: it is configured no more."""
+    yield STOPS_OF_LINE.among(find_line)
     for kind in BODIES:
         yield kind.among(find)
     yield from causes_of_restores("body", "RC-420 manual 14, 18")

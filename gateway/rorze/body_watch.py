@@ -115,13 +115,27 @@ async def watch_sweep(health: Health, sweep: Sweep) -> None:
     """Keep the groups for sweeps defined; on a line of many ask one after the other who is there."""
     if not sweep.groups:
         return
+    learnt = 0
     while True:
         for group in sweep.groups:
             await sweep.define()
+            if learnt != health.line.set_ups and not is_prompt(health.line):
+                if health.line.state != "ready":
+                    await asyncio.sleep(IDLE_POLL_S)
+                    continue
+                learnt = health.line.set_ups
+                await _learn_all_programs(sweep)
             await asyncio.sleep(health.next_of_group(_now(), len(group.members)) - _now())
             if health.line.state == "ready" and not is_prompt(health.line):
                 await sweep.ask(group.members, STATUS, Lane.BACKGROUND)
                 await _learn_programs(health, sweep, group.members)
+
+
+async def _learn_all_programs(sweep: Sweep) -> None:
+    """Where no program runs is known at once after a set-up, for a stop of all may come as soon."""
+    for group in sweep.groups:
+        if any(member.online and not member.runs_no_program() for member in group.members):
+            await sweep.ask(group.members, GetProgramStatus(), Lane.BACKGROUND)
 
 
 async def _learn_programs(health: Health, sweep: Sweep, members: Sequence[Body]) -> None:

@@ -36,6 +36,14 @@ class WentOffline(EventData):
     asked: bool = Field(description="False where nobody on its line was heard, and it was not asked itself.")
 
 
+class LineStopsUnconfirmed(EventData):
+    """Stops on a line on which nobody answers; the event of each body is told as well."""
+
+    silent_s: float = Field(description="For so long nobody on it has answered since the first of them.")
+    stops: int
+    bodies: list[str]
+
+
 class StatusChange(EventData):
     """The bits of its controller status that are set (RC-420 manual 13.8.1)."""
 
@@ -212,6 +220,12 @@ LINES = (
     *restore_types("line", LINE, Restore),
     *lease_types("group", GROUP),
     EventType("group.strangers", GROUP, Strangers, "bodies obey the group that do not count among it"),
+    EventType(
+        "line.stops.unconfirmed",
+        LINE,
+        LineStopsUnconfirmed,
+        "nobody on it answers, and stops of its bodies are not confirmed in time",
+    ),
     EventType("line.strict", LINE, Strictness, "a reply came twice, or none has for an hour"),
     EventType("line.message", LINE, LineMessage, "a frame came that nobody knows"),
     *news_types(

@@ -167,6 +167,7 @@ class Rorze(Family):
             self._add_body(line, table, it)
         Guards(line, self.bodies_of(line), self.stops.under_way, self.uploads.keeps_out, self._amid_a_restore)
         sweep = self.sweeps[line.id] = Sweep(line, self.bodies_of(line), table.sweep_numbers)
+        line.ask_groups = sweep.look_for_silent
         for own in sweep.groups:
             own.on_strangers = partial(self._on_strangers, own)
         self._health[line.id] = Health(line, table.health_share)
@@ -402,7 +403,7 @@ class Rorze(Family):
 
     def causes(self) -> Iterator[Cause]:
         """What can go wrong with bodies."""
-        return causes(self._bodies.get)
+        return causes(self._bodies.get, self.lines.get)
 
     # over restarts
 

@@ -4,7 +4,8 @@ import asyncio
 import logging
 import random
 import re
-from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
+from collections import deque
+from collections.abc import Awaitable, Callable, Coroutine, Iterable, Mapping, Sequence, Set
 from contextlib import AbstractContextManager
 from typing import Any
 
@@ -56,6 +57,12 @@ PROBE_S = (1.0, 10.0)
 """First and longest pause between probes of the bodies that do not answer."""
 PROBE_SHARE = 0.1
 """Share of the line's time that probes may take while anybody else answers."""
+ROLL = ((True, Lane.READ), (True, Lane.BACKGROUND), (False, Lane.BACKGROUND), (False, Lane.BACKGROUND))
+"""How those are asked who fell silent with their line: from the first on or from the last, and in which lane.
+
+One at a time goes among clients' reads, for those may take the whole line. From both ends, for a fuse takes
+neighbours: a body that does not answer ends one of these.
+"""
 
 
 class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
@@ -101,9 +108,22 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         """
         self.followed = 0
         """How many of its bodies have a move that is not over."""
+        self.tells_of_stops = False
+        """Whether it was told as a whole that its stops are not confirmed, since nobody on it answers."""
         self.on_message: Callable[[Message], None] = lambda _: None
         self._news_of_silence = asyncio.Event()
         self._nobody_answers = False
+        self._silent_since: dict[int, float] = {}
+        self._unasked: set[int] = set()
+        """The bodies that count as silent because nobody on the line was heard, and were not asked since."""
+        self._roll: set[int] = set()
+        """Those that fell silent with the whole line, and were not asked since it lives again."""
+        self._roll_due = False
+        self.roll_called = asyncio.Event()
+        """Not set while these are being asked: other questions of the gateway itself can wait."""
+        self.roll_called.set()
+        self.ask_groups: Callable[[], Awaitable[object]] = _ask_nobody
+        """Asks many of them in one frame, where the gateway keeps groups for that."""
         session.on_online, session.on_offline = self._came_back, self._fell_silent
         session.on_given_up, session.on_strict = self._gave_up, self._grew_strict
 
@@ -133,6 +153,11 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         return self._session.silent
 
     @property
+    def unasked(self) -> Set[int]:
+        """Those of the silent who only count as silent because nobody on the line was heard."""
+        return self._unasked
+
+    @property
     def interject_stops(self) -> bool:
         """Whether a stop goes out before the reply under way."""
         return self._session.interject_stops
@@ -153,6 +178,11 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
     def heard_at(self, body: int) -> float | None:
         """When a body last answered, in the event loop's time; not as a member of a group."""
         return self._session.heard_at(body)
+
+    @property
+    def last_heard_at(self) -> float:
+        """When anybody but the link master last answered, in the event loop's time."""
+        return self._session.last_heard_at
 
     def frame_of(self, body: int, command: RorzeCommand[Any]) -> str:
         """Show the exact frame of a command as text, with its CR escaped."""
@@ -214,6 +244,10 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
             if not link_answers:
                 log.warning("line %s: %s", self.id, NO_LINK_MASTER)
             self._came_up({"controllers": self.controllers})
+            self._nobody_answers &= not link_answers  # it has heard all this while somebody answered
+            if self._roll:
+                self._roll_due = True
+                self._news_of_silence.set()
         self._pump()
 
     def _all_are_offline(self) -> bool:
@@ -301,10 +335,10 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         """Wait for the disk once, whatever of these is sent to a body or group here and now."""
         return self.undertaking(lambda: [self._session.exchange(body, it, Lane.COMMAND) for it in commands])
 
-    def probe(self, body: int, timeout_s: float) -> "asyncio.Future[Outcome]":
+    def probe(self, body: int, timeout_s: float, lane: Lane = Lane.READ) -> "asyncio.Future[Outcome]":
         """Ask a body, known or not, whether it is there, by a read that nothing else can be mistaken for."""
         exchange = self._session.self_identifying_read(body)
-        exchange.timeout_s = timeout_s
+        exchange.timeout_s, exchange.lane = timeout_s, lane
         if self._open:
             return self._queue(exchange)
         future = self._promise(exchange)
@@ -330,6 +364,11 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
     # presence
 
     def _fell_silent(self, body: int, asked: bool) -> None:
+        self._silent_since.setdefault(body, self._loop.time())
+        if asked:
+            self._unasked.discard(body)
+        else:
+            self._unasked.add(body)
         self.on_change("body.offline", {"body": body, "asked": asked})
 
     def _gave_up(self) -> None:
@@ -337,10 +376,15 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         self._news_of_silence.set()
         if self._all_are_offline():
             self._nobody_answers = True
+            heard_at = self.last_heard_at
+            self._roll = {it for it, since in self._silent_since.items() if since > heard_at}
             if self._ready:
                 self.set_up_again("nobody answers any more")
 
     def _came_back(self, body: int) -> None:
+        self._silent_since.pop(body, None)
+        self._unasked.discard(body)
+        self._roll.discard(body)
         self.on_change("body.online", {"body": body})
         was_silent = self._silence is not None or self._nobody_answers
         if was_silent and self._ready and not self._set_up_due:
@@ -352,7 +396,9 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         pause_s = PROBE_S[0]
         while True:
             self.on_work()  # a line without bodies has nothing to write
-            if await self._another_falls_silent(pause_s):
+            if self._roll_due:
+                await self._call_roll()
+            if await self._has_news_of_silence(pause_s):
                 pause_s = PROBE_S[0]
                 continue
             if self._silence is not None and not self.bodies:
@@ -367,26 +413,65 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         """One round of probes, in a small share of the line's time while anybody else answers.
 
         Who was heard last comes first, and a body that falls silent begins the round anew: the others may be
-        absent for good.
+        absent for good. A line that lives again is set up first, and its roll is called.
         """
         somebody_came_back = False
-        for body in self._session.latest_first(self.offline):
+        for body in self._in_turn(self.offline):
+            if body not in self.offline:
+                continue
             began_at = self._loop.time()
-            outcome = await self.probe(body, self._session.reply_timeout_s)
-            if isinstance(outcome, Answered):
+            if await self._answers_probe(body, Lane.READ):
                 somebody_came_back = True
+                if self._roll and (self._roll_due or self._set_up_due or not self._ready):
+                    return True
             elif len(self.offline) < len(self.bodies):
                 rest_s = (self._loop.time() - began_at) / PROBE_SHARE
-                if await self._another_falls_silent(rest_s):
+                if await self._has_news_of_silence(rest_s):
                     return True
         return somebody_came_back
 
-    async def _another_falls_silent(self, within_s: float) -> bool:
-        """Wait for this time, or until a body falls silent."""
+    def _in_turn(self, bodies: Iterable[int]) -> list[int]:
+        """Those first who fell silent with the whole line, and of them who was heard last."""
+        return sorted(self._session.latest_first(bodies), key=lambda it: it not in self._roll)
+
+    async def _answers_probe(self, body: int, lane: Lane) -> bool:
+        """Whether it is there. Who was silent only with the whole line is silent itself if it is not."""
+        outcome = await self.probe(body, self._session.reply_timeout_s, lane)
+        if isinstance(outcome, NoReply) and self._open and not self._all_are_offline():
+            self._roll.discard(body)
+            if body in self._unasked:
+                self._fell_silent(body, asked=True)
+        return isinstance(outcome, Answered)
+
+    async def _call_roll(self) -> None:
+        """Ask all who fell silent with the line, now that it lives, as fast as they answer."""
+        self._roll_due = False
+        self.roll_called.clear()
+        try:
+            with acting(PROBE):
+                await self.ask_groups()
+                roll = deque(self._in_turn(self._roll))
+                await asyncio.gather(*(self._ask_in_turn(roll, lane, forwards=it) for it, lane in ROLL))
+        finally:
+            self.roll_called.set()
+
+    async def _ask_in_turn(self, roll: deque[int], lane: Lane, *, forwards: bool) -> None:
+        """Ask one after the other until one does not answer: probes of the dead are rare."""
+        while roll:
+            body = roll.popleft() if forwards else roll.pop()
+            if not await self._answers_probe(body, lane):
+                return
+
+    async def _has_news_of_silence(self, within_s: float) -> bool:
+        """Wait for this time, or until a body falls silent, or a line that was silent is set up."""
         if not await happens(self._news_of_silence, within_s):
             return False
         self._news_of_silence.clear()
         return True
+
+
+async def _ask_nobody() -> None:
+    """There are no groups for that."""
 
 
 def _group_definition(group: int, members: list[int]) -> SetGroup:

@@ -9,6 +9,7 @@ from typing import Any, Final, NamedTuple, TypeVar
 from gateway.core.errors import (
     BodyBusy,
     ControllerRefused,
+    GarbledReply,
     GatewayError,
     MoveFailed,
     NoReply,
@@ -85,6 +86,8 @@ class MoveProof:
     """What the controller said just before the command was sent."""
     tolerance: int = 0
     """Pulses by which the motor may miss the target."""
+    resumed: bool = False
+    """Whether an earlier life of the gateway has begun it, which may have had the reply."""
     _needs_proof: bool = False
     _mark: str | None = None
     """The mark of the body's power that stood just before the command was sent."""
@@ -327,10 +330,7 @@ class MoveProof:
         self.move.position = state.position
         if state.runs:
             if self._refusal is None:
-                self._note(
-                    "The motor runs, and had stood still: the command was executed although no reply is "
-                    "known."
-                )
+                self._note(f"The motor runs, and had stood still{self._executed}{self._of_reply(error)}")
             return None
         kept = await self._mark_tells()
         if kept is False:
@@ -338,7 +338,7 @@ class MoveProof:
             return Verdict(MoveStatus.LOST, error=_without_power(self.body))
         if kept or not self.body.went_silent:
             if self._travelled_to_target(state):
-                self._note("The motor stands at the target, although no reply is known.")
+                self._note(f"The motor stands at the target{self._of_reply(error)}")
                 return None
             if self._untouched(state) and (kept or await self._still_counts(state)):
                 return self._of_untouched()
@@ -347,6 +347,22 @@ class MoveProof:
         if kept is None and state.position == POWER_ON_POSITION and self.move.kind != "home":
             self.body.power.lost(certain=False)
         return Verdict(MoveStatus.UNKNOWN, error=error)
+
+    @property
+    def _executed(self) -> str:
+        """What a motor that runs proves: in another life something else may have set it going."""
+        return "" if self.resumed else ": the command was executed"
+
+    def _of_reply(self, error: NoReply) -> str:
+        """What is known of the reply, as the end of a sentence."""
+        if self._refusal is not None:
+            return "."
+        if self.move.acknowledged_at is not None:
+            return "; the command was acknowledged before the gateway was restarted."
+        if self.resumed:
+            return "; nobody knows whether a reply came before the gateway was restarted."
+        usable = "usable " if isinstance(error, GarbledReply) else ""
+        return f", although no {usable}reply came."
 
     def _travelled_to_target(self, state: MotorState) -> bool:
         started_there = self.before is not None and self._is_target(self.before.position)
@@ -375,7 +391,8 @@ class MoveProof:
             self._note("The motor stands at the target, where it stood before: there was nothing to do.")
             return Verdict(MoveStatus.SUCCEEDED)
         self._note("The motor stands where it stood: the command was not executed.")
-        return Verdict(MoveStatus.FAILED, "not_executed", _lost_on_its_way(self.body, self.move))
+        lost = _lost_on_its_way(self.body, self.move, resumed=self.resumed)
+        return Verdict(MoveStatus.FAILED, "not_executed", lost)
 
     async def at_rest(self, state: MotorState) -> Verdict:
         """How the move ended that came to rest."""
@@ -588,9 +605,11 @@ def _out_of_reach(body: Body, silence: Silence) -> _Unproved:
     )
 
 
-def _lost_on_its_way(body: Body, move: Move) -> NotExecuted:
+def _lost_on_its_way(body: Body, move: Move, *, resumed: bool) -> NotExecuted:
+    sent = "may have been sent" if move.sent_at is None else "was sent"
+    reply = "before the gateway was restarted" if resumed else "and no usable reply came"
     return NotExecuted(
-        f"{move.command} was sent to {body.address} and no reply came; the motor has not moved.",
+        f"{move.command} {sent} to {body.address} {reply}; the motor has not moved.",
         "Send it again if it is still wanted.",
     )
 

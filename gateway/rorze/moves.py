@@ -286,7 +286,7 @@ class Moves:
         body.free.clear()
         answered: Beginning = asyncio.get_running_loop().create_future()
         answered.set_result(None)
-        proof = MoveProof(body, move, rested_at(move), tolerance)
+        proof = MoveProof(body, move, rested_at(move), tolerance, resumed=True)
         following = partial(self._see_through, proof, _ended_with(body))
         self._tasks.add(move.id, following, answered, partial(self._give_up, [(body, move)]))
 

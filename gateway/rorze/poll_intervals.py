@@ -1,7 +1,8 @@
 """How much of a line's time the gateway takes for itself, and how often it can ask for that."""
 
 import asyncio
-from contextlib import AbstractAsyncContextManager, nullcontext
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, nullcontext
 from math import inf
 
 from gateway.core.lanes import Lane
@@ -93,9 +94,12 @@ class Health:
         self._called_for = Budget(CALLED_FOR_SHARE)
         self._turns = asyncio.Semaphore(ATTENDED_AT_A_TIME)
 
-    def turn(self) -> AbstractAsyncContextManager[None]:
-        """Wait for a turn in the background of a line of many bodies."""
-        return nullcontext() if is_prompt(self.line) else self._turns
+    @asynccontextmanager
+    async def turn(self) -> AsyncIterator[None]:
+        """Wait for a turn in the background of a line of many bodies, and until its roll is called."""
+        async with nullcontext() if is_prompt(self.line) else self._turns:
+            await self.line.roll_called.wait()
+            yield
 
     def next_status(self, now: float) -> float:
         """When to ask a body that no group covers whether it is there."""
@@ -113,7 +117,9 @@ class Health:
 
     def lane_of_called_for(self, now: float) -> Lane:
         """Where a look waits that something has called for: in a crowd, as at the start, behind clients."""
-        free = self._called_for.is_free(now, wire_s(self.line, POLL_BYTES, 2))
+        free = self.line.roll_called.is_set() and self._called_for.is_free(
+            now, wire_s(self.line, POLL_BYTES, 2)
+        )
         return Lane.READ if free else background_of(self.line)
 
     def next_mark(self, now: float) -> float:

@@ -194,22 +194,22 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         if _evades(frame) and body <= LAST_BODY:
             self._was_evasive(body, now)
             return
-        self._was_frank(frame)
         self._heard_at[body] = now
         if exchange.self_identifying:
             self._refused_fence.pop(body, None)
             self._rule_out_copies(body)
-        if body in self.silent or body in self.offline:
-            self.offline.discard(body)
-            self.silent.discard(body)
-            self.on_online(body)
+        self._was_frank(frame)
 
     def _was_frank(self, frame: ReplyFrame) -> None:
-        """A body, or members of a group, have told something."""
+        """A body, or members of a group, have told something: they are there."""
         answers = frame.members.values() if isinstance(frame, GroupAnswer) else (frame,)
         for answer in answers:
             if not _evades(answer):
                 self._evasive_since.pop(answer.body, None)
+                if answer.body in self.silent or answer.body in self.offline:
+                    self.offline.discard(answer.body)
+                    self.silent.discard(answer.body)
+                    self.on_online(answer.body)
 
     def _was_evasive(self, body: int, now: float) -> None:
         if now - self._evasive_since.setdefault(body, now) >= EVASIVE_S:
@@ -291,13 +291,20 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
     def _witness_for(self, body: int) -> int:
         if body <= LAST_BODY:
             return body
-        candidates = self.groups.get(body) or self.bodies
-        alive = [it for it in candidates if it not in self.offline]
-        return next(iter(self.latest_first(alive or candidates)), 0)
+        members = self.groups.get(body, self.bodies)
+        alive = [it for it in members if it not in self.offline] or [
+            it for it in self.bodies if it not in self.offline
+        ]
+        return next(iter(self.latest_first(alive or members)), 0)
 
     def heard_at(self, body: int) -> float | None:
         """When a body last answered; not as a member of a group."""
         return self._heard_at.get(body)
+
+    @property
+    def last_heard_at(self) -> float:
+        """When anybody but the link master last answered; a group's answer is that of its members."""
+        return max((at for it, at in self._heard_at.items() if it != LINK_MASTER), default=-inf)
 
     def latest_first(self, bodies: Iterable[int]) -> list[int]:
         """Order bodies by how well they can witness that the line still works."""

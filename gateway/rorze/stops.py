@@ -21,6 +21,7 @@ from gateway.rorze.bodies import PROGRAM_RUNS, Body, Group, R
 from gateway.rorze.exchange import Answered, Outcome
 from gateway.rorze.line import Line
 from gateway.rorze.poll_intervals import is_prompt, wire_s
+from gateway.rorze.silent_lines import SilentLines, is_silent, proofs_s
 from gateway.rorze.sweep import Sweep
 from protocols.rorze.position import GetPosition
 from protocols.rorze.programs import EndProgram, GetProgramStatus
@@ -32,8 +33,8 @@ ATTEMPT_FRAMES = 2
 """An attempt to stop a body that does not answer: the stop, and the end of the program."""
 STOP_BYTES = 8
 """Of a stop, or the end of a program; replies go the other way meanwhile."""
-PROOF_BYTES, PROOF_EXCHANGES = 140, 6
-"""What it takes to stop a body and its program, and to see it stand, with all replies."""
+CLOCK_S = 0.001
+"""A timer may be early by so much."""
 UNKNOWN_CODE = "0x49"
 """A controller without user programs refuses the question for them so, or without a code."""
 
@@ -66,6 +67,7 @@ class Stops(StopsUnderWay["_BodyStop"]):
         self.on_begin: Callable[[Body], None] = lambda _: None
         """Called with each body whose stop begins."""
         self._running: dict[tuple[Body, StopMode], _BodyStop] = {}
+        self._silent_lines = SilentLines(events, self._unconfirmed_on)
 
     def stop(self, bodies: Iterable[Body], mode: StopMode) -> "asyncio.Task[list[StopReport]]":
         """Stop bodies; every stop frame is queued before this returns, first those that reach whole groups.
@@ -102,6 +104,14 @@ class Stops(StopsUnderWay["_BodyStop"]):
         """Whether a stop of any body of a line is not confirmed yet."""
         return any(stop.body.line is line for stop in self._tasks)
 
+    def _unconfirmed_on(self, line: Line) -> "list[_BodyStop]":
+        return [stop for stop in self._running.values() if stop.body.line is line]
+
+    async def close(self) -> None:
+        """Give up repeating: nobody is there any more who could."""
+        await self._silent_lines.close()
+        await super().close()
+
     def in_reach_again(self, body: Body) -> None:
         """A body that was silent answers again, or its line is up again: the next stop will arrive."""
         for stop in self._tasks:
@@ -135,7 +145,9 @@ class Stops(StopsUnderWay["_BodyStop"]):
         body.line.cancel(lambda it: it.body in numbers and it.lane is Lane.COMMAND, StoppedFirst())
 
     def _begin(self, body: Body, mode: StopMode) -> None:
-        stop = _BodyStop(body, mode, self._events, self._sweeps[body.line.id], self._company_of)
+        stop = _BodyStop(
+            body, mode, self._events, self._sweeps[body.line.id], self._company_of, self._silent_lines
+        )
         task = asyncio.create_task(self._see_through(stop), name=f"stop {body.address}")
         self._running[body, mode], self._tasks[stop] = stop, task
         body.being_stopped = True
@@ -145,7 +157,7 @@ class Stops(StopsUnderWay["_BodyStop"]):
 
     def _company_of(self, body: Body) -> list[Body]:
         """The bodies of its line with stops that are not confirmed yet."""
-        return [stop.body for stop in self._running.values() if stop.body.line is body.line]
+        return [stop.body for stop in self._unconfirmed_on(body.line)]
 
     def _over(self, stop: "_BodyStop") -> None:
         """Forget a stop, which a gateway that closes may not even have begun to see through."""
@@ -187,11 +199,12 @@ class _BodyStop(Stopping):
         events: EventHub,
         sweep: Sweep,
         company_of: Callable[[Body], list[Body]],
+        silent_lines: SilentLines,
     ) -> None:
         self.report = StopReport(body_id=body.address)
         super().__init__(mode, self.report)
         self.body = body
-        self._sweep, self._company_of = sweep, company_of
+        self._sweep, self._company_of, self._silent_lines = sweep, company_of, silent_lines
         self._most = 1
         """The most stops at a time that its line has had beside it, with it."""
         self._refuted = False
@@ -301,9 +314,27 @@ class _BodyStop(Stopping):
 
     def has_had_no_turn(self) -> bool:
         """Whether others on its line have their proofs first, for as long as the wire needs for all."""
-        needed_s = self._most * wire_s(self.body.line, PROOF_BYTES, PROOF_EXCHANGES)
-        in_time = asyncio.get_running_loop().time() - self._began_at < max(CONFIRM_WITHIN_S, needed_s)
-        return in_time and self._answers and not self._refuted and self.report.state == "acknowledged"
+        needed_s = max(CONFIRM_WITHIN_S, proofs_s(self.body.line, self._most))
+        in_time = asyncio.get_running_loop().time() - self._began_at < needed_s
+        may_be = in_time and self._answers and not self._refuted and self.report.state == "acknowledged"
+        return may_be and not is_silent(self.body.line)
+
+    @property
+    def began_at(self) -> float:
+        """When it was asked for, in the event loop's time."""
+        return self._began_at
+
+    def is_due(self) -> bool:
+        """Whether it was to be confirmed by now."""
+        passed_s = asyncio.get_running_loop().time() - self._began_at
+        return passed_s >= CONFIRM_WITHIN_S - CLOCK_S and not self.has_had_no_turn()
+
+    def _warn(self) -> None:
+        """Wait where the line may be silent as a whole: that is known in a moment."""
+        if self._silent_lines.may_be(self.body.line):
+            self._warning = asyncio.get_running_loop().call_later(REPEAT_S, self._warn)
+            return
+        super()._warn()
 
     def _is_free_of_programs(self) -> bool:
         """Whether no program can run: on a line of few bodies each is asked nevertheless."""
@@ -358,6 +389,8 @@ class _BodyStop(Stopping):
 
     def publish(self, what: str) -> None:
         """Tell everybody how far it has come."""
+        if what == "unconfirmed":
+            self._silent_lines.note_overdue(self.body.line)
         self._events.publish(f"body.stop.{what}", f"/bodies/{self.body.address}", self.report.model_dump())
 
 

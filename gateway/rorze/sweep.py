@@ -8,7 +8,8 @@ from typing import NamedTuple, cast
 
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply
 from gateway.core.lanes import Lane
-from gateway.rorze.bodies import Body, Group, R
+from gateway.core.line_state import LineState
+from gateway.rorze.bodies import STATUS, Body, Group, R
 from gateway.rorze.errors import is_evasive
 from gateway.rorze.line import Line
 from protocols.rorze.link_master import MOST_MEMBERS
@@ -17,6 +18,8 @@ from protocols.table import Reply
 
 WORTH = 0.5
 """A group is asked where at least this share of its members is asked for; else each is asked alone."""
+SERVING = (LineState.READY, LineState.OUT_OF_STEP)
+"""What a line is that was set up; out of step it takes what is to be sent, and fences first."""
 DISTRUST_S = 60.0
 """A group that did not answer is not asked again for this time: its link master may not define it."""
 
@@ -43,6 +46,7 @@ class Sweep:
         ]
         self._group_of = {member: group for group in self.groups for member in group.members}
         self._distrusted_until: dict[Group, float] = {}
+        self._defining = asyncio.Lock()
         for group in self.groups:
             line.groups[group.number] = [member.number for member in group.members]
             line.own_groups[group.number] = 0
@@ -56,10 +60,20 @@ class Sweep:
 
     async def define(self) -> None:
         """Define the groups that the link master has not been told since the last set-up (XVS)."""
+        async with self._defining:
+            for group in self.groups:
+                if self._line.state in SERVING and not self._line.knows_own_group(group.number):
+                    with suppress(GatewayError):
+                        await self._line.define_own_group(group.number)
+
+    async def look_for_silent(self) -> None:
+        """Ask the groups in which bodies are silent, for their line lives again: who answers is there."""
+        await self.define()
         for group in self.groups:
-            if self._line.state == "ready" and not self._line.knows_own_group(group.number):
-                with suppress(GatewayError):
-                    await self._line.define_own_group(group.number)
+            first, *_ = group.members
+            silent = not all(member.online for member in group.members)
+            if silent and self.covers(first) and not await self._ask_group(group, STATUS, Lane.BACKGROUND):
+                return
 
     def group_for(self, body: Body, company: Iterable[Body]) -> Group | None:
         """The group to ask in the place of a body, where enough of its members are in the same company."""

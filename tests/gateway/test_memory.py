@@ -188,8 +188,24 @@ async def test_a_move_goes_on_in_its_own_record_after_a_crash(world: World) -> N
         end = await over(plant, move.id)
         assert (end.status, end.position, end.end_cause) == (MoveStatus.SUCCEEDED, 20_000, "normal")
         assert any("restarted" in sentence for sentence in end.evidence)
+        assert "acknowledged before the gateway was restarted" in end.evidence[-1]
         assert [it["final"] for it in world.rows("moves")] == [1]
     assert len(world.sent("1+M")) == 1
+
+
+@in_virtual_time
+async def test_of_a_reply_that_may_have_come_before_a_crash_nothing_is_said(world: World) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        move = await moved(plant, LONG)
+        world.crash()  # the reply has come, and is not in the journal yet
+    async with world.gateway() as plant:
+        end = await over(plant, move.id)
+        assert end.status is MoveStatus.SUCCEEDED
+        assert end.evidence[-1] == (
+            "The motor runs, and had stood still; nobody knows whether a reply came before the gateway was "
+            "restarted."
+        )
 
 
 @in_virtual_time
@@ -205,6 +221,7 @@ async def test_a_move_that_ended_while_nobody_looked_is_resolved_by_where_it_sta
     async with world.gateway() as plant:
         end = await over(plant, move.id)
         assert (end.status, end.position, end.completion) == (MoveStatus.SUCCEEDED, 20_000, "polling")
+        assert end.evidence[1].startswith("The motor stands at the target; nobody knows whether a reply came")
         await asyncio.sleep(5.0)
         assert "announced" not in caplog.text
         assert plant.line("line1").counters["set_ups_again"] == 0
@@ -247,6 +264,8 @@ async def test_an_intent_without_a_frame_proves_itself_not_executed(world: World
         [move, _] = plant.moves.of(plant.body("3F"))
         end = await over(plant, move.id)
         assert (end.status, end.end_cause) == (MoveStatus.FAILED, "not_executed")
+        assert end.error is not None
+        assert "may have been sent to line1.3F before the gateway was restarted" in end.error.detail
     assert len(world.sent("1+M")) == 1
     assert all(row["ended_at"] for row in world.rows("intents"))
 

@@ -22,6 +22,7 @@ class Room:
 
     def __init__(self) -> None:
         self.down = True
+        self.told_elsewhere = False
         self.hub = EventHub("0badcafe")
         cause = Cause(
             DOWN,
@@ -31,6 +32,7 @@ class Room:
             "RC-420 manual 10.2",
             (get("/lines/{line}", "Look.", "確認します。"), get("/units/{unit}", "Not known.", "不明")),
             lambda _: self.down,
+            is_told=lambda _: self.told_elsewhere,
         )
         moment = Cause(
             "gateway.crashed", "gateway.crashed", words("It crashed.", "-", "-"), words("落ちた", "-", "-")
@@ -97,6 +99,15 @@ def test_the_same_cause_that_lasts_is_one_alarm(room: Room) -> None:
     first = room.one.id
     room.goes_down(reason="still cut")
     assert room.one.id == first
+
+
+def test_what_an_alarm_of_something_larger_tells_is_none_of_its_own(room: Room) -> None:
+    room.told_elsewhere = True
+    room.goes_down()
+    assert room.alarms.standing() == []
+    room.told_elsewhere = False
+    room.goes_down()
+    assert room.one.cause == DOWN
 
 
 def test_a_reset_means_what_was_seen(room: Room) -> None:

@@ -48,7 +48,7 @@ async def test_a_lost_reply_is_made_good_by_the_running_motor() -> None:
         lose(it, Direction.REPLIES)
         move = await finished(it, LONG)
         assert (move.status, move.position) == (MoveStatus.SUCCEEDED, 55_000)
-        assert "executed although no reply is known" in move.evidence[0]
+        assert "executed, although no reply came" in move.evidence[0]
         assert move.acknowledged_at is None
         assert it.wire.frames().count("&3F1+M50000") == 1
 

@@ -290,8 +290,8 @@ def test_a_witness_from_the_same_fuse_is_followed_by_another(it: Bench) -> None:
     assert it.session.offline == {2, 3}
 
 
-@pytest.mark.parametrize(("offline", "proof"), [((), 3), ((3,), 4), ((3, 4), 3)])
-def test_a_group_is_stood_for_by_the_first_member_that_answers(
+@pytest.mark.parametrize(("offline", "proof"), [((), 3), ((3,), 4), ((3, 4), 2)])
+def test_a_group_is_stood_for_by_the_first_member_that_answers_or_else_by_another_body(
     it: Bench, offline: tuple[int, ...], proof: int
 ) -> None:
     it.session.groups[0x80] = [3, 4]
@@ -405,6 +405,17 @@ def test_a_body_that_was_told_silent_is_told_back_or_probed(it: Bench, answers: 
     else:  # the port goes, and nobody finds out
         it.session.break_off(LOST, UNSENT)
         assert (back, it.session.offline) == ([], {2})
+
+
+def test_members_that_tell_something_in_the_reply_of_their_group_are_back(it: Bench) -> None:
+    back: list[int] = []
+    it.session.on_online = back.append
+    it.session.groups[0x80] = [3, 4]
+    it.session.offline.update((3, 4))
+    it.ask(GetControllerStatus(), 0x80)
+    it.next()
+    assert it.hear(GroupAnswer(0x80, "9CD", {3: Answer(3, "9CD", "H00"), 4: Refusal(4, "9CD", 0x4C)}))
+    assert (back, it.session.offline) == ([3], {4})
 
 
 @pytest.mark.parametrize(("pause_s", "early"), [(CLEAN_AFTER_S - 3.0, False), (CLEAN_AFTER_S + 1.0, True)])
