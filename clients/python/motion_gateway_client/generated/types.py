@@ -2365,6 +2365,7 @@ class EventList(TypedDict):
         | GroupLeaseTakenOverEvent
         | GroupLeaseBrokenEvent
         | GroupStrangersEvent
+        | LineStopsUnconfirmedEvent
         | LineStrictEvent
         | LineMessageEvent
         | LineScanRunningEvent
@@ -3643,6 +3644,31 @@ class LineStatuses(TypedDict):
     line_id: str
     statuses: list[MotorStatus]
     unanswered: list[Unanswered]
+
+
+class LineStopsUnconfirmed(TypedDict):
+    """Stops on a line on which nobody answers; the event of each body is told as well."""
+
+    silent_s: float
+    """For so long nobody on it has answered since the first of them."""
+    stops: int
+    bodies: list[str]
+
+
+class LineStopsUnconfirmedEvent(TypedDict):
+    """Nobody on it answers, and stops of its bodies are not confirmed in time; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.stops.unconfirmed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: LineStopsUnconfirmed
 
 
 class LineStrictEvent(TypedDict):
@@ -7167,6 +7193,7 @@ Event: TypeAlias = (
     | GroupLeaseTakenOverEvent
     | GroupLeaseBrokenEvent
     | GroupStrangersEvent
+    | LineStopsUnconfirmedEvent
     | LineStrictEvent
     | LineMessageEvent
     | LineScanRunningEvent
