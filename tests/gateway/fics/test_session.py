@@ -11,7 +11,7 @@ from gateway.core.errors import Cancelled, Expired, GarbledReply, HeldUp, NoRepl
 from gateway.core.lanes import Lane
 from gateway.fics.errors import NotProved
 from gateway.fics.exchange import ROBOT, SET_UP, Answered, FicsExchange, Outcome, Proof
-from gateway.fics.session import FENCES, FicsSession
+from gateway.fics.session import FENCES, FicsSession, offline_error
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.inputs_outputs import SwitchOutput
 from protocols.fics.jog import StartJog, StopJog
@@ -589,3 +589,13 @@ def test_the_answer_to_a_motion_that_was_followed_by_another_is_not_awaited_any_
             text = it.write()
         assert text == f"LMI {distance:g}"
     assert [one.command for one in it.session._sent] == [MoveRelative(coordinates=[2.0])]
+
+
+def test_a_robot_that_does_not_answer_is_told_with_its_remedy_in_both_languages() -> None:
+    error = offline_error("r1")
+    assert (error.detail, error.remedy.isascii()) == (
+        "Robot r1 gives no usable answer; nothing was sent.",
+        True,
+    )
+    assert "応答がありません" in error.detail_ja
+    assert "ケーブル" in error.remedy_ja
