@@ -55,7 +55,7 @@ async def test_a_scan_finds_who_is_there_and_can_be_asked_for_later(stand: Stand
 @pytest.mark.parametrize(
     ("body", "status", "told"),
     [
-        ({"bodies": ["3F"]}, 422, "bodies: is not known here; it takes none; nothing was sent."),
+        ({"bodies": ["3F"]}, 422, "bodies: is not known here (it takes none); nothing was sent."),
         ({"wait": 5}, 422, "wait: is not known here"),
         (["3F"], 422, "The request body: must be an object; nothing was sent."),
         ({}, 202, ""),

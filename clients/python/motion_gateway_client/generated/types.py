@@ -3652,6 +3652,7 @@ class LineStopsUnconfirmed(TypedDict):
     silent_s: float
     """For so long nobody on it has answered since the first of them."""
     stops: int
+    """The number of bodies whose stops are not confirmed."""
     bodies: list[str]
 
 

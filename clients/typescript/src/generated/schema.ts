@@ -11793,7 +11793,10 @@ export interface components {
              * @description For so long nobody on it has answered since the first of them.
              */
             silent_s: number;
-            /** Stops */
+            /**
+             * Stops
+             * @description The number of bodies whose stops are not confirmed.
+             */
             stops: number;
             /** Bodies */
             bodies: string[];
