@@ -40,7 +40,7 @@ class LineStopsUnconfirmed(EventData):
     """Stops on a line on which nobody answers; the event of each body is told as well."""
 
     silent_s: float = Field(description="For so long nobody on it has answered since the first of them.")
-    stops: int
+    stops: int = Field(description="The number of bodies whose stops are not confirmed.")
     bodies: list[str]
 
 
