@@ -80,7 +80,7 @@ def test_its_lines_are_configured_in_its_own_words(monkeypatch: pytest.MonkeyPat
     with pytest.raises(ConfigError, match=r"x:3: lines\[0\].protocol: must be 'rorze' or 'fics'"):
         parse(LINE, "x")
     monkeypatch.setitem(FAMILIES, "toy", Toys)
-    with pytest.raises(ConfigError, match=r"x:5: lines\[0\].toi: unknown key; did you mean toy"):
+    with pytest.raises(ConfigError, match=r"x:5: lines\[0\].toi: unknown key \(did you mean toy"):
         parse(LINE.replace("toy =", "toi ="), "x")
     with pytest.raises(ConfigError, match=r"lines\[0\].toy: has no meaning on a line of protocol rorze"):
         parse(LINE.replace('protocol = "toy"\n', ""), "x")

@@ -516,6 +516,7 @@ export const en = {
       stream: "stream",
       move: "move",
       stop: "stop",
+      stops: "stops",
       jog: "jog",
       program: "program",
       upload: "upload",

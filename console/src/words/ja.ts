@@ -516,6 +516,7 @@ export const ja: typeof en = {
       stream: "イベント列",
       move: "動作",
       stop: "停止",
+      stops: "停止",
       jog: "ジョグ",
       program: "プログラム",
       upload: "アップロード",
