@@ -2,7 +2,7 @@
 
 import asyncio
 import os
-from collections.abc import AsyncIterator, Callable, Coroutine
+from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
 from contextlib import AsyncExitStack, asynccontextmanager
 from functools import partial
 from itertools import cycle
@@ -83,11 +83,12 @@ async def run(seconds: float) -> list[Figure]:
     commands: list[list[float]] = []
     syncs: list[float] = []
     async with _stands() as stands:
-        for measure in stands:
-            await measure(READS, b"6PD", share)  # not counted: caches fill
+        turns = [(measure, cycle(READS), cycle(COMMANDS)) for measure in stands]
+        for measure, read, _ in turns:
+            await measure(read, b"GET", b"6PD", share)  # not counted: caches fill
         for _ in range(ROUNDS):
-            reads.append([await measure(READS, b"6PD", share) for measure in stands])
-            commands.append([await measure(COMMANDS, b"0RS", share) for measure in stands])
+            reads.append([await measure(read, b"GET", b"6PD", share) for measure, read, _ in turns])
+            commands.append([await measure(command, b"POST", b"0RS", share) for measure, _, command in turns])
             syncs.append(await asyncio.to_thread(_sync_ms))
     beyond = [ours - sync for (ours, _), sync in zip(commands, syncs, strict=True)]
     return [
@@ -114,9 +115,9 @@ def _figure(name: str, rounds: list[list[float]]) -> Figure:
     return Figure(name, "ms", measured, yardstick, TARGET)
 
 
-Measure = Callable[[list[bytes], bytes, float], Coroutine[None, None, float]]
-"""Median milliseconds to the first byte of frames with a code, for requests repeated for some seconds;
-those like the last of them count."""
+Measure = Callable[[Iterator[bytes], bytes, bytes, float], Coroutine[None, None, float]]
+"""Median milliseconds to the first byte of frames with a code, for requests of some seconds; those with a
+method count."""
 
 
 @asynccontextmanager
@@ -141,12 +142,13 @@ async def _listen(stack: AsyncExitStack, machine: Machine) -> int:
     return int(port.address.rpartition(":")[2])
 
 
-async def _p50_ms(port: int, far_end: Overheard, requests: list[bytes], code: bytes, seconds: float) -> float:
+async def _p50_ms(
+    port: int, far_end: Overheard, requests: Iterator[bytes], method: bytes, code: bytes, seconds: float
+) -> float:
     taken: list[float] = []
-    method = requests[-1].partition(b" ")[0]
     with connect(port) as sock:
         ends_at = monotonic() + seconds
-        for request in cycle(requests):
+        for request in requests:
             await asyncio.sleep(PAUSE_S)
             sent_at = await asyncio.to_thread(_ask, sock, request)
             if request.startswith(method):
