@@ -7,14 +7,17 @@ import sqlite3
 import time
 from collections.abc import Callable, Sequence
 from contextlib import closing, suppress
+from functools import partial
 from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from gateway.core.journal.schema import TooNew, migrate
 from gateway.core.journal.writes import Value, Write
+
+_Gives = TypeVar("_Gives")
 
 FILE = "journal.db"
 LOCK = "journal.lock"
@@ -40,6 +43,10 @@ class NotWritable(OSError):
 
 class DiskFailed(OSError):
     """The file cannot be trusted any more in this process."""
+
+
+class _Unexplained(DiskFailed):
+    """Nothing was written, and nothing is in the way now: what was may have gone since."""
 
 
 class InUse(DiskFailed):
@@ -114,12 +121,15 @@ class SqliteDisk:
         if self._lock is None:
             self._lock = _lock(self.path.parent)
         if self._connection is None:
-            try:
-                self._connection = open_(self.path)
-            except (OSError, sqlite3.Error) as error:
-                raise _fault(error, self.path) from None
+            self._connection = _twice(partial(self._open_with, open_))
             self._inodes = {file: file.stat().st_ino for file in (self.path, Path(f"{self.path}-wal"))}
         return self._connection
+
+    def _open_with(self, open_: Callable[[Path], sqlite3.Connection]) -> sqlite3.Connection:
+        try:
+            return open_(self.path)
+        except (OSError, sqlite3.Error) as error:
+            raise _fault(error, self.path) from None
 
     def _make_ready_late(self) -> sqlite3.Connection:
         """Do the same after the past was read: the file has to be sound."""
@@ -156,6 +166,9 @@ class SqliteDisk:
     def commit(self, writes: Sequence[Write], *, durable: bool) -> None:
         """Write all or nothing."""
         connection = self._connection or self._make_ready_late()
+        _twice(partial(self._commit, connection, writes, durable=durable))
+
+    def _commit(self, connection: sqlite3.Connection, writes: Sequence[Write], *, durable: bool) -> None:
         try:
             self._synchronise(connection, "FULL" if durable else "NORMAL")
             connection.execute("BEGIN IMMEDIATE")
@@ -199,6 +212,9 @@ class SqliteDisk:
 
     def tidy(self) -> None:
         """Fold a long write-ahead log into the file."""
+        _twice(self._fold)
+
+    def _fold(self) -> None:
         try:
             if Path(f"{self.path}-wal").stat().st_size > WAL_BYTES:
                 self.rows("PRAGMA wal_checkpoint(RESTART)")
@@ -301,7 +317,18 @@ def _fault(error: Exception, where: Path) -> OSError:
     found = (
         errno.ENOSPC if code in _SQLITE_FULL else None if code in _SQLITE_LOST else _obstacle(where.parent)
     )
-    return DiskFailed(f"{where}: {error}") if found is None else NotWritable(f"{where}: {os.strerror(found)}")
+    if found is not None:
+        return NotWritable(f"{where}: {os.strerror(found)}")
+    unexplained = isinstance(error, sqlite3.OperationalError) and code not in _SQLITE_LOST
+    return (_Unexplained if unexplained else DiskFailed)(f"{where}: {error}")
+
+
+def _twice(attempt: Callable[[], _Gives]) -> _Gives:
+    """Try again what failed for a reason that has gone since, such as a full disk that has room now."""
+    try:
+        return attempt()
+    except _Unexplained:
+        return attempt()
 
 
 def _obstacle(directory: Path) -> int | None:

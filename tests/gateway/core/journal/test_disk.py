@@ -2,7 +2,8 @@
 
 import resource
 import sqlite3
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
@@ -41,7 +42,7 @@ def test_a_file_that_is_no_journal_is_set_aside(tmp_path: Path) -> None:
 
 def test_a_damaged_page_is_found_and_the_file_set_aside(tmp_path: Path) -> None:
     disk = SqliteDisk(tmp_path)
-    disk.commit([writes.event(number, 1.0, "t", "s", "x" * 500) for number in range(1, 500)], durable=True)
+    disk.commit(events(1, 500), durable=True)
     epoch = begin(disk).epoch
     disk.close()
     damaged = bytearray((tmp_path / "journal.db").read_bytes())
@@ -115,11 +116,11 @@ def test_a_long_write_ahead_log_is_folded_and_then_written_over(
 ) -> None:
     monkeypatch.setattr("gateway.core.journal.disk.WAL_BYTES", limit := 100_000)
     disk, log = SqliteDisk(tmp_path), tmp_path / "journal.db-wal"
-    disk.commit([writes.event(number, 1.0, "t", "s", "x" * 500) for number in range(1, 500)], durable=True)
+    disk.commit(events(1, 500), durable=True)
     assert log.stat().st_size > limit
     disk.tidy()
     for number in range(500, 510):
-        disk.commit([writes.event(number, 1.0, "t", "s", "x" * 500)], durable=True)
+        disk.commit(events(number, number + 1), durable=True)
         assert log.stat().st_size == limit
     assert disk.read_apart("SELECT count(*) FROM events") == [(509,)]
     disk.close()
@@ -130,14 +131,50 @@ def test_where_there_is_no_room_to_fold_the_log_nothing_is_lost(
 ) -> None:
     monkeypatch.setattr("gateway.core.journal.disk.WAL_BYTES", 100_000)
     disk = SqliteDisk(tmp_path)
-    disk.commit([writes.event(number, 1.0, "t", "s", "x" * 500) for number in range(1, 500)], durable=True)
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, ((tmp_path / "journal.db").stat().st_size, hard))
-    try:
-        with pytest.raises(NotWritable, match="No space left"):
-            disk.tidy()
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    disk.commit(events(1, 500), durable=True)
+    with no_room_beyond(tmp_path / "journal.db"), pytest.raises(NotWritable, match="No space left"):
+        disk.tidy()
     assert disk.rows("SELECT count(*) FROM events") == [(499,)]
     disk.tidy()
     disk.close()
+
+
+def test_room_that_is_made_between_a_write_and_the_look_for_its_obstacle_is_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    disk = SqliteDisk(tmp_path)
+    with no_room_beyond(tmp_path / "journal.db") as soft_and_hard:
+
+        def room_now(_: Path) -> None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, soft_and_hard)
+
+        monkeypatch.setattr("gateway.core.journal.disk._obstacle", room_now)
+        disk.commit(events(1, 500), durable=True)
+    assert disk.rows("SELECT count(*) FROM events") == [(499,)]
+    disk.close()
+
+
+def test_a_disk_that_refuses_twice_without_a_reason_is_not_trusted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gateway.core.journal.disk._obstacle", lambda _: None)
+    disk = SqliteDisk(tmp_path)
+    with no_room_beyond(tmp_path / "journal.db"), pytest.raises(DiskFailed, match="disk I/O error"):
+        disk.commit(events(1, 500), durable=True)
+    assert disk.rows("SELECT count(*) FROM events") == [(0,)]
+    disk.close()
+
+
+@contextmanager
+def no_room_beyond(file: Path) -> Iterator[tuple[int, int]]:
+    """No file can grow longer than this one is; gives the limits of before."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (file.stat().st_size, before[1]))
+    try:
+        yield before
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def events(first: int, end: int) -> list[writes.Write]:
+    return [writes.event(number, 1.0, "t", "s", "x" * 500) for number in range(first, end)]
