@@ -101,14 +101,14 @@ class Jogs:
         self._require_settled(unit, axis)
         loop = asyncio.get_running_loop()
         axes, command = unit_of(self._units, unit), StartJog(axis=axis, direction=direction)
-        session = JogSession(unit=unit, axis=axis, direction=direction)
+        session, epoch = JogSession(unit=unit, axis=axis, direction=direction), self._line.stop_epoch
         self._unsettled[session.id] = session
         try:
             with preparing(self._robot_id, command), self._motions.sending(command, axes):
                 accepted = await self._motions.begin(
                     command,
                     axes,
-                    epoch=self._line.stop_epoch,
+                    epoch=epoch,
                     expires_at=loop.time() + START_WITHIN_S,
                     on_written=lambda _: self._begun(session),
                 )
@@ -120,7 +120,7 @@ class Jogs:
             self._settle(session)
         elif not self._was_sent(session):  # a fault of the gateway itself has met it while it was written
             self._begun(session)
-        await self._await_answer(session, command, accepted)
+        await self._await_answer(session, command, accepted, epoch)
         return self._find(session.id).session
 
     def _require_settled(self, unit: int, axis: str) -> None:
@@ -145,15 +145,18 @@ class Jogs:
         until = loop.time() + HEARTBEAT_S
         return until, loop.call_at(until, insist, "the end of a JOG", partial(self._missed, session))
 
-    async def _await_answer(self, session: JogSession, command: StartJog, accepted: Accepted) -> None:
+    async def _await_answer(
+        self, session: JogSession, command: StartJog, accepted: Accepted, epoch: int
+    ) -> None:
         """Wait for the answer, which comes at once; in Ver.2 there is only one where it was refused."""
         if self._line.mode == HostMode.VER_2 and not accepted.outcome.done():
             return
         try:
             answered(self._robot_id, command, await accepted.outcome)
         except GatewayError as error:
-            if await self._runs_although(error, session):
-                self._stop_session(session, "ended")
+            if await self._may_have_run(error, session, epoch):
+                if session.id in self._running:
+                    self._stop_session(session, "ended")
                 raise _perhaps_begun(self._robot_id, session) from error
             if session.id in self._running and error.moved == "no":
                 self._leave(session, "ended")
@@ -162,11 +165,16 @@ class Jogs:
                 self._stop_session(session, "ended")
             raise
 
-    async def _runs_although(self, error: GatewayError, session: JogSession) -> bool:
-        """Whether it was refused as in motion, and its axis moves: by a first copy of a doubled start."""
+    async def _may_have_run(self, error: GatewayError, session: JogSession, epoch: int) -> bool:
+        """Whether it was refused as in motion, and its axis moves: by a first copy of a doubled start.
+
+        An axis that was stopped meanwhile may stand still because of that.
+        """
         if not isinstance(error, ControllerRefused) or error.error_code != IN_MOTION:
             return False
-        return session.id in self._running and not await self._stands_still(session.unit, session.axis)
+        still = await self._stands_still(session.unit, session.axis)
+        was_stopped = session.id not in self._running or self._line.stop_epoch != epoch
+        return was_stopped or not still
 
     def heartbeat(self, session_id: str) -> JogSession:
         """Keep an axis jogging for another half second.
@@ -441,7 +449,8 @@ class Jogs:
 
 def _perhaps_begun(robot_id: str, session: JogSession) -> NoReply:
     return NoReply(
-        f"{robot_id} refused to jog {session.what} as in motion, and the axis moves: a first copy of the "
-        "command has set it going, or something else has. The axis is being stopped.",
+        f"{robot_id} refused to jog {session.what} as in motion, and the axis moves, or was stopped before "
+        "it could be asked: a first copy of the command has set it going, or something else has. The axis "
+        "is being stopped.",
         "See that it stands still, then try again.",
     )

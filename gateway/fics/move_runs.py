@@ -283,14 +283,14 @@ class MoveRun:
             self._tell(outcome)
 
     async def _rejected(self, error: str) -> None:
-        """It was refused; axes that move although their unit could be selected contradict that.
+        """It was refused; axes that have moved although their unit could be selected contradict that.
 
         A line that has doubled the command had them set going by the first copy.
         """
         axes = await self._status() if error == IN_MOTION else []
         if axes is None:
             return
-        if at_rest(axes):
+        if error != IN_MOTION or (at_rest(axes) and await self._stands_as_before()):
             refusal = await self._refusal(error)
             self._advance(MoveStatus.REJECTED, refusal)
             self._tell(refusal)
@@ -300,6 +300,13 @@ class MoveRun:
             "doubled the command, or something else moves the axes."
         )
         await self._resolve(refused_in_motion(self._unit.address, self._move.command))
+
+    async def _stands_as_before(self) -> bool:
+        """Whether axes at rest have not been elsewhere: a stop may have brought them to rest."""
+        if self._stopped():
+            return False
+        await self._read_position()
+        return self._move.position is not None and not self._finding().ran()
 
     async def _refusal(self, error: str) -> ControllerRefused:
         """As the robot tells it; that an axis is not homed it does not tell."""

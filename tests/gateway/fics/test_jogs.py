@@ -74,6 +74,26 @@ def test_an_axis_that_jogs_although_its_start_was_refused_is_stopped(mode: int) 
     story()
 
 
+@in_virtual_time
+async def test_an_axis_that_was_stopped_before_it_could_be_asked_may_have_jogged() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        doubled = StartJog(axis="Z", direction="-").text()
+        rig.cable.damaged[doubled] = f"{doubled}\r{doubled}"
+        starting = asyncio.create_task(rig.robot.jogs.start(1, "Z", "-"))
+        await rig.cable.written_from("JOG")
+        rig.fail(Fault.LOST, Direction.REPLIES, 1)
+        rig.cable.lost_answer = "ACD"
+        await rig.cable.written_from("ACD")
+        stopping = rig.robot.stop("immediate")
+        await rig.cable.written_from("AES")
+        rig.cable.lost_answer = ""
+        with pytest.raises(NoReply, match="is being stopped"):
+            await starting
+        assert (await stopping).state == "confirmed"
+        assert rig.fics.job is None
+
+
 @pytest.mark.parametrize("mode", [2, 3])
 def test_without_a_heartbeat_the_axis_is_stopped(mode: int) -> None:
     @in_virtual_time

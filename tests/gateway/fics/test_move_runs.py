@@ -70,6 +70,47 @@ def test_a_doubled_command_whose_first_copy_was_executed_is_not_called_rejected(
     story()
 
 
+@pytest.mark.parametrize("mode", [2, 3])
+def test_nor_is_one_that_was_stopped_before_its_axes_could_tell(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            await rig.move(HomeRobot())
+            await rig.robot.ask(SLOWLY, 1)
+            doubled = FAR_DOWN.text()
+            rig.cable.damaged[doubled] = f"{doubled}\r{doubled}"
+            rig.cable.lost_answer = "ACD"
+            moving = asyncio.create_task(rig.move(FAR_DOWN))
+            await rig.cable.written_from("ACD")
+            await asyncio.sleep(0.5)
+            stopping = rig.robot.stop("immediate")
+            await rig.cable.written_from("AES")
+            rig.cable.lost_answer = ""
+            assert (await stopping).state == "confirmed"
+            move = await moving
+            assert -100.0 < rig.fics.units[1].at_rest()[2] < 0.0
+            assert move.status in (MoveStatus.UNKNOWN, MoveStatus.STOPPED)
+            assert move.error is None or move.error.moved == "unknown"
+
+    story()
+
+
+@in_virtual_time
+async def test_nor_is_a_short_one_that_was_over_before_its_axes_could_tell() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        doubled = DOWN.text()
+        rig.cable.damaged[doubled] = f"{doubled}\r{doubled}"
+        rig.cable.lost_answer = "ACD"
+        moving = asyncio.create_task(rig.move(DOWN))
+        await rig.cable.written_from("ACD")
+        await asyncio.sleep(1.0)
+        assert rig.fics.job is None
+        rig.cable.lost_answer = ""
+        assert (await moving).status is MoveStatus.SUCCEEDED
+        assert rig.fics.units[1].at_rest()[2] == pytest.approx(-5.0)
+
+
 @pytest.mark.parametrize("unanswered", ["APS", "UNT", "MOD"])
 def test_a_move_that_waits_for_its_preparations_expires_in_time_and_leaves_the_floor(unanswered: str) -> None:
     @in_virtual_time
