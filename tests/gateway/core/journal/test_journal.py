@@ -351,4 +351,6 @@ async def test_how_long_gateways_have_run_is_counted_over_their_lives(
         journal._look()
         journal.disk.close()
         clock[0] += 4711.0
-    assert open_journal(tmp_path).journal.ran_s == 150.0
+    after = open_journal(tmp_path).journal
+    assert after.ran_s == 150.0
+    after.disk.close()
