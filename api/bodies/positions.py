@@ -7,6 +7,7 @@ from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from api.common.csv_tables import ANSWER, csv_response, read_table
+from api.common.documentation import begins
 from api.common.etags import DECLARED_HEADER, etag_of, expected_by, tagged
 from api.common.problems import DECLARED
 from api.common.records import RecordRoutes
@@ -100,13 +101,7 @@ async def list_body_positions(
     return tagged(await _read(request, body_id, first, last))
 
 
-@router.post(
-    "/bodies/{body_id}/positions/readings",
-    Right.VIEW,
-    status_code=202,
-    response_model=PositionReading,
-    responses={**DECLARED, 200: {"model": PositionReading, "description": "It is over."}},
-)
+@router.post("/bodies/{body_id}/positions/readings", Right.VIEW, **begins(PositionReading, "It is over."))
 async def read_body_positions(
     request: Request, body_id: BodyId, first: First = 0, last: Last = LAST_POSITION, wait: Wait = None
 ) -> Response:
@@ -126,10 +121,7 @@ RecordRoutes("a reading of positions", PositionReading, body_positions.READINGS,
 
 
 @router.put(
-    "/bodies/{body_id}/positions",
-    Right.SETUP,
-    response_model=BodyPositions,
-    openapi_extra=DECLARED_HEADER,
+    "/bodies/{body_id}/positions", Right.SETUP, response_model=BodyPositions, openapi_extra=DECLARED_HEADER
 )
 async def store_body_positions(
     request: Request, body_id: BodyId, upload: PositionsToStore, first: First = 0, last: Last = LAST_POSITION
@@ -144,13 +136,7 @@ async def store_body_positions(
     return json_response(await _store(request, body_id, wanted, names, flash=upload.flash))
 
 
-@router.post(
-    "/bodies/{body_id}/positions/uploads",
-    Right.SETUP,
-    status_code=202,
-    response_model=TableUpload,
-    responses={**DECLARED, 200: {"model": TableUpload, "description": "It is over."}},
-)
+@router.post("/bodies/{body_id}/positions/uploads", Right.SETUP, **begins(TableUpload, "It is over."))
 async def upload_body_position_table(
     request: Request, body_id: BodyId, upload: PositionsToStore, wait: Wait = None
 ) -> Response:

@@ -7,6 +7,7 @@ from fastapi import Body, HTTPException, Query, Request, Response
 from pydantic import BaseModel, BeforeValidator, Field, ValidationError, model_validator
 
 from api.common import strict_json
+from api.common.documentation import begins
 from api.common.faults import InvalidBody
 from api.common.problems import DECLARED
 from api.common.records import RecordRoutes
@@ -117,10 +118,8 @@ async def get_program(request: Request, body_id: BodyId) -> Response:
 @router.put(
     "/bodies/{body_id}/program",
     Right.SETUP,
-    status_code=202,
-    response_model=ProgramUpload,
-    responses={**DECLARED, 200: {"model": ProgramUpload, "description": "The upload is over."}},
     openapi_extra=_SOURCE,
+    **begins(ProgramUpload, "The upload is over."),
 )
 async def upload_program(
     request: Request, body_id: BodyId, flash: Flash = False, wait: Wait = None
@@ -149,13 +148,7 @@ RecordRoutes(
 )
 
 
-@router.post(
-    "/bodies/{body_id}/program/runs",
-    Right.OPERATE,
-    status_code=202,
-    response_model=ProgramRun,
-    responses={**DECLARED, 200: {"model": ProgramRun, "description": "The program has ended."}},
-)
+@router.post("/bodies/{body_id}/program/runs", Right.OPERATE, **begins(ProgramRun, "The program has ended."))
 async def run_program(
     request: Request,
     body_id: BodyId,
