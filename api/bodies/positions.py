@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field
 
 from api.common.csv_tables import ANSWER, csv_response, read_table
 from api.common.documentation import begins
-from api.common.etags import DECLARED_HEADER, etag_of, expected_by, tagged
+from api.common.etags import IF_MATCH, etag_of, expected_by, tagged
 from api.common.problems import DECLARED
 from api.common.records import RecordRoutes
 from api.common.requests import (
@@ -120,9 +120,7 @@ RecordRoutes("a reading of positions", PositionReading, body_positions.READINGS,
 )
 
 
-@router.put(
-    "/bodies/{body_id}/positions", Right.SETUP, response_model=BodyPositions, openapi_extra=DECLARED_HEADER
-)
+@router.put("/bodies/{body_id}/positions", Right.SETUP, response_model=BodyPositions, **IF_MATCH)
 async def store_body_positions(
     request: Request, body_id: BodyId, upload: PositionsToStore, first: First = 0, last: Last = LAST_POSITION
 ) -> Response:
