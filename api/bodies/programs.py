@@ -22,6 +22,7 @@ from api.common.requests import (
     wait_headers,
     wait_s,
 )
+from api.common.strict_json import JSON
 from gateway.core.errors import InvalidRequest
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
@@ -33,7 +34,7 @@ from protocols.rorze.programs import Address, Label, RunProgram, StepProgram
 
 router = new_router("programs")
 
-JSON, TEXT = "application/json", "text/plain"
+TEXT = "text/plain"
 MAX_PROGRAM_BYTES = 262_144
 """A full program of 6039 steps, with comments."""
 
@@ -182,13 +183,7 @@ async def _source_of(request: Request) -> ProgramSource:
     :raises InvalidBody: it is another JSON.
     :raises InvalidRequest: it is not to be trusted.
     """
-    content_type = request.headers.get("content-type", "")
-    kind = content_type.partition(";")[0].strip().lower()
-    if kind not in (JSON, TEXT):
-        raise HTTPException(
-            415,
-            f"The request body is {content_type or 'of no type'}, not {JSON} or {TEXT}; nothing was sent.",
-        )
+    kind = strict_json.require_type(request, JSON, TEXT)
     content = await strict_json.read_body(request, MAX_PROGRAM_BYTES)
     if kind == TEXT:
         try:
