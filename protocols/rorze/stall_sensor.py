@@ -25,6 +25,11 @@ class StallError(Reply, args="{stalled}"):
 MOVING_ERRORS = frozenset({0x50})
 SETTING_ERRORS = MOVING_ERRORS | {0x4A}
 
+
+class StepOutSetting(RorzeCommand[Ack], moving=False, errors=SETTING_ERRORS, retry=Retry.SETTING):
+    """What the settings of step-out detection and of the encoder have in common."""
+
+
 INTERVAL = "Period of the dogs, from ON edge to ON edge, in pulses, 100-65535; checked every half of it."
 
 
@@ -35,23 +40,12 @@ class StallInterval(Reply, args="{interval}"):
 
 
 class GetStallSensorInterval(
-    RorzeCommand[StallInterval],
-    code="QID",
-    retry=Retry.READ,
-    example=("&3FQID", ">&3FQID00100"),
+    RorzeCommand[StallInterval], code="QID", retry=Retry.READ, example=("&3FQID", ">&3FQID00100")
 ):
     """脱調検出間隔取得: get the period of the STALL sensor's dogs."""
 
 
-class SetStallSensorInterval(
-    RorzeCommand[Ack],
-    code="QIS",
-    args="{interval}",
-    moving=False,
-    errors=SETTING_ERRORS,
-    retry=Retry.SETTING,
-    example=("&3FQIS100", ">&3FQIS"),
-):
+class SetStallSensorInterval(StepOutSetting, code="QIS", args="{interval}", example=("&3FQIS100", ">&3FQIS")):
     """脱調検出間隔設定: set the period of the STALL sensor's dogs; 2048 by default.
 
     Half of it is the interval of the checks: one in the middle of each dog, one in each gap (RC-420 manual
@@ -62,10 +56,7 @@ class SetStallSensorInterval(
 
 
 class GetStallSensorError(
-    RorzeCommand[StallError],
-    code="QRD",
-    retry=Retry.READ,
-    example=("&3FQRD", ">&3FQRD0"),
+    RorzeCommand[StallError], code="QRD", retry=Retry.READ, example=("&3FQRD", ">&3FQRD0")
 ):
     """脱調検出状態取得: get whether the STALL sensor has found a step-out."""
 
@@ -83,23 +74,12 @@ class ClearStallSensorError(
 
 
 class GetStallSensorDetection(
-    RorzeCommand[Enabled],
-    code="QSD",
-    retry=Retry.READ,
-    example=("&3FQSD", ">&3FQSD1"),
+    RorzeCommand[Enabled], code="QSD", retry=Retry.READ, example=("&3FQSD", ">&3FQSD1")
 ):
     """脱調検出設定取得: get whether the STALL sensor is watched for step-outs."""
 
 
-class SetStallSensorDetection(
-    RorzeCommand[Ack],
-    code="QSS",
-    args="{enabled}",
-    moving=False,
-    errors=SETTING_ERRORS,
-    retry=Retry.SETTING,
-    example=("&3FQSS1", ">&3FQSS"),
-):
+class SetStallSensorDetection(StepOutSetting, code="QSS", args="{enabled}", example=("&3FQSS1", ">&3FQSS")):
     """脱調検出設定: set whether the STALL sensor is watched for step-outs; off by default."""
 
     enabled: Flag = Field(description="0 off, 1 on.")
