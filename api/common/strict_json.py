@@ -204,7 +204,7 @@ class StrictRoute(HttpRoute):
             # All that is read already: FastAPI would wait for ever for what does not come twice.
             reads_anew = self.body_field is None and not self._takes_nothing
             body = b"" if self.body_field is None else await request.body()
-            read_again = receive if reads_anew else _again(body)
+            read_again = receive if reads_anew else again(body)
             await self._by_fastapi(scope, read_again, send)
         else:
             response = await answering
@@ -225,7 +225,7 @@ class StrictRoute(HttpRoute):
         return request
 
 
-def _again(body: bytes) -> Receive:
+def again(body: bytes) -> Receive:
     """Let a body be read that was read already."""
 
     async def receive() -> Message:
