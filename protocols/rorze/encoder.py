@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 
 from protocols.rorze.notation import Digits, Flag, Number, PaddedHundredths, TwoDecimals, Word, two_decimals
-from protocols.rorze.row import OTHER_MODE, R_co, RorzeCommand
+from protocols.rorze.row import OTHER_MODE, Question, R_co, RorzeCommand
 from protocols.rorze.stall_sensor import MOVING_ERRORS, SETTING_ERRORS, Enabled, StallError, StepOutSetting
 from protocols.table import Ack, Effect, Reply, Retry
 
@@ -57,7 +57,7 @@ class AdjustmentDelay(Reply, args="{delay_10ms}"):
     delay_10ms: Annotated[int, Field(ge=0, le=999), Digits(5)] = Field(description=DELAY)
 
 
-class AdjustmentQuery(RorzeCommand[R_co], modes="1", errors=OTHER_MODE, retry=Retry.READ):
+class AdjustmentQuery(Question[R_co], modes="1", errors=OTHER_MODE):
     """What the questions for an adjustment have in common."""
 
 
@@ -66,9 +66,7 @@ class AdjustmentSetting(StepOutSetting, modes="1", errors=SETTING_ERRORS | OTHER
 
 
 # The pages of PAD, PAS, PJS and PKD have lost two columns; they are those of the other get and set commands.
-class GetEncoderMultiplier(
-    RorzeCommand[EncoderMultiplier], code="PAD", retry=Retry.READ, example=("&3FPAD", ">&3FPAD4")
-):
+class GetEncoderMultiplier(Question[EncoderMultiplier], code="PAD", example=("&3FPAD", ">&3FPAD4")):
     """エンコーダ通倍率取得: get the encoder's multiplier."""
 
 
@@ -81,9 +79,7 @@ class SetEncoderMultiplier(StepOutSetting, code="PAS", args="{multiplier}", exam
     multiplier: Multiplier = Field(description=MULTIPLIER)
 
 
-class GetEncoderRatio(
-    RorzeCommand[EncoderRatio], code="PBD", retry=Retry.READ, example=("&3FPBD", ">&3FPBD00200.00")
-):
+class GetEncoderRatio(Question[EncoderRatio], code="PBD", example=("&3FPBD", ">&3FPBD00200.00")):
     """エンコーダパルス比取得: get the ratio of motor pulses to encoder counts."""
 
 
@@ -94,7 +90,7 @@ class SetEncoderRatio(StepOutSetting, code="PBS", args="{ratio}", example=("&3FP
 
 
 class GetEncoderStallThreshold(
-    RorzeCommand[EncoderStallThreshold], code="PED", retry=Retry.READ, example=("&3FPED", ">&3FPED00128")
+    Question[EncoderStallThreshold], code="PED", example=("&3FPED", ">&3FPED00128")
 ):
     """脱調検出パルス取得: get the difference that the encoder takes for a step-out."""
 
@@ -137,9 +133,7 @@ class SetAdjustmentSpeed(AdjustmentSetting, code="PLS", args="{speed}", example=
     speed: Annotated[int, Field(ge=0, le=50_000), Number()] = Field(description=SPEED)
 
 
-class GetEncoderStallError(
-    RorzeCommand[StallError], code="PRD", retry=Retry.READ, example=("&3FPRD", ">&3FPRD0")
-):
+class GetEncoderStallError(Question[StallError], code="PRD", example=("&3FPRD", ">&3FPRD0")):
     """脱調検出状態取得: get whether the encoder has found a step-out."""
 
 
@@ -155,9 +149,7 @@ class ClearEncoderStallError(
     """脱調検出状態解除: clear the STALL error found by the encoder."""
 
 
-class GetEncoderStallDetection(
-    RorzeCommand[Enabled], code="PSD", retry=Retry.READ, example=("&3FPSD", ">&3FPSD1")
-):
+class GetEncoderStallDetection(Question[Enabled], code="PSD", example=("&3FPSD", ">&3FPSD1")):
     """脱調検出設定取得: get whether the encoder is watched for step-outs."""
 
 

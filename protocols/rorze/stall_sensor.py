@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from protocols.rorze.notation import Digits, Flag, FlagValue, Number
-from protocols.rorze.row import RorzeCommand
+from protocols.rorze.row import Question, RorzeCommand, Setting
 from protocols.table import Ack, Effect, Reply, Retry
 
 
@@ -26,7 +26,7 @@ MOVING_ERRORS = frozenset({0x50})
 SETTING_ERRORS = MOVING_ERRORS | {0x4A}
 
 
-class StepOutSetting(RorzeCommand[Ack], moving=False, errors=SETTING_ERRORS, retry=Retry.SETTING):
+class StepOutSetting(Setting, moving=False, errors=SETTING_ERRORS):
     """What the settings of step-out detection and of the encoder have in common."""
 
 
@@ -39,9 +39,7 @@ class StallInterval(Reply, args="{interval}"):
     interval: Annotated[int, Field(ge=100, le=65_535), Digits(5)] = Field(description=INTERVAL)
 
 
-class GetStallSensorInterval(
-    RorzeCommand[StallInterval], code="QID", retry=Retry.READ, example=("&3FQID", ">&3FQID00100")
-):
+class GetStallSensorInterval(Question[StallInterval], code="QID", example=("&3FQID", ">&3FQID00100")):
     """脱調検出間隔取得: get the period of the STALL sensor's dogs."""
 
 
@@ -55,9 +53,7 @@ class SetStallSensorInterval(StepOutSetting, code="QIS", args="{interval}", exam
     interval: Annotated[int, Field(ge=100, le=65_535), Number()] = Field(description=INTERVAL)
 
 
-class GetStallSensorError(
-    RorzeCommand[StallError], code="QRD", retry=Retry.READ, example=("&3FQRD", ">&3FQRD0")
-):
+class GetStallSensorError(Question[StallError], code="QRD", example=("&3FQRD", ">&3FQRD0")):
     """脱調検出状態取得: get whether the STALL sensor has found a step-out."""
 
 
@@ -73,9 +69,7 @@ class ClearStallSensorError(
     """脱調検出状態解除: clear the STALL error found by the STALL sensor."""
 
 
-class GetStallSensorDetection(
-    RorzeCommand[Enabled], code="QSD", retry=Retry.READ, example=("&3FQSD", ">&3FQSD1")
-):
+class GetStallSensorDetection(Question[Enabled], code="QSD", example=("&3FQSD", ">&3FQSD1")):
     """脱調検出設定取得: get whether the STALL sensor is watched for step-outs."""
 
 
