@@ -21,7 +21,7 @@ from api.common.requests import (
     wait_s,
 )
 from api.common.strict_json import StrictRequest, StrictRoute
-from api.robots.paths import RobotId
+from api.robots.names import RobotId
 from gateway.core.backup_record import Backup, BackupComparison
 from gateway.core.records import RequestModel, example
 from gateway.core.restore_record import Restore, RestorePlan

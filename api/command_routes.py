@@ -14,7 +14,7 @@ from api.common.requests import BodyId, GroupId, LineId, Wait, new_router, origi
 from api.common.results import AGE_HEADER, GroupMove, GroupReply, StopResult, render
 from api.common.routes import Router
 from api.resources import resource_router
-from api.robots.paths import RobotId, UnitNumber
+from api.robots.names import RobotId, UnitNumber
 from gateway.core.family import Family, Place, Row
 from gateway.core.rights import RIGHT_OF
 from gateway.operations.commands import do

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Final, Self
 from fastapi import Body, HTTPException, Query, Request, Response
 from pydantic import BaseModel, BeforeValidator, Field, ValidationError, model_validator
 
+from api.bodies.names import body_of
 from api.common import strict_json
 from api.common.documentation import begins
 from api.common.faults import InvalidBody
@@ -27,7 +28,6 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import programs
-from gateway.rorze.family import Rorze
 from gateway.rorze.program_runs import ProgramRun, ProgramState
 from gateway.rorze.program_uploads import ProgramUpload
 from protocols.rorze.programs import Address, Label, RunProgram, StepProgram
@@ -106,7 +106,7 @@ async def get_program(request: Request, body_id: BodyId) -> Response:
     if TEXT in accepted and JSON not in accepted:
         return Response(stored.source, media_type=TEXT, headers={"Vary": "Accept"})
     program = Program(
-        body_id=plant_of(request).family(Rorze).body(body_id).address,
+        body_id=body_of(request, body_id).address,
         source=stored.source,
         instructions=len(stored.instructions),
         steps=stored.steps,

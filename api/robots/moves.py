@@ -16,7 +16,7 @@ from api.common.requests import (
     wait_s,
 )
 from api.common.results import render
-from api.robots.paths import RobotId, UnitNumber
+from api.robots.names import RobotId, UnitNumber
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.fics.move_record import RobotMove

@@ -11,7 +11,7 @@ from api.common.csv_tables import ANSWER, Row, csv_response, read_table
 from api.common.etags import IF_MATCH, etag_of, expected_by, tagged
 from api.common.problems import DECLARED
 from api.common.requests import json_response, new_router, origin, plant_of
-from api.robots.paths import RobotId, UnitNumber, unit_of
+from api.robots.names import RobotId, UnitNumber, unit_of
 from gateway.core.errors import InvalidRequest
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right

@@ -4,7 +4,7 @@ from fastapi import Request, Response
 
 from api.common.etags import IF_MATCH, expected_by, tagged
 from api.common.requests import json_response, new_router, origin, plant_of
-from api.robots.paths import RobotId, UnitNumber
+from api.robots.names import RobotId, UnitNumber
 from gateway.core.rights import Right
 from gateway.fics.settings import SettingsChange, UnitSettings
 from gateway.operations import settings

@@ -7,7 +7,7 @@ from pydantic import BaseModel, Field
 
 from api.common.etags import IF_MATCH, expected_by, tagged
 from api.common.requests import json_response, new_router, origin, plant_of
-from api.robots.paths import RobotId
+from api.robots.names import RobotId
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import robots

@@ -9,7 +9,7 @@ from api.common.problems import DECLARED
 from api.common.requests import Wait, new_router
 from api.common.results import StopResult
 from api.common.text_commands import TextRoute, send_text
-from api.robots.paths import RobotId, UnitNumber, robot_of
+from api.robots.names import RobotId, UnitNumber, robot_of
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Answer
