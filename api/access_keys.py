@@ -5,8 +5,7 @@ from typing import Annotated
 from fastapi import Path, Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.access import Access
-from api.common.requests import json_response, new_router, origin, plant_of
+from api.common.requests import access_of, json_response, new_router, origin, plant_of
 from gateway.access.keys import LONGEST_S, KeyInfo
 from gateway.access.roles import Role
 from gateway.core.records import RequestModel, example
@@ -57,7 +56,7 @@ class KeyList(BaseModel):
 @router.get("/access/keys", Right.ADMIN, response_model=KeyList)
 async def list_keys(request: Request) -> Response:
     """List the keys, without what is secret of them."""
-    found = await access_keys.listed(plant_of(request), origin(), _access(request).keys)
+    found = await access_keys.listed(plant_of(request), origin(), access_of(request).keys)
     return json_response(KeyList(keys=list(found)))
 
 
@@ -67,7 +66,7 @@ async def make_key(request: Request, new: NewKey) -> Response:
     key, made = await access_keys.make(
         plant_of(request),
         origin(),
-        _access(request).keys,
+        access_of(request).keys,
         new.name,
         new.role,
         new.scope,
@@ -80,10 +79,5 @@ async def make_key(request: Request, new: NewKey) -> Response:
 @router.delete("/access/keys/{name}", Right.ADMIN, response_model=KeyInfo)
 async def revoke_key(request: Request, name: KeyName) -> Response:
     """Let a key never be used again: its next request is refused, and its event streams end within 5 s."""
-    store = _access(request).keys
+    store = access_of(request).keys
     return json_response(await access_keys.revoke(plant_of(request), origin(), store, name))
-
-
-def _access(request: Request) -> Access:
-    access: Access = request.app.state.access
-    return access

@@ -6,6 +6,7 @@ from typing import Annotated, Final
 from fastapi import Query, Request, Response
 from pydantic import Field
 
+from api.common.documentation import begins
 from api.common.problems import DECLARED
 from api.common.records import RecordRoutes
 from api.common.requests import (
@@ -20,7 +21,7 @@ from api.common.requests import (
     wait_s,
 )
 from api.common.strict_json import StrictRequest, StrictRoute
-from api.robots.paths import RobotId
+from api.robots.names import RobotId
 from gateway.core.backup_record import Backup, BackupComparison
 from gateway.core.records import RequestModel, example
 from gateway.core.restore_record import Restore, RestorePlan
@@ -109,16 +110,9 @@ class RobotRestoreRequest(
 
 Bodies = Annotated[str | None, Query(description="These only, joined by commas: 00,3F. Left out: all.")]
 BACKUP = {**DECLARED, 200: {"content": {TEXT: {"schema": {"type": "string"}}}, "description": "The backup."}}
-READ = {**DECLARED, 200: {"model": Backup, "description": "It is over."}}
-COMPARED = {**DECLARED, 200: {"model": BackupComparison, "description": "It is over."}}
-BEGUN = {
-    **DECLARED,
-    200: {
-        "model": RestorePlan | Restore,
-        "description": "With `dry_run` the plan; else the restore is over.",
-    },
-}
-
+BEGINS_BACKUP = begins(Backup, "It is over.")
+BEGINS_COMPARISON = begins(BackupComparison, "It is over.")
+BEGINS_RESTORE = begins(Restore, "With `dry_run` the plan; else the restore is over.", RestorePlan | Restore)
 
 NO_MORE: Final = "Read no more."
 BACKUPS: Final = RecordRoutes("a backup", Backup, backups.BACKUPS, NO_MORE)
@@ -143,7 +137,7 @@ async def get_body_backup(request: Request, body_id: BodyId) -> Response:
     return await _text(request, backups.of_body(plant_of(request), body_id))
 
 
-@router.post("/bodies/{body_id}/backups", Right.VIEW, status_code=202, response_model=Backup, responses=READ)
+@router.post("/bodies/{body_id}/backups", Right.VIEW, **BEGINS_BACKUP)
 async def start_body_backup(request: Request, body_id: BodyId, wait: Wait = None) -> Response:
     """Begin to read all that a body keeps; the record at `Location` has the text in the end."""
     return await _reading(request, backups.of_body(plant_of(request), body_id), wait)
@@ -154,9 +148,7 @@ BACKUPS.add_to(
 )
 
 
-@router.post(
-    "/bodies/{body_id}/restores", Right.SETUP, status_code=202, response_model=Restore, responses=BEGUN
-)
+@router.post("/bodies/{body_id}/restores", Right.SETUP, **BEGINS_RESTORE)
 async def restore_body(
     request: Request, body_id: BodyId, wanted: BodyRestoreRequest, wait: Wait = None
 ) -> Response:
@@ -173,13 +165,7 @@ RESTORES.add_to(
 )
 
 
-@router.post(
-    "/bodies/{body_id}/comparisons",
-    Right.SETUP,
-    status_code=202,
-    response_model=BackupComparison,
-    responses=COMPARED,
-)
+@router.post("/bodies/{body_id}/comparisons", Right.SETUP, **BEGINS_COMPARISON)
 async def compare_body(
     request: Request, body_id: BodyId, wanted: BodyComparisonRequest, wait: Wait = None
 ) -> Response:
@@ -208,7 +194,7 @@ async def get_line_backup(request: Request, line_id: LineId, bodies: Bodies = No
     return await _text(request, backups.of_line(plant_of(request), line_id, _chosen(bodies)))
 
 
-@router.post("/lines/{line_id}/backups", Right.VIEW, status_code=202, response_model=Backup, responses=READ)
+@router.post("/lines/{line_id}/backups", Right.VIEW, **BEGINS_BACKUP)
 async def start_line_backup(
     request: Request, line_id: LineId, bodies: Bodies = None, wait: Wait = None
 ) -> Response:
@@ -224,9 +210,7 @@ BACKUPS.add_to(
 )
 
 
-@router.post(
-    "/lines/{line_id}/restores", Right.SETUP, status_code=202, response_model=Restore, responses=BEGUN
-)
+@router.post("/lines/{line_id}/restores", Right.SETUP, **BEGINS_RESTORE)
 async def restore_line(
     request: Request, line_id: LineId, wanted: LineRestoreRequest, wait: Wait = None
 ) -> Response:
@@ -240,13 +224,7 @@ RESTORES.add_to(
 )
 
 
-@router.post(
-    "/lines/{line_id}/comparisons",
-    Right.SETUP,
-    status_code=202,
-    response_model=BackupComparison,
-    responses=COMPARED,
-)
+@router.post("/lines/{line_id}/comparisons", Right.SETUP, **BEGINS_COMPARISON)
 async def compare_line(
     request: Request, line_id: LineId, wanted: LineComparisonRequest, wait: Wait = None
 ) -> Response:
@@ -268,7 +246,7 @@ async def get_robot_backup(request: Request, robot_id: RobotId) -> Response:
     return await _text(request, backups.of_robot(plant_of(request), robot_id))
 
 
-@router.post("/robots/{robot_id}/backups", Right.VIEW, status_code=202, response_model=Backup, responses=READ)
+@router.post("/robots/{robot_id}/backups", Right.VIEW, **BEGINS_BACKUP)
 async def start_robot_backup(request: Request, robot_id: RobotId, wait: Wait = None) -> Response:
     """Begin to read what a robot tells of what it keeps; the record at `Location` has the text in the end."""
     return await _reading(request, backups.of_robot(plant_of(request), robot_id), wait)
@@ -279,9 +257,7 @@ BACKUPS.add_to(
 )
 
 
-@router.post(
-    "/robots/{robot_id}/restores", Right.SETUP, status_code=202, response_model=Restore, responses=BEGUN
-)
+@router.post("/robots/{robot_id}/restores", Right.SETUP, **BEGINS_RESTORE)
 async def restore_robot(
     request: Request, robot_id: RobotId, wanted: RobotRestoreRequest, wait: Wait = None
 ) -> Response:
@@ -298,13 +274,7 @@ RESTORES.add_to(
 )
 
 
-@router.post(
-    "/robots/{robot_id}/comparisons",
-    Right.SETUP,
-    status_code=202,
-    response_model=BackupComparison,
-    responses=COMPARED,
-)
+@router.post("/robots/{robot_id}/comparisons", Right.SETUP, **BEGINS_COMPARISON)
 async def compare_robot(
     request: Request, robot_id: RobotId, wanted: RobotComparisonRequest, wait: Wait = None
 ) -> Response:

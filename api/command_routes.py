@@ -7,14 +7,14 @@ from typing import Annotated, Any, Final
 
 from fastapi import Body, Request, Response
 
-from api.common.documentation import WORDS, Responses, ends_declared, words_of
+from api.common.documentation import WORDS, begins_moves, words_of
 from api.common.parameters import Endpoint, names_in, taking
 from api.common.problems import DECLARED
 from api.common.requests import BodyId, GroupId, LineId, Wait, new_router, origin, plant_of, wait_s
 from api.common.results import AGE_HEADER, GroupMove, GroupReply, StopResult, render
 from api.common.routes import Router
 from api.resources import resource_router
-from api.robots.paths import RobotId, UnitNumber
+from api.robots.names import RobotId, UnitNumber
 from gateway.core.family import Family, Place, Row
 from gateway.core.rights import RIGHT_OF
 from gateway.operations.commands import do
@@ -44,7 +44,6 @@ def routers(family: type[Family]) -> list[Router]:
 
 def _add(router: Router, family: type[Family], place: Place, row: Row) -> None:
     """Register a row's route."""
-    status, model, responses = _answers(family, place, row)
     router.add(
         "POST",
         f"{place.path}/commands/{row.name()}",
@@ -53,10 +52,8 @@ def _add(router: Router, family: type[Family], place: Place, row: Row) -> None:
         name=f"send_{row.name().replace('-', '_')}{place.suffix}",
         summary=row.titles()[1].capitalize(),
         openapi_extra=_shown(row),
-        status_code=status,
-        response_model=model,
-        responses=responses,
         description=describe(family, row),
+        **_answers(family, place, row),
     )
 
 
@@ -81,23 +78,22 @@ def describe(family: type[Family], row: Row) -> str:
     return "\n\n".join(part for part in (f"{japanese}: {english}.", more, *family.facts(row)) if part)
 
 
-def _answers(family: type[Family], place: Place, row: Row) -> tuple[int, Any, Responses]:
-    """The status, the model and the declared responses of a row's route."""
+def _answers(family: type[Family], place: Place, row: Row) -> dict[str, Any]:
+    """What a row's route declares of its answers."""
     if row in family.sessions:
-        return 201, family.sessions[row], DECLARED
+        return {"status_code": 201, "response_model": family.sessions[row]}
     if row.starts_motion():
-        model = GroupMove if place.members else place.move
-        return 202, model, ends_declared(place.path, model)
+        return begins_moves(place.path, GroupMove if place.members else place.move)
     if row in family.stop_modes:
-        return 200, StopResult, DECLARED
-    model = family.answer_model(row)
+        return {"response_model": StopResult}
     if place.members:
-        return 200, GroupReply, DECLARED
+        return {"response_model": GroupReply}
+    model = family.answer_model(row)
     if not family.is_dated(row):
-        return 200, model, DECLARED
+        return {"response_model": model}
     age = {"description": "How old the answer is, in milliseconds.", "schema": {"type": "number"}}
     told = {"description": words_of(place.path).replied, "headers": {AGE_HEADER: age}}
-    return 200, model, {**DECLARED, 200: told}
+    return {"response_model": model, "responses": {**DECLARED, 200: told}}
 
 
 def _endpoint(family: type[Family], place: Place, row: Row) -> Endpoint:

@@ -11,7 +11,7 @@ from pydantic import AwareDatetime, BaseModel, Field
 from starlette.datastructures import QueryParams
 from starlette.responses import StreamingResponse
 
-from api.common.problems import DECLARED
+from api.common.documentation import begins
 from api.common.query_params import require_known
 from api.common.requests import (
     LineId,
@@ -96,13 +96,7 @@ async def get_line(request: Request, line_id: LineId) -> Response:
     return content_response(plant_of(request).info(line_id))
 
 
-@router.post(
-    "/lines/{line_id}/scans",
-    Right.SETUP,
-    status_code=202,
-    response_model=Scan,
-    responses={**DECLARED, 200: {"model": Scan, "description": "The scan is over."}},
-)
+@router.post("/lines/{line_id}/scans", Right.SETUP, **begins(Scan, "The scan is over."))
 async def start_scan(request: Request, line_id: LineId, wait: Wait = None) -> Response:
     """Ask all 120 body numbers of the line, between its other work, whether somebody is there.
 

@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.problems import DECLARED
+from api.common.documentation import begins
 from api.common.requests import (
     Wait,
     begun_response,
@@ -50,13 +50,7 @@ async def list_ports(request: Request) -> Response:
     return json_response(PortList(ports=ports))
 
 
-@router.post(
-    "/system/scans",
-    Right.ADMIN,
-    status_code=202,
-    response_model=PortScan,
-    responses={**DECLARED, 200: {"model": PortScan, "description": "The scan is over."}},
-)
+@router.post("/system/scans", Right.ADMIN, **begins(PortScan, "The scan is over."))
 async def start_port_scan(request: Request, wanted: PortScanRequest, wait: Wait = None) -> Response:
     """Ask who is at ports that no line has: an RC-400 with which bodies, or a Fics robot.
 

@@ -13,7 +13,7 @@ from starlette.responses import HTMLResponse, RedirectResponse
 
 from api.common.access import Access, is_secure, session_cookie
 from api.common.problems import SIGN_IN, wants_japanese
-from api.common.requests import plant_of
+from api.common.requests import access_of, plant_of
 from api.common.routes import PageRoute
 from api.common.strict_json import read_body
 from gateway.access.errors import NotPermitted
@@ -87,7 +87,7 @@ async def _show(request: Request) -> Response:
 
 
 async def _sign_in(request: Request) -> Response:
-    access: Access = request.app.state.access
+    access = access_of(request)
     form = parse_qs((await read_body(request, MOST_BYTES)).decode("utf-8", "replace"))
     content_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     shown = form.get("key", [""])[0].strip() if content_type == _FORM else ""
@@ -115,7 +115,7 @@ def _grant_of(access: Access, shown: str) -> Grant | None:
 
 
 async def _sign_out(request: Request) -> Response:
-    access: Access = request.app.state.access
+    access = access_of(request)
     name = session_cookie(request.scope)
     access.sessions.end(request.cookies.get(name, ""))
     answer = RedirectResponse(SIGN_IN, 303)
@@ -131,7 +131,7 @@ def _local(path: str) -> str:
 
 def _page(request: Request, following: str, *, refused: bool = False) -> Response:
     words = _JAPANESE if wants_japanese(request) else _ENGLISH
-    access: Access = request.app.state.access
+    access = access_of(request)
     at = escape(plant_of(request).config.server.root_path)
     # A form without an action is sent to where it stands, and so keeps what stands behind # for afterwards.
     session = request.cookies.get(session_cookie(request.scope), "")

@@ -5,8 +5,7 @@ from typing import Annotated, Literal
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.access import Access
-from api.common.requests import json_response, new_router, plant_of
+from api.common.requests import access_of, json_response, new_router, plant_of
 from gateway.access.grants import TICKET_S, Grant
 from gateway.access.posture import weakened
 from gateway.access.principal import EVERYBODY, current
@@ -61,7 +60,7 @@ class Identity(BaseModel):
 @router.post("/tickets", Right.VIEW, any_scope=True, response_model=Ticket)
 async def issue_ticket(request: Request) -> Response:
     """Give a ticket for one event stream, for browsers, whose WebSockets and EventSources send no key."""
-    access: Access = request.app.state.access
+    access = access_of(request)
     grant = Grant(EVERYBODY) if access.is_open else access.grant_of(request.scope)
     ticket = Ticket(ticket=access.tickets.issue(grant), expires_in_s=TICKET_S)
     return json_response(ticket, headers={"Cache-Control": "no-store"})

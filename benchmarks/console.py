@@ -5,14 +5,13 @@ import shutil
 from asyncio.subprocess import Process
 from contextlib import AsyncExitStack
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from playwright.async_api import Browser, Page, async_playwright
 
 from benchmarks.figures import Figure, Target
-from benchmarks.http_read import write_config
-from benchmarks.live_values import BODIES, GROUPS, SETTLE_S, percent
-from benchmarks.processes import free_port, gateway, set_apart, simulated_line
+from benchmarks.gateways import SWEEP_GROUPS, gateway_on_line
+from benchmarks.live_values import BODIES, SETTLE_S, percent
+from benchmarks.processes import set_apart
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 ROUNDS = 3
@@ -48,17 +47,11 @@ async def run(seconds: float) -> list[Figure]:
 
 
 async def _rounds(seconds: float) -> list[tuple[Watched, Watched]]:
-    line, web = free_port(), free_port()
     async with AsyncExitStack() as stack:
-        folder = Path(stack.enter_context(TemporaryDirectory()))
         browser = await browser_in(stack)
         apart = stack.enter_context(set_apart())
-        await stack.enter_async_context(simulated_line(BODIES, "--listen", f"tcp://127.0.0.1:{line}"))
-        config = write_config(folder, web, line, BODIES)
-        config.write_text(
-            config.read_text().replace("[[lines.bodies]]", f"{LINE}{GROUPS}[[lines.bodies]]", 1)
-        )
-        process = await stack.enter_async_context(gateway(config, web, apart))
+        ours = gateway_on_line(BODIES, apart, f"{LINE}{SWEEP_GROUPS}")
+        process, web = await stack.enter_async_context(ours)
         await asyncio.sleep(SETTLE_S)
         return [await _round(browser, process, f"http://127.0.0.1:{web}/", seconds) for _ in range(ROUNDS)]
 

@@ -8,7 +8,7 @@ import asyncio
 from benchmarks.figures import Figure, Target
 from benchmarks.http_client import Door
 from benchmarks.processes import announced, resident_mib
-from benchmarks.stop_latency import full_gateway, quantile, stops_ms
+from benchmarks.stop_latency import full_gateway, quantile_ms, stops_ms
 
 READING = 500
 SILENT = 500
@@ -29,18 +29,10 @@ async def run(seconds: float) -> list[Figure]:
             crowded_mib = resident_mib(process)
         await asyncio.sleep(LEAVE_S)
         after_mib = resident_mib(process)
-    name, unit = f"stop among {READING + SILENT} subscribers", f"ms of {len(loud)}"
+    name = f"stop among {READING + SILENT} subscribers"
     return [
-        Figure(
-            f"{name}: p50", unit, [quantile(loud, 0.5)], [quantile(quiet, 0.5)], Target("figure", "<=", 10.0)
-        ),
-        Figure(
-            f"{name}: p99",
-            unit,
-            [quantile(loud, 0.99)],
-            [quantile(quiet, 0.99)],
-            Target("figure", "<=", 20.0),
-        ),
+        quantile_ms(f"{name}: p50", 0.5, loud, quiet, 10.0),
+        quantile_ms(f"{name}: p99", 0.99, loud, quiet, 20.0),
         Figure("memory among them", "MiB", [crowded_mib], [before_mib], Target("ratio", "<=", 2.5)),
         Figure("memory when they have left", "MiB", [after_mib], [before_mib], Target("ratio", "<=", 1.25)),
     ]

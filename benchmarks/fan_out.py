@@ -12,9 +12,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from benchmarks.figures import Figure, Target
+from benchmarks.gateways import gateway_on_line, write_config
 from benchmarks.http_client import Door, is_complete, post
-from benchmarks.http_read import write_config
-from benchmarks.processes import announced, free_port, gateway, module, set_apart, simulated_line
+from benchmarks.processes import announced, free_port, module, set_apart
 from benchmarks.stop_latency import teach_speeds
 
 SUBSCRIBERS = 100
@@ -88,12 +88,7 @@ async def _move_on(port: int, move: bytes, until: float) -> int:
 @asynccontextmanager
 async def moved_line() -> AsyncIterator[tuple[int, Process]]:
     """Run the gateway on a simulated line whose bodies know their speeds; give its port and its process."""
-    line, web = free_port(), free_port()
-    async with AsyncExitStack() as stack:
-        folder = Path(stack.enter_context(TemporaryDirectory()))
-        apart = stack.enter_context(set_apart())
-        await stack.enter_async_context(simulated_line(BODIES, "--listen", f"tcp://127.0.0.1:{line}"))
-        config = write_config(folder, web, line, BODIES)
-        process = await stack.enter_async_context(gateway(config, web, apart))
-        await asyncio.to_thread(teach_speeds, Door(web), BODIES)
-        yield web, process
+    with set_apart() as apart:
+        async with gateway_on_line(BODIES, apart) as (process, web):
+            await asyncio.to_thread(teach_speeds, Door(web), BODIES)
+            yield web, process

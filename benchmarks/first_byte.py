@@ -13,8 +13,8 @@ from tempfile import TemporaryDirectory
 from time import monotonic
 
 from benchmarks.figures import Figure, Target
+from benchmarks.gateways import write_config
 from benchmarks.http_client import ask, connect, get, post
-from benchmarks.http_read import write_config
 from benchmarks.processes import free_port, gateway, module, set_apart
 from protocols.rorze.row import LAST_BODY
 from simulator.ports import Machine, serve_tcp

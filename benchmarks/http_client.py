@@ -7,7 +7,6 @@ import socket
 import ssl
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 from itertools import cycle
 from time import perf_counter
 from typing import cast
@@ -132,6 +131,12 @@ class Client(asyncio.Protocol):
             raise self.failure
 
 
+async def open_for(client: asyncio.BaseProtocol, port: int, trusting: ssl.SSLContext | None = None) -> None:
+    """Give a client its connection to a server on this machine."""
+    loop = asyncio.get_running_loop()
+    await loop.create_connection(lambda: client, "127.0.0.1", port, ssl=trusting)
+
+
 def _answered(clients: list[Client]) -> int:
     return sum(client.answered for client in clients)
 
@@ -141,7 +146,7 @@ async def requests_per_s(port: int, clients: int, requests: list[bytes], seconds
     loop = asyncio.get_running_loop()
     asking = [Client(_from(requests, first)) for first in range(clients)]
     for client in asking:
-        await loop.create_connection(partial(_itself, client), "127.0.0.1", port)
+        await open_for(client, port)
     before, begun_at, answered = _answered(asking), loop.time(), 0
     while not answered and not any(client.failure for client in asking):
         await asyncio.sleep(seconds)
@@ -150,10 +155,6 @@ async def requests_per_s(port: int, clients: int, requests: list[bytes], seconds
     for client in asking:
         client.close()
     return rate
-
-
-def _itself(client: Client) -> Client:
-    return client
 
 
 def _from(requests: list[bytes], first: int) -> Iterator[bytes]:

@@ -7,14 +7,13 @@ import asyncio
 from asyncio.subprocess import Process
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from benchmarks.fan_out import MOVE
 from benchmarks.figures import Figure, Target
+from benchmarks.gateways import gateway_on_line
 from benchmarks.http_client import Door, ask, connect, get, latencies, post, requests_per_s
-from benchmarks.http_read import CLIENTS, write_config
-from benchmarks.processes import cpu_s, free_port, gateway, module, set_apart, simulated_line
+from benchmarks.http_read import CLIENTS
+from benchmarks.processes import cpu_s, free_port, module, set_apart
 from benchmarks.stop_latency import teach_speeds
 from protocols.rorze.row import LAST_BODY
 
@@ -104,21 +103,9 @@ async def _servers() -> AsyncIterator[tuple[Server, Server, Server]]:
     echo, bare = free_port(), free_port()
     with set_apart() as apart:
         async with (
-            _gateway(BODIES, apart) as ours,
-            _gateway(FULL, apart) as full,
+            gateway_on_line(BODIES, apart) as ours,
+            gateway_on_line(FULL, apart) as full,
             module("benchmarks.echo", echo),
             module("benchmarks.bare_app", bare, str(echo), processors=apart) as bare_app,
         ):
             yield ours, full, (bare_app, bare)
-
-
-@asynccontextmanager
-async def _gateway(bodies: list[int], apart: set[int]) -> AsyncIterator[Server]:
-    line, web = free_port(), free_port()
-    with TemporaryDirectory() as folder:
-        config = write_config(Path(folder), web, line, bodies)
-        async with (
-            simulated_line(bodies, "--listen", f"tcp://127.0.0.1:{line}"),
-            gateway(config, web, apart) as process,
-        ):
-            yield process, web

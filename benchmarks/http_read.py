@@ -2,14 +2,13 @@
 
 import asyncio
 from collections.abc import AsyncIterator
-from contextlib import AsyncExitStack, asynccontextmanager
-from pathlib import Path
+from contextlib import asynccontextmanager
 from statistics import median
-from tempfile import TemporaryDirectory
 
 from benchmarks.figures import Figure, Target
+from benchmarks.gateways import gateway_on_line
 from benchmarks.http_client import get, latencies, requests_per_s
-from benchmarks.processes import free_port, gateway, module, set_apart, simulated_line
+from benchmarks.processes import free_port, module, set_apart
 
 BODIES = list(range(8))
 CLIENTS = 16
@@ -46,25 +45,11 @@ def _figure(name: str, unit: str, rounds: list[list[float]], target: Target) -> 
 @asynccontextmanager
 async def _servers() -> AsyncIterator[tuple[int, int]]:
     """Run the gateway on a simulated line, and the bare application on its echo; give their ports."""
-    line, web, echo, bare = (free_port() for _ in range(4))
-    async with AsyncExitStack() as stack:
-        folder = Path(stack.enter_context(TemporaryDirectory()))
-        apart = stack.enter_context(set_apart())
-        start = stack.enter_async_context
-        await start(simulated_line(BODIES, "--listen", f"tcp://127.0.0.1:{line}"))
-        await start(gateway(write_config(folder, web, line, BODIES), web, apart))
-        await start(module("benchmarks.echo", echo))
-        await start(module("benchmarks.bare_app", bare, str(echo), processors=apart))
-        yield web, bare
-
-
-def write_config(
-    folder: Path, web_port: int, line_port: int, bodies: list[int], connections: int = 1000
-) -> Path:
-    """Write a configuration of one line at a TCP port."""
-    tables = "".join(f'[[lines.bodies]]\nid = "{body:02X}"\n' for body in bodies)
-    line = f'[[lines]]\nid = "line"\naddress = "tcp://127.0.0.1:{line_port}"\n'
-    path = folder / "gateway.toml"
-    server = f"[server]\nport = {web_port}\nmax_connections = {connections}\n"
-    path.write_text(f'[access]\nmode = "open"\n{server}{line}{tables}')
-    return path
+    echo, bare = free_port(), free_port()
+    with set_apart() as apart:
+        async with (
+            gateway_on_line(BODIES, apart) as (_, web),
+            module("benchmarks.echo", echo),
+            module("benchmarks.bare_app", bare, str(echo), processors=apart),
+        ):
+            yield web, bare

@@ -10,9 +10,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from benchmarks.figures import Figure, Target
+from benchmarks.gateways import write_config
 from benchmarks.http_client import get
 from benchmarks.http_cost import read_us
-from benchmarks.http_read import write_config
 from benchmarks.processes import free_port, gateway, set_apart, simulated_line
 from gateway.access.keys import KeyStore
 from gateway.access.roles import Role

@@ -2,13 +2,11 @@
 
 import asyncio
 from asyncio.subprocess import Process
-from contextlib import AsyncExitStack
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from benchmarks.figures import Figure, Target
-from benchmarks.http_read import write_config
-from benchmarks.processes import cpu_s, free_port, gateway, set_apart, simulated_line
+from benchmarks.gateways import SWEEP_GROUPS, gateway_on_line
+from benchmarks.http_client import open_for
+from benchmarks.processes import cpu_s, set_apart
 from benchmarks.subscribers import Subscriber
 
 BODIES = list(range(120))
@@ -16,7 +14,6 @@ SAMPLE = 5
 ROUNDS = 5
 SETTLE_S = 3.0
 """All bodies are known then, and the groups for sweeps are defined."""
-GROUPS = 'sweep_groups = ["90", "9E"]\n'
 TARGET = f"/events?types=body.position&sample={SAMPLE}"
 
 
@@ -33,23 +30,18 @@ async def run(seconds: float) -> list[Figure]:
 
 async def _rounds(seconds: float) -> list[tuple[float, float, float]]:
     """Percent of a processor while nobody watches and while somebody does, and the values a second."""
-    line, web = free_port(), free_port()
-    async with AsyncExitStack() as stack:
-        folder = Path(stack.enter_context(TemporaryDirectory()))
-        apart = stack.enter_context(set_apart())
-        await stack.enter_async_context(simulated_line(BODIES, "--listen", f"tcp://127.0.0.1:{line}"))
-        config = write_config(folder, web, line, BODIES)
-        config.write_text(config.read_text().replace("[[lines.bodies]]", f"{GROUPS}[[lines.bodies]]", 1))
-        process = await stack.enter_async_context(gateway(config, web, apart))
-        await asyncio.sleep(SETTLE_S)
-        return [
-            (await percent(process, seconds), *await _watched(process, web, seconds)) for _ in range(ROUNDS)
-        ]
+    with set_apart() as apart:
+        async with gateway_on_line(BODIES, apart, SWEEP_GROUPS) as (process, web):
+            await asyncio.sleep(SETTLE_S)
+            return [
+                (await percent(process, seconds), *await _watched(process, web, seconds))
+                for _ in range(ROUNDS)
+            ]
 
 
 async def _watched(process: Process, port: int, seconds: float) -> tuple[float, float]:
     client = Subscriber(TARGET)
-    await asyncio.get_running_loop().create_connection(lambda: client, "127.0.0.1", port)
+    await open_for(client, port)
     await client.open.wait()
     before = client.values
     cpu = await percent(process, seconds)

@@ -14,7 +14,7 @@ from playwright.async_api import Page
 from benchmarks.console import browser_in
 from benchmarks.figures import Figure, Target
 from benchmarks.http_client import Door
-from benchmarks.stop_latency import clients, full_gateway, quantile, stops_ms
+from benchmarks.stop_latency import clients, full_gateway, quantile_ms, stops_ms
 
 CONSOLE = (
     *("plant", "axis/line.07", "positions/line.07", "motion/line.07", "program/line.07"),
@@ -62,13 +62,7 @@ async def run(seconds: float) -> list[Figure]:
         ),
         Figure("console: first paint", "ms", console, shortest, Target("figure", "<=", 1000.0)),
         Figure("/docs: all its sections", "ms", documents, shortest, Target("figure", "<=", 2000.0)),
-        Figure(
-            "stop while documents are fetched: p99.9",
-            f"ms of {len(loud)}",
-            [quantile(loud, 0.999)],
-            [quantile(quiet, 0.999)],
-            Target("figure", "<=", 20.0),
-        ),
+        quantile_ms("stop while documents are fetched: p99.9", 0.999, loud, quiet, 20.0),
     ]
 
 

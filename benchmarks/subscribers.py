@@ -2,11 +2,12 @@
 
 import asyncio
 import sys
-from functools import partial
 from os import nice
 from typing import cast
 
 import uvloop
+
+from benchmarks.http_client import open_for
 
 HANDSHAKE = (
     b"GET %b HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
@@ -51,16 +52,11 @@ class Subscriber(asyncio.Protocol):
 
 async def subscribe(port: int, count: int, *, reads: bool = True) -> list[Subscriber]:
     """Open so many connections, one after the other; give them when all are open."""
-    loop = asyncio.get_running_loop()
     clients = [Subscriber(reads=reads) for _ in range(count)]
     for client in clients:
-        await loop.create_connection(partial(_itself, client), "127.0.0.1", port)
+        await open_for(client, port)
         await client.open.wait()
     return clients
-
-
-def _itself(client: Subscriber) -> Subscriber:
-    return client
 
 
 async def main(port: int, reading: int, silent: int) -> None:

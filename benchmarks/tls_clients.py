@@ -9,7 +9,7 @@ from os import nice
 
 import uvloop
 
-from benchmarks.http_client import Client, Door, get
+from benchmarks.http_client import Client, Door, get, open_for
 from benchmarks.subscribers import HANDSHAKE, Subscriber
 
 READ = get("/bodies/07")
@@ -33,18 +33,12 @@ async def main(port: int, authority: str, token: str, readers: int, subscribers:
     following = [Subscriber(handshake=door.signed(HANDSHAKE)) for _ in range(subscribers)]
     reading = [Reader(repeat(door.signed(READ))) for _ in range(readers)]
     for one in (*following, *reading):
-        await asyncio.get_running_loop().create_connection(
-            partial(_itself, one), "127.0.0.1", port, ssl=door.trusting
-        )
+        await open_for(one, port, door.trusting)
     await asyncio.gather(*(client.open.wait() for client in following))
     for client in reading:
         client.begin()
     print("connected", flush=True)
     await asyncio.Event().wait()
-
-
-def _itself(client: asyncio.Protocol) -> asyncio.Protocol:
-    return client
 
 
 if __name__ == "__main__":

@@ -11,11 +11,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import monotonic
 
-from benchmarks.figures import Figure, Target
+from benchmarks.figures import Figure
+from benchmarks.gateways import write_config
 from benchmarks.http_client import Door
-from benchmarks.http_read import write_config
 from benchmarks.processes import announced, free_port, gateway, set_apart
-from benchmarks.stop_latency import BODIES, MOVERS, Line, quantile, stops_ms, teach_speeds
+from benchmarks.stop_latency import BODIES, MOVERS, Line, quantile_ms, stops_ms, teach_speeds
 from gateway.access.keys import KeyStore
 from gateway.access.roles import Role
 from simulator.ports import serve_tcp
@@ -48,16 +48,8 @@ async def run(seconds: float) -> list[Figure]:
         crowd = ("-m", "benchmarks.tls_clients", str(web), str(authority), token, str(READERS))
         await stack.enter_async_context(announced(*crowd, str(SUBSCRIBERS)))
         loud = await stops_ms(line, door, (1 - QUIET_SHARE) * seconds)
-    name, unit = f"stop among {READERS} readers and {SUBSCRIBERS} subscribers over TLS", f"ms of {len(loud)}"
-    return [
-        Figure(
-            f"{name}: p99",
-            unit,
-            [quantile(loud, 0.99)],
-            [quantile(quiet, 0.99)],
-            Target("figure", "<=", 20.0),
-        )
-    ]
+    name = f"stop among {READERS} readers and {SUBSCRIBERS} subscribers over TLS"
+    return [quantile_ms(f"{name}: p99", 0.99, loud, quiet, 20.0)]
 
 
 def _certificate(folder: Path) -> tuple[Path, Path]:

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from fastapi import Path, Request, Response
 from pydantic import BaseModel, Field
 
+from api.bodies.names import body_of
 from api.common.requests import (
     BodyId,
     Wait,
@@ -18,7 +19,6 @@ from api.common.requests import (
 from gateway.core.rights import Right
 from gateway.operations import body_captures
 from gateway.rorze.captures import Capture, CapturePulse, CaptureRequest, Edge
-from gateway.rorze.family import Rorze
 
 router = new_router("captures")
 
@@ -100,7 +100,7 @@ async def disarm_capture(request: Request, body_id: BodyId, port: Port) -> Respo
 
 
 def _state(request: Request, body_id: str, capture: Capture) -> CaptureState:
-    body = plant_of(request).family(Rorze).body(body_id)
+    body = body_of(request, body_id)
     bounds = capture.between
     recorded = []
     for kind, number, pulses in capture.recorded:

@@ -9,6 +9,7 @@ from fastapi import Query, Request, Response
 from pydantic import BaseModel, Field
 from typing_extensions import TypedDict
 
+from api.bodies.names import body_of
 from api.common.requests import (
     BodyId,
     LineId,
@@ -252,7 +253,7 @@ class SpeedAccepted(BaseModel):
 @router.get("/bodies/{body_id}/position", Right.VIEW, response_model=Position)
 async def get_position(request: Request, body_id: BodyId) -> Response:
     """Ask the controller where the motor stands (6PD), and for its mode where that is not known (EAD)."""
-    body = _body(request, body_id)
+    body = body_of(request, body_id)
     if body.mode is None:
         await bodies.know_mode(plant_of(request), origin(), body_id)
     reply, at = await _ask(request, body_id, WHERE)
@@ -263,7 +264,7 @@ async def get_position(request: Request, body_id: BodyId) -> Response:
 async def set_position(request: Request, body_id: BodyId, position: Length) -> Response:
     """Call the present position by another number (6PS). Nothing moves; refused while the motor moves."""
     pulses, at = await bodies.set_position(plant_of(request), origin(), body_id, position)
-    return json_response(_position(_body(request, body_id), pulses, at))
+    return json_response(_position(body_of(request, body_id), pulses, at))
 
 
 @router.get("/bodies/{body_id}/status", Right.VIEW, response_model=BodyStatus)
@@ -275,7 +276,7 @@ async def get_status(request: Request, body_id: BodyId) -> Response:
     (status, first), (cause, _), (sensors, _) = await asyncio.gather(
         *(_ask(request, body_id, it) for it in (GetControllerStatus(), GetEndCause(), GetSensors()))
     )
-    address, flags = _body(request, body_id).address, _flags(status.bits or 0, CONTROLLER_STATUS_BITS)
+    address, flags = body_of(request, body_id).address, _flags(status.bits or 0, CONTROLLER_STATUS_BITS)
     stalls = await _stalls(request, address) if flags["stall_error"] else []
     return json_response(
         BodyStatus(
@@ -304,7 +305,7 @@ async def change_speed_of_move(request: Request, body_id: BodyId, speed: SpeedRe
     """Change the speed of the running move; refused at standstill, while homing and while interpolating."""
     command = speed.command()
     await _ask(request, body_id, command)
-    return json_response(SpeedAccepted(body_id=_body(request, body_id).address, command=command.code))
+    return json_response(SpeedAccepted(body_id=body_of(request, body_id).address, command=command.code))
 
 
 @router.get("/lines/{line_id}/positions", Right.VIEW, response_model=LinePositions)
@@ -336,7 +337,7 @@ async def list_bodies(request: Request, *, fresh: Fresh = False) -> Response:
 @router.get("/bodies/{body_id}", Right.VIEW, response_model=BodyInfo)
 async def get_body(request: Request, body_id: BodyId) -> Response:
     """Tell what is known of a body; nothing is sent."""
-    return content_response(_info(plant_of(request).family(Rorze), _body(request, body_id)))
+    return content_response(_info(plant_of(request).family(Rorze), body_of(request, body_id)))
 
 
 @router.post("/bodies/{body_id}/power-cycle/acknowledge", Right.OPERATE, response_model=BodyInfo)
@@ -347,11 +348,7 @@ async def acknowledge_body_power_cycle(request: Request, body_id: BodyId) -> Res
     of its flash memory. Homing does the same as this, and so does setting its position.
     """
     await bodies.acknowledge_power_cycle(plant_of(request), origin(), body_id)
-    return content_response(_info(plant_of(request).family(Rorze), _body(request, body_id)))
-
-
-def _body(request: Request, body_id: str) -> Body:
-    return plant_of(request).family(Rorze).body(body_id)
+    return content_response(_info(plant_of(request).family(Rorze), body_of(request, body_id)))
 
 
 async def _ask(request: Request, body_id: str, command: RorzeCommand[Any]) -> tuple[Any, float]:

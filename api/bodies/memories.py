@@ -6,11 +6,11 @@ from typing import Annotated
 from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
+from api.bodies.names import body_of
 from api.common.requests import BodyId, json_response, new_router, origin, plant_of
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import programs
-from gateway.rorze.family import Rorze
 
 router = new_router("programs")
 
@@ -71,11 +71,8 @@ async def get_memories(request: Request, body_id: BodyId, first: First = "D0", c
 async def set_memories(request: Request, body_id: BodyId, change: MemoryChanges) -> Response:
     """Set memories in order (UDS), and tell what they hold then: a program may change them at once."""
     wanted = [(it.name, it.value) for it in change.memories]
-    return _told(
-        request,
-        body_id,
-        await programs.write_memories(plant_of(request), origin(), body_id, wanted),
-    )
+    held = await programs.write_memories(plant_of(request), origin(), body_id, wanted)
+    return _told(request, body_id, held)
 
 
 @router.put("/bodies/{body_id}/memories/{name}", Right.OPERATE, response_model=Memory)
@@ -87,6 +84,6 @@ async def set_memory(request: Request, body_id: BodyId, name: MemoryName, change
 
 
 def _told(request: Request, body_id: str, found: Iterable[tuple[str, int | None]]) -> Response:
-    address = plant_of(request).family(Rorze).body(body_id).address
+    address = body_of(request, body_id).address
     memories = [Memory(name=name, value=value) for name, value in found]
     return json_response(MemoryList(body_id=address, memories=memories))

@@ -6,7 +6,7 @@ from fastapi import Query, Request, Response
 from pydantic import BaseModel
 
 from api.bodies.info import SpeedRequest
-from api.common.documentation import ends_declared
+from api.common.documentation import begins_moves
 from api.common.requests import (
     BodyId,
     GroupId,
@@ -35,11 +35,7 @@ class MoveList(BaseModel):
 
 
 @router.post(
-    "/bodies/{body_id}/moves",
-    Right.OPERATE,
-    status_code=202,
-    response_model=Move,
-    responses=ends_declared("/bodies/{body_id}", Move | PlannedMove),
+    "/bodies/{body_id}/moves", Right.OPERATE, **begins_moves("/bodies/{body_id}", Move, Move | PlannedMove)
 )
 async def start_move(request: Request, body_id: BodyId, move: MoveRequest, wait: Wait = None) -> Response:
     """Start a move, or with `validate_only` say what it would be.
@@ -78,9 +74,7 @@ async def change_speed_of_one_move(
 @router.post(
     "/groups/{group_id}/moves",
     Right.OPERATE,
-    status_code=202,
-    response_model=GroupMove,
-    responses=ends_declared("/groups/{group_id}", GroupMove | GroupPlan),
+    **begins_moves("/groups/{group_id}", GroupMove, GroupMove | GroupPlan),
 )
 async def start_group_move(
     request: Request, group_id: GroupId, move: MoveRequest, wait: Wait = None

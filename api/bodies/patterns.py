@@ -6,7 +6,7 @@ from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from api.bodies.speed_sets import First, Flash, Last
-from api.common.etags import DECLARED_HEADER, expected_by, tagged
+from api.common.etags import IF_MATCH, expected_by, tagged
 from api.common.requests import BodyId, json_response, new_router, origin, plant_of
 from gateway.core.rights import Right
 from gateway.operations import body_settings
@@ -52,12 +52,7 @@ async def get_pattern(request: Request, body_id: BodyId, n: PatternNumber) -> Re
     return tagged(await body_settings.read_pattern(plant_of(request), origin(), body_id, n))
 
 
-@router.put(
-    "/bodies/{body_id}/patterns/{n}",
-    Right.SETUP,
-    response_model=ChangedPattern,
-    openapi_extra=DECLARED_HEADER,
-)
+@router.put("/bodies/{body_id}/patterns/{n}", Right.SETUP, response_model=ChangedPattern, **IF_MATCH)
 async def set_pattern(
     request: Request, body_id: BodyId, n: PatternNumber, values: PatternValues, *, flash: Flash = False
 ) -> Response:
@@ -68,12 +63,7 @@ async def set_pattern(
     return await _change(request, body_id, n, values, flash=flash)
 
 
-@router.patch(
-    "/bodies/{body_id}/patterns/{n}",
-    Right.SETUP,
-    response_model=ChangedPattern,
-    openapi_extra=DECLARED_HEADER,
-)
+@router.patch("/bodies/{body_id}/patterns/{n}", Right.SETUP, response_model=ChangedPattern, **IF_MATCH)
 async def change_pattern(
     request: Request, body_id: BodyId, n: PatternNumber, change: PatternChange, *, flash: Flash = False
 ) -> Response:

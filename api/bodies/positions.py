@@ -6,8 +6,10 @@ from typing import Annotated, Final
 from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
+from api.bodies.names import body_of
 from api.common.csv_tables import ANSWER, csv_response, read_table
-from api.common.etags import DECLARED_HEADER, etag_of, expected_by, tagged
+from api.common.documentation import begins
+from api.common.etags import IF_MATCH, etag_of, expected_by, tagged
 from api.common.problems import DECLARED
 from api.common.records import RecordRoutes
 from api.common.requests import (
@@ -25,7 +27,6 @@ from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.tables import Name
 from gateway.operations import body_positions
-from gateway.rorze.family import Rorze
 from gateway.rorze.move_requests import Length
 from gateway.rorze.position_uploads import TableUpload
 from gateway.rorze.positions import LAST_POSITION, NamedPosition, Position, PositionReading, Wanted
@@ -100,13 +101,7 @@ async def list_body_positions(
     return tagged(await _read(request, body_id, first, last))
 
 
-@router.post(
-    "/bodies/{body_id}/positions/readings",
-    Right.VIEW,
-    status_code=202,
-    response_model=PositionReading,
-    responses={**DECLARED, 200: {"model": PositionReading, "description": "It is over."}},
-)
+@router.post("/bodies/{body_id}/positions/readings", Right.VIEW, **begins(PositionReading, "It is over."))
 async def read_body_positions(
     request: Request, body_id: BodyId, first: First = 0, last: Last = LAST_POSITION, wait: Wait = None
 ) -> Response:
@@ -125,12 +120,7 @@ RecordRoutes("a reading of positions", PositionReading, body_positions.READINGS,
 )
 
 
-@router.put(
-    "/bodies/{body_id}/positions",
-    Right.SETUP,
-    response_model=BodyPositions,
-    openapi_extra=DECLARED_HEADER,
-)
+@router.put("/bodies/{body_id}/positions", Right.SETUP, response_model=BodyPositions, **IF_MATCH)
 async def store_body_positions(
     request: Request, body_id: BodyId, upload: PositionsToStore, first: First = 0, last: Last = LAST_POSITION
 ) -> Response:
@@ -144,13 +134,7 @@ async def store_body_positions(
     return json_response(await _store(request, body_id, wanted, names, flash=upload.flash))
 
 
-@router.post(
-    "/bodies/{body_id}/positions/uploads",
-    Right.SETUP,
-    status_code=202,
-    response_model=TableUpload,
-    responses={**DECLARED, 200: {"model": TableUpload, "description": "It is over."}},
-)
+@router.post("/bodies/{body_id}/positions/uploads", Right.SETUP, **begins(TableUpload, "It is over."))
 async def upload_body_position_table(
     request: Request, body_id: BodyId, upload: PositionsToStore, wait: Wait = None
 ) -> Response:
@@ -183,7 +167,7 @@ async def name_body_position(
     """Name a position. The gateway keeps the name; nothing is sent."""
     plant = plant_of(request)
     await body_positions.name(plant, origin(), body_id, number, named.name or "")
-    address = plant.family(Rorze).body(body_id).address
+    address = body_of(request, body_id).address
     return json_response(PositionLabel(body_id=address, number=number, name=named.name))
 
 
@@ -233,13 +217,13 @@ async def _begin(
 
 
 async def _read_csv(request: Request, body_id: str) -> list[Wanted]:
-    plant_of(request).family(Rorze).body(body_id)
+    body_of(request, body_id)
     return [_wanted(line, *cells) for line, cells in await read_table(request, HEADER, MAX_CSV_BYTES)]
 
 
 def _of(request: Request, body_id: str, upload: PositionsToStore) -> tuple[list[Wanted], dict[int, str]]:
     """The positions of a request in pulses, and their names."""
-    scale = plant_of(request).family(Rorze).body(body_id).scale
+    scale = body_of(request, body_id).scale
     wanted = [
         Wanted(it.number, None if it.position is None else it.position.pulses(scale))
         for it in upload.positions
@@ -261,11 +245,8 @@ def _wanted(line: int, number: str, pulses: str) -> Wanted:
 
 
 async def _read(request: Request, body_id: str, first: int, last: int) -> BodyPositions:
-    return _table(
-        request,
-        body_id,
-        await body_positions.read(plant_of(request), origin(), body_id, first, last),
-    )
+    held = await body_positions.read(plant_of(request), origin(), body_id, first, last)
+    return _table(request, body_id, held)
 
 
 async def _require_match(request: Request, body_id: str, first: int, last: int) -> None:
@@ -282,7 +263,7 @@ async def _store(
 
 
 def _table(request: Request, body_id: str, held: list[Position]) -> BodyPositions:
-    body = plant_of(request).family(Rorze).body(body_id)
+    body = body_of(request, body_id)
     return BodyPositions(
         body_id=body.address,
         positions=[body_positions.named(plant_of(request), body, it) for it in held],

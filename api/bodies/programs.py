@@ -6,7 +6,9 @@ from typing import Annotated, Any, Final, Self
 from fastapi import Body, HTTPException, Query, Request, Response
 from pydantic import BaseModel, BeforeValidator, Field, ValidationError, model_validator
 
+from api.bodies.names import body_of
 from api.common import strict_json
+from api.common.documentation import begins
 from api.common.faults import InvalidBody
 from api.common.problems import DECLARED
 from api.common.records import RecordRoutes
@@ -21,18 +23,18 @@ from api.common.requests import (
     wait_headers,
     wait_s,
 )
+from api.common.strict_json import JSON
 from gateway.core.errors import InvalidRequest
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import programs
-from gateway.rorze.family import Rorze
 from gateway.rorze.program_runs import ProgramRun, ProgramState
 from gateway.rorze.program_uploads import ProgramUpload
 from protocols.rorze.programs import Address, Label, RunProgram, StepProgram
 
 router = new_router("programs")
 
-JSON, TEXT = "application/json", "text/plain"
+TEXT = "text/plain"
 MAX_PROGRAM_BYTES = 262_144
 """A full program of 6039 steps, with comments."""
 
@@ -104,7 +106,7 @@ async def get_program(request: Request, body_id: BodyId) -> Response:
     if TEXT in accepted and JSON not in accepted:
         return Response(stored.source, media_type=TEXT, headers={"Vary": "Accept"})
     program = Program(
-        body_id=plant_of(request).family(Rorze).body(body_id).address,
+        body_id=body_of(request, body_id).address,
         source=stored.source,
         instructions=len(stored.instructions),
         steps=stored.steps,
@@ -117,10 +119,8 @@ async def get_program(request: Request, body_id: BodyId) -> Response:
 @router.put(
     "/bodies/{body_id}/program",
     Right.SETUP,
-    status_code=202,
-    response_model=ProgramUpload,
-    responses={**DECLARED, 200: {"model": ProgramUpload, "description": "The upload is over."}},
     openapi_extra=_SOURCE,
+    **begins(ProgramUpload, "The upload is over."),
 )
 async def upload_program(
     request: Request, body_id: BodyId, flash: Flash = False, wait: Wait = None
@@ -149,13 +149,7 @@ RecordRoutes(
 )
 
 
-@router.post(
-    "/bodies/{body_id}/program/runs",
-    Right.OPERATE,
-    status_code=202,
-    response_model=ProgramRun,
-    responses={**DECLARED, 200: {"model": ProgramRun, "description": "The program has ended."}},
-)
+@router.post("/bodies/{body_id}/program/runs", Right.OPERATE, **begins(ProgramRun, "The program has ended."))
 async def run_program(
     request: Request,
     body_id: BodyId,
@@ -189,13 +183,7 @@ async def _source_of(request: Request) -> ProgramSource:
     :raises InvalidBody: it is another JSON.
     :raises InvalidRequest: it is not to be trusted.
     """
-    content_type = request.headers.get("content-type", "")
-    kind = content_type.partition(";")[0].strip().lower()
-    if kind not in (JSON, TEXT):
-        raise HTTPException(
-            415,
-            f"The request body is {content_type or 'of no type'}, not {JSON} or {TEXT}; nothing was sent.",
-        )
+    kind = strict_json.require_type(request, JSON, TEXT)
     content = await strict_json.read_body(request, MAX_PROGRAM_BYTES)
     if kind == TEXT:
         try:

@@ -3,7 +3,7 @@
 from fastapi import Request, Response
 
 from api.bodies.speed_sets import Flash
-from api.common.etags import DECLARED_HEADER, expected_by, tagged
+from api.common.etags import IF_MATCH, expected_by, tagged
 from api.common.requests import BodyId, new_router, origin, plant_of
 from gateway.core.rights import Right
 from gateway.operations import body_settings
@@ -24,12 +24,7 @@ async def get_body_settings(request: Request, body_id: BodyId) -> Response:
     return tagged(await body_settings.read_settings(plant_of(request), origin(), body_id))
 
 
-@router.patch(
-    "/bodies/{body_id}/settings",
-    Right.SETUP,
-    response_model=ChangedSettings,
-    openapi_extra=DECLARED_HEADER,
-)
+@router.patch("/bodies/{body_id}/settings", Right.SETUP, response_model=ChangedSettings, **IF_MATCH)
 async def change_body_settings(
     request: Request, body_id: BodyId, change: BodySettingsChange, *, flash: Flash = False
 ) -> Response:
@@ -47,9 +42,7 @@ async def get_homing(request: Request, body_id: BodyId) -> Response:
     return tagged(await body_settings.read_homing(plant_of(request), origin(), body_id))
 
 
-@router.patch(
-    "/bodies/{body_id}/homing", Right.SETUP, response_model=ChangedSettings, openapi_extra=DECLARED_HEADER
-)
+@router.patch("/bodies/{body_id}/homing", Right.SETUP, response_model=ChangedSettings, **IF_MATCH)
 async def change_homing(
     request: Request, body_id: BodyId, change: HomingChange, *, flash: Flash = False
 ) -> Response:
@@ -63,9 +56,7 @@ async def get_encoder(request: Request, body_id: BodyId) -> Response:
     return tagged(await body_settings.read_encoder(plant_of(request), origin(), body_id))
 
 
-@router.patch(
-    "/bodies/{body_id}/encoder", Right.SETUP, response_model=ChangedSettings, openapi_extra=DECLARED_HEADER
-)
+@router.patch("/bodies/{body_id}/encoder", Right.SETUP, response_model=ChangedSettings, **IF_MATCH)
 async def change_encoder(
     request: Request, body_id: BodyId, change: EncoderChange, *, flash: Flash = False
 ) -> Response:
@@ -73,12 +64,7 @@ async def change_encoder(
     return await _change(request, body_id, change, flash=flash)
 
 
-@router.put(
-    "/bodies/{body_id}/encoder/resolution",
-    Right.SETUP,
-    response_model=Resolution,
-    openapi_extra=DECLARED_HEADER,
-)
+@router.put("/bodies/{body_id}/encoder/resolution", Right.SETUP, response_model=Resolution, **IF_MATCH)
 async def set_encoder_resolution(
     request: Request, body_id: BodyId, resolution: ResolutionRequest, *, flash: Flash = False
 ) -> Response:

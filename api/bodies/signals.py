@@ -8,11 +8,11 @@ from fastapi import Path, Request, Response
 from pydantic import BaseModel, Field, model_validator
 
 from api.bodies.info import SensorBits
+from api.bodies.names import body_of
 from api.common.requests import BodyId, age_ms_of, json_response, new_router, origin, plant_of, utc_of
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import body_signals
-from gateway.rorze.family import Rorze
 from gateway.rorze.signals import Cause, Signal
 from gateway.rorze.signals import ErrorOutput as Reporting
 from protocols.rorze.notation import BILLION
@@ -165,7 +165,7 @@ async def reset_error_outputs(request: Request, body_id: BodyId) -> Response:
 
 
 def _reading(request: Request, body_id: str, at: float) -> dict[str, Any]:
-    address = plant_of(request).family(Rorze).body(body_id).address
+    address = body_of(request, body_id).address
     return {"body_id": address, "read_at": utc_of(at), "age_ms": age_ms_of(at)}
 
 
@@ -178,7 +178,7 @@ def _states(signals: Iterable[Signal]) -> list[SignalState]:
 
 
 def _error_outputs(request: Request, body_id: str, found: Iterable[Reporting]) -> Response:
-    body = plant_of(request).family(Rorze).body(body_id)
+    body = body_of(request, body_id)
     states = [
         ErrorOutputState(
             cause=it.cause,

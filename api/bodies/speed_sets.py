@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.etags import DECLARED_HEADER, expected_by, tagged
+from api.common.etags import IF_MATCH, expected_by, tagged
 from api.common.requests import BodyId, json_response, new_router, origin, plant_of
 from gateway.core.rights import Right
 from gateway.operations import body_settings
@@ -44,12 +44,7 @@ async def get_speed_set(request: Request, body_id: BodyId, n: SetNumber) -> Resp
     return tagged(await body_settings.read_speed_set(plant_of(request), origin(), body_id, n))
 
 
-@router.put(
-    "/bodies/{body_id}/speed-sets/{n}",
-    Right.SETUP,
-    response_model=ChangedSpeedSet,
-    openapi_extra=DECLARED_HEADER,
-)
+@router.put("/bodies/{body_id}/speed-sets/{n}", Right.SETUP, response_model=ChangedSpeedSet, **IF_MATCH)
 async def set_speed_set(
     request: Request, body_id: BodyId, n: SetNumber, values: SpeedSetValues, *, flash: Flash = False
 ) -> Response:
@@ -57,12 +52,7 @@ async def set_speed_set(
     return await _change(request, body_id, n, values, flash=flash)
 
 
-@router.patch(
-    "/bodies/{body_id}/speed-sets/{n}",
-    Right.SETUP,
-    response_model=ChangedSpeedSet,
-    openapi_extra=DECLARED_HEADER,
-)
+@router.patch("/bodies/{body_id}/speed-sets/{n}", Right.SETUP, response_model=ChangedSpeedSet, **IF_MATCH)
 async def change_speed_set(
     request: Request, body_id: BodyId, n: SetNumber, change: SpeedSetChange, *, flash: Flash = False
 ) -> Response:

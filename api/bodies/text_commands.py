@@ -5,15 +5,15 @@ from typing import Annotated, Any
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
+from api.bodies.names import body_of
 from api.common.problems import DECLARED
-from api.common.requests import BodyId, Wait, age_ms_of, new_router, plant_of
+from api.common.requests import BodyId, Wait, age_ms_of, new_router
 from api.common.results import StopResult
 from api.common.text_commands import TextRoute, send_text
 from gateway.core.move_record import Move
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Answer
-from gateway.rorze.family import Rorze
 from protocols.rorze.row import RorzeCommand
 
 router = new_router("commands", TextRoute)
@@ -47,7 +47,7 @@ async def send_raw(request: Request, body_id: BodyId, raw: RawRequest, wait: Wai
     """Send a command as text. A command that moves makes a move, and one that stops makes a stop."""
 
     def told(command: RorzeCommand[Any], answer: Answer) -> RawReply:
-        body = plant_of(request).family(Rorze).body(body_id)
+        body = body_of(request, body_id)
         return RawReply(
             body_id=body.address,
             sent=body.line.frame_of(body.number, command),

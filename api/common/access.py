@@ -25,6 +25,7 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.family import Family
 from gateway.core.origin import ORIGIN, Claim, Origin, current
 from gateway.core.rights import Right
+from gateway.operations.caller import LEASED
 from gateway.plant import Plant
 
 log = logging.getLogger(__name__)
@@ -34,7 +35,6 @@ STREAMS: Final = frozenset({"/events", "/events/stream"})
 RECHECK_S: Final = 5.0
 """How often it is asked whether the credential of an event stream is still good."""
 CLOSE_NOT_AUTHENTICATED: Final = 4401
-_SHOWS_LEASES: Final = frozenset({Right.OPERATE, Right.SETUP})
 _SAFE: Final = frozenset({"GET", "HEAD"})
 _TICKET: Final = "ticket"
 _AUTHORIZATION: Final = b"authorization"
@@ -332,7 +332,7 @@ def _with_leases(origin: Origin, scope: Scope, right: Right) -> Origin:
 
     :raises InvalidRequest: they are no tokens; nothing was sent.
     """
-    if right not in _SHOWS_LEASES:
+    if right not in LEASED:
         return origin
     shown = b",".join(value for name, value in scope["headers"] if name == _LEASE_TOKEN)
     if not shown:

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from io import StringIO
 from typing import Any, Final
 
-from fastapi import HTTPException, Request, Response
+from fastapi import Request, Response
 
-from api.common.strict_json import read_body
+from api.common.strict_json import read_body, require_type
 from gateway.core.errors import InvalidRequest
 
 CSV: Final = "text/csv"
@@ -25,11 +25,7 @@ async def read_table(request: Request, header: Sequence[str], most_bytes: int) -
     :raises HTTPException: the body is no CSV by its type, or too long.
     :raises InvalidRequest: it is another table; the message names the line.
     """
-    content_type = request.headers.get("content-type", "")
-    if content_type.partition(";")[0].strip().lower() != CSV:
-        raise HTTPException(
-            415, f"The request body is {content_type or 'of no type'}, not {CSV}; nothing was sent."
-        )
+    require_type(request, CSV)
     return table_of(await read_body(request, most_bytes), header)
 
 

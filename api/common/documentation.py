@@ -46,8 +46,6 @@ SECTIONS: Final[Mapping[str, str]] = {
 }
 """All sections of the documentation, by their tags, in the order in which it shows them."""
 
-Responses = dict[int | str, dict[str, Any]]
-
 
 class Words(NamedTuple):
     """The words of a place's routes."""
@@ -85,7 +83,15 @@ def words_of(path: str) -> Words:
     return WORDS.get(path, Words())
 
 
-def ends_declared(path: str, model: Any) -> Responses:
-    """What a route answers that begins moves."""
+def begins(model: Any, over: str, model_when_over: Any = None) -> dict[str, Any]:
+    """Declare a route that begins what takes long: 202 with its record, 200 once it is over."""
+    ended = {"model": model_when_over or model, "description": over}
+    return {"status_code": 202, "response_model": model, "responses": {**DECLARED, 200: ended}}
+
+
+def begins_moves(path: str, model: Any, model_when_over: Any = None) -> dict[str, Any]:
+    """Declare a route that begins moves of what stands at a path."""
     words = words_of(path)
-    return {**DECLARED, 200: {"model": model, "description": words.over}, 202: {"description": words.begun}}
+    declared = begins(model, words.over, model_when_over)
+    declared["responses"][202] = {"description": words.begun}
+    return declared

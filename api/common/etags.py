@@ -13,18 +13,15 @@ from gateway.core.errors import Outdated
 
 HEADER: Final = "If-Match"
 
-DECLARED_HEADER: Final[dict[str, Any]] = {
-    "parameters": [
-        {
-            "name": HEADER,
-            "in": "header",
-            "required": False,
-            "schema": {"type": "string"},
-            "description": "The ETag of what was read: where it is otherwise now, nothing is changed (412).",
-        }
-    ]
+_PARAMETER: Final = {
+    "name": HEADER,
+    "in": "header",
+    "required": False,
+    "schema": {"type": "string"},
+    "description": "The ETag of what was read: where it is otherwise now, nothing is changed (412).",
 }
-"""The header, for the OpenAPI entry of a route that heeds it."""
+IF_MATCH: Final[dict[str, Any]] = {"openapi_extra": {"parameters": [_PARAMETER]}}
+"""Declares that a route heeds the header."""
 
 _TAG = re.compile(r'(?:W/)?"[^"]*"')
 

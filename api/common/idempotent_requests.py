@@ -16,7 +16,7 @@ from api.common.access import Access
 from api.common.idempotency import HEADER, HONOURED, LONGEST_KEY, WITH_EFFECT, has_key, takes_key
 from api.common.problems import plain_problem, problem_of, response_to
 from api.common.results import render
-from api.common.strict_json import read_body
+from api.common.strict_json import again, read_body
 from gateway.core.errors import GatewayError, InvalidRequest, NoReply
 from gateway.core.move_record import Move, MoveRecord
 from gateway.core.origin import acting, current
@@ -143,9 +143,6 @@ class IdempotentRequests:
         self._keys.begin(key)
         answer = _Answer()
 
-        async def receive() -> Message:
-            return {"type": "http.request", "body": body, "more_body": False}
-
         async def note(message: Message) -> None:
             answer.note(message)
             if not answer.is_refusal:
@@ -153,7 +150,7 @@ class IdempotentRequests:
 
         with acting(replace(current(), key=key.name)):
             request.scope[HONOURED] = True
-            await self._app(request.scope, receive, note)
+            await self._app(request.scope, again(body), note)
         return answer
 
 

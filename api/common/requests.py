@@ -64,10 +64,15 @@ def plant_of(request: HTTPConnection) -> Plant:
     return plant
 
 
+def access_of(request: HTTPConnection) -> Access:
+    """What the app lets in."""
+    access: Access = request.scope["app"].state.access
+    return access
+
+
 def is_seen(request: Request, address: str) -> bool:
     """Whether the caller may see this in a list: keys with a scope see what it covers."""
-    access: Access = request.app.state.access
-    return access.sees(address)
+    return access_of(request).sees(address)
 
 
 def wait_s(request: Request, wait: float | None) -> float:

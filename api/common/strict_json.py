@@ -18,6 +18,7 @@ from api.common.routes import HttpRoute
 from gateway.core.records import RequestModel
 from gateway.core.rights import Right
 
+JSON: Final = "application/json"
 MAX_BODY_BYTES = 65_536
 """A longer request body is refused with 413."""
 
@@ -184,7 +185,7 @@ class StrictRoute(HttpRoute):
         self._known = [parameter.alias for parameter in self.dependant.query_params]
 
         async def strict(request: Request) -> Response:
-            return await handle(await self._checked(request))
+            return await handle(await self._checked(request.scope, request.receive))
 
         return strict
 
@@ -193,9 +194,8 @@ class StrictRoute(HttpRoute):
         if self._fast_call is None:
             await self._by_fastapi(scope, receive, send)
             return
-        asked = Request(scope, receive, send)
-        request = await self._checked(asked)
-        query = asked.query_params if scope["query_string"] else NO_QUERY
+        request = await self._checked(scope, receive)
+        query = request.query_params if scope["query_string"] else NO_QUERY
         has_body = self.body_field is not None and await request.body()
         content = await request.json() if has_body else NOTHING
         try:
@@ -204,30 +204,28 @@ class StrictRoute(HttpRoute):
             # All that is read already: FastAPI would wait for ever for what does not come twice.
             reads_anew = self.body_field is None and not self._takes_nothing
             body = b"" if self.body_field is None else await request.body()
-            read_again = receive if reads_anew else _again(body)
+            read_again = receive if reads_anew else again(body)
             await self._by_fastapi(scope, read_again, send)
         else:
             response = await answering
             await response(scope, receive, send)
 
-    async def _checked(self, request: Request) -> Request:
+    async def _checked(self, scope: Scope, receive: Receive) -> StrictRequest:
         """Refuse what is not strict; give the request with its body read."""
+        takes_body = self.body_field is not None
+        request = self.request_class(_as_json(scope) if takes_body and self._stops else scope, receive)
         if not self._stops:
             require_known(request, self._known)
         if self._refuses_keys:
             require_no_key(request)
         if self._takes_nothing and _has_body(request):
             await _require_nothing(request)
-        if self.body_field is None:
-            return request
-        scope = _as_json(request.scope) if self._stops else request.scope
-        strict = self.request_class(scope, request.receive)
-        if await strict.body():
-            _require_json(strict)
-        return strict
+        if takes_body and await request.body():
+            require_type(request, JSON)
+        return request
 
 
-def _again(body: bytes) -> Receive:
+def again(body: bytes) -> Receive:
     """Let a body be read that was read already."""
 
     async def receive() -> Message:
@@ -260,7 +258,7 @@ async def _require_nothing(request: Request) -> None:
     strict = StrictRequest(request.scope, request.receive)
     if not await strict.body():
         return
-    _require_json(strict)
+    require_type(strict, JSON)
     content = await strict.json()
     try:
         Nothing.model_validate(content)
@@ -268,10 +266,14 @@ async def _require_nothing(request: Request) -> None:
         raise InvalidBody(error, content, Nothing) from None
 
 
-def _require_json(request: Request) -> None:
+def require_type(request: Request, *wanted: str) -> str:
+    """Give the media type of a request's body.
+
+    :raises HTTPException: 415 where it is none of those wanted.
+    """
     content_type = _header(request, b"content-type").decode("latin-1")
-    if content_type.partition(";")[0].strip().lower() != "application/json":
-        raise HTTPException(
-            415,
-            f"The request body is {content_type or 'of no type'}, not application/json; nothing was sent.",
-        )
+    kind = content_type.partition(";")[0].strip().lower()
+    if kind not in wanted:
+        said = f"The request body is {content_type or 'of no type'}, not {' or '.join(wanted)}"
+        raise HTTPException(415, f"{said}; nothing was sent.")
+    return kind

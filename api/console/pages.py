@@ -36,13 +36,10 @@ def install(app: FastAPI) -> None:
     page = Document(HTML, (BUILT / "index.html").read_bytes, _OF_PAGE)
     assets = {file.name: _asset(file) for file in (BUILT / "assets").iterdir()}
 
-    async def show(request: Request) -> Response:
-        return await page.send(request)
-
     async def show_asset(request: Request) -> Response:
         return await _named(assets, request.path_params["name"]).send(request)
 
-    app.routes.append(PageRoute("/", show, right=Right.VIEW, any_scope=True))
+    app.routes.append(PageRoute("/", page.send, right=Right.VIEW, any_scope=True))
     app.routes.append(PageRoute("/assets/{name}", show_asset, right=Right.VIEW, any_scope=True))
 
 

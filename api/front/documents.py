@@ -5,7 +5,7 @@ import gzip
 import json
 import re
 from base64 import b64encode
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from hashlib import sha256
@@ -146,14 +146,7 @@ def install(app: FastAPI, root_path: str = "") -> None:
         **{f"{ASSETS_AT}/{name}": _asset(name, media_type) for name, media_type in _ASSETS.items()},
     }
     for path, document in documents.items():
-        app.routes.append(PageRoute(path, _answering(document), right=Right.VIEW, any_scope=True))
-
-
-def _answering(document: Document) -> Callable[[Request], Awaitable[Response]]:
-    async def answer(request: Request) -> Response:
-        return await document.send(request)
-
-    return answer
+        app.routes.append(PageRoute(path, document.send, right=Right.VIEW, any_scope=True))
 
 
 def _written(name: str, root_path: str) -> bytes:

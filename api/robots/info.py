@@ -16,7 +16,7 @@ from api.common.requests import (
     utc_of,
 )
 from api.common.results import StopResult
-from api.robots.paths import RobotId, UnitNumber, robot_of, unit_of
+from api.robots.names import RobotId, UnitNumber, robot_of, unit_of
 from api.stops import StopBody, perform_stop
 from gateway.core.line_state import LineState
 from gateway.core.records import RequestModel, example

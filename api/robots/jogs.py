@@ -6,7 +6,7 @@ from pydantic import Field
 from api.common.problems import DECLARED
 from api.common.requests import json_response, new_router, origin, plant_of
 from api.common.results import render
-from api.robots.paths import RobotId
+from api.robots.names import RobotId
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.fics.jogs import JogSession

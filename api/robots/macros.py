@@ -4,7 +4,7 @@ from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
 from api.common.requests import json_response, new_router
-from api.robots.paths import RobotId, robot_of
+from api.robots.names import RobotId, robot_of
 from gateway.core.rights import Right
 
 router = new_router("robots")

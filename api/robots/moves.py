@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import Body, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.documentation import ends_declared
+from api.common.documentation import begins_moves
 from api.common.requests import (
     Wait,
     json_response,
@@ -16,7 +16,7 @@ from api.common.requests import (
     wait_s,
 )
 from api.common.results import render
-from api.robots.paths import RobotId, UnitNumber
+from api.robots.names import RobotId, UnitNumber
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.fics.move_record import RobotMove
@@ -47,13 +47,7 @@ class RobotMoveList(BaseModel):
     moves: list[RobotMove]
 
 
-@router.post(
-    "/robots/{robot_id}/units/{unit}/moves",
-    Right.OPERATE,
-    status_code=202,
-    response_model=RobotMove,
-    responses=ends_declared(UNIT, RobotMove | PlannedRobotMove),
-)
+@router.post(f"{UNIT}/moves", Right.OPERATE, **begins_moves(UNIT, RobotMove, RobotMove | PlannedRobotMove))
 async def start_robot_move(
     request: Request, robot_id: RobotId, unit: UnitNumber, move: RobotMoveRequest, wait: Wait = None
 ) -> Response:
@@ -89,13 +83,7 @@ async def get_robot_move(
     return json_response(move, headers=wait_headers(waited_s))
 
 
-@router.post(
-    "/robots/{robot_id}/macros/{name}/runs",
-    Right.OPERATE,
-    status_code=202,
-    response_model=RobotMove,
-    responses=ends_declared(UNIT, RobotMove),
-)
+@router.post("/robots/{robot_id}/macros/{name}/runs", Right.OPERATE, **begins_moves(UNIT, RobotMove))
 async def run_macro(
     request: Request,
     robot_id: RobotId,

@@ -8,10 +8,10 @@ from fastapi import Query, Request, Response
 from pydantic import BaseModel, Field
 
 from api.common.csv_tables import ANSWER, Row, csv_response, read_table
-from api.common.etags import DECLARED_HEADER, etag_of, expected_by, tagged
+from api.common.etags import IF_MATCH, etag_of, expected_by, tagged
 from api.common.problems import DECLARED
 from api.common.requests import json_response, new_router, origin, plant_of
-from api.robots.paths import RobotId, UnitNumber, unit_of
+from api.robots.names import RobotId, UnitNumber, unit_of
 from gateway.core.errors import InvalidRequest
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
@@ -98,12 +98,7 @@ async def list_positions(
     return tagged(_table(axes, stored))
 
 
-@router.put(
-    "/robots/{robot_id}/units/{unit}/positions",
-    Right.SETUP,
-    response_model=Uploaded,
-    openapi_extra=DECLARED_HEADER,
-)
+@router.put("/robots/{robot_id}/units/{unit}/positions", Right.SETUP, response_model=Uploaded, **IF_MATCH)
 async def store_positions(
     request: Request,
     robot_id: RobotId,

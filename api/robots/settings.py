@@ -2,9 +2,9 @@
 
 from fastapi import Request, Response
 
-from api.common.etags import DECLARED_HEADER, expected_by, tagged
+from api.common.etags import IF_MATCH, expected_by, tagged
 from api.common.requests import json_response, new_router, origin, plant_of
-from api.robots.paths import RobotId, UnitNumber
+from api.robots.names import RobotId, UnitNumber
 from gateway.core.rights import Right
 from gateway.fics.settings import SettingsChange, UnitSettings
 from gateway.operations import settings
@@ -19,10 +19,7 @@ async def get_settings(request: Request, robot_id: RobotId, unit: UnitNumber) ->
 
 
 @router.patch(
-    "/robots/{robot_id}/units/{unit}/settings",
-    Right.SETUP,
-    response_model=UnitSettings,
-    openapi_extra=DECLARED_HEADER,
+    "/robots/{robot_id}/units/{unit}/settings", Right.SETUP, response_model=UnitSettings, **IF_MATCH
 )
 async def change_settings(
     request: Request, robot_id: RobotId, unit: UnitNumber, change: SettingsChange

@@ -5,9 +5,9 @@ from typing import Annotated
 from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.etags import DECLARED_HEADER, expected_by, tagged
+from api.common.etags import IF_MATCH, expected_by, tagged
 from api.common.requests import json_response, new_router, origin, plant_of
-from api.robots.paths import RobotId
+from api.robots.names import RobotId
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import robots
@@ -106,12 +106,7 @@ async def get_variables(
     return tagged(VariableList(robot_id=robot_id, variables=list(values.values())))
 
 
-@router.put(
-    "/robots/{robot_id}/variables/{number}",
-    Right.OPERATE,
-    response_model=VariableValue,
-    openapi_extra=DECLARED_HEADER,
-)
+@router.put("/robots/{robot_id}/variables/{number}", Right.OPERATE, response_model=VariableValue, **IF_MATCH)
 async def set_variable(
     request: Request,
     robot_id: RobotId,

@@ -1,6 +1,6 @@
 """Commands to robots as plain text, where the configuration allows it."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
@@ -9,7 +9,7 @@ from api.common.problems import DECLARED
 from api.common.requests import Wait, new_router
 from api.common.results import StopResult
 from api.common.text_commands import TextRoute, send_text
-from api.robots.paths import RobotId, UnitNumber, robot_of
+from api.robots.names import RobotId, UnitNumber, robot_of
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Answer
@@ -35,18 +35,13 @@ class RobotRawReply(BaseModel):
     )
 
 
-RESPONSES: dict[int | str, dict[str, Any]] = {
-    **DECLARED,
-    202: {"model": RobotMove, "description": "The command has started a move."},
+_ANSWERS: Final[dict[str, Any]] = {
+    "response_model": RobotRawReply | StopResult,
+    "responses": {**DECLARED, 202: {"model": RobotMove, "description": "The command has started a move."}},
 }
 
 
-@router.post(
-    "/robots/{robot_id}/raw",
-    Right.SETUP,
-    response_model=RobotRawReply | StopResult,
-    responses=RESPONSES,
-)
+@router.post("/robots/{robot_id}/raw", Right.SETUP, **_ANSWERS)
 async def send_robot_raw(
     request: Request, robot_id: RobotId, raw: RobotRawRequest, wait: Wait = None
 ) -> Response:
@@ -54,12 +49,7 @@ async def send_robot_raw(
     return await _send(request, robot_id, f"/robots/{robot_id}", raw, wait)
 
 
-@router.post(
-    "/robots/{robot_id}/units/{unit}/raw",
-    Right.SETUP,
-    response_model=RobotRawReply | StopResult,
-    responses=RESPONSES,
-)
+@router.post("/robots/{robot_id}/units/{unit}/raw", Right.SETUP, **_ANSWERS)
 async def send_unit_raw(
     request: Request, robot_id: RobotId, unit: UnitNumber, raw: RobotRawRequest, wait: Wait = None
 ) -> Response:

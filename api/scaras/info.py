@@ -147,9 +147,7 @@ async def get_scara_coordinates(request: Request, scara_id: ScaraId) -> Response
     return json_response(
         ScaraCoordinates(
             scara_id=scara.id,
-            x=place.x,
-            y=place.y,
-            angle=place.angle,
+            **dict(place),
             pulses=list(pulses),
             moving=_moving(scara),
             power_cycled=_power_cycled(scara),
@@ -239,15 +237,8 @@ def _power_cycled(scara: Scara) -> bool:
 
 def _kinematics(request: Request, scara_id: str, pulses: list[int] | tuple[int, ...]) -> Response:
     place = ScaraPlace.of(scaras.forward(plant_of(request), scara_id, pulses))
-    return json_response(
-        Kinematics(
-            scara_id=_scara(request, scara_id).id,
-            pulses=list(pulses),
-            x=place.x,
-            y=place.y,
-            angle=place.angle,
-        )
-    )
+    scara = _scara(request, scara_id)
+    return json_response(Kinematics(scara_id=scara.id, pulses=list(pulses), **dict(place)))
 
 
 def _geometry(scara: Scara, found: list[HeldGeometry]) -> ScaraGeometry:

@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import Query, Request, Response
 from pydantic import BaseModel
 
-from api.common.documentation import ends_declared
+from api.common.documentation import begins_moves
 from api.common.requests import Wait, json_response, new_router, origin, plant_of, wait_headers, wait_s
 from api.scaras.names import ScaraId
 from gateway.core.rights import Right
@@ -25,9 +25,7 @@ class ScaraMoveList(BaseModel):
 @router.post(
     "/scaras/{scara_id}/moves",
     Right.OPERATE,
-    status_code=202,
-    response_model=ScaraMove,
-    responses=ends_declared("/scaras/{scara_id}", ScaraMove | PlannedScaraMove),
+    **begins_moves("/scaras/{scara_id}", ScaraMove, ScaraMove | PlannedScaraMove),
 )
 async def start_scara_move(
     request: Request, scara_id: ScaraId, move: ScaraMoveRequest, wait: Wait = None

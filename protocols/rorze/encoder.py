@@ -5,8 +5,8 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 
 from protocols.rorze.notation import Digits, Flag, Number, PaddedHundredths, TwoDecimals, Word, two_decimals
-from protocols.rorze.row import OTHER_MODE, RorzeCommand
-from protocols.rorze.stall_sensor import MOVING_ERRORS, SETTING_ERRORS, Enabled, StallError
+from protocols.rorze.row import OTHER_MODE, Question, R_co, RorzeCommand
+from protocols.rorze.stall_sensor import MOVING_ERRORS, SETTING_ERRORS, Enabled, StallError, StepOutSetting
 from protocols.table import Ack, Effect, Reply, Retry
 
 MULTIPLIER = "Edges counted per encoder line: two or four."
@@ -57,25 +57,20 @@ class AdjustmentDelay(Reply, args="{delay_10ms}"):
     delay_10ms: Annotated[int, Field(ge=0, le=999), Digits(5)] = Field(description=DELAY)
 
 
+class AdjustmentQuery(Question[R_co], modes="1", errors=OTHER_MODE):
+    """What the questions for an adjustment have in common."""
+
+
+class AdjustmentSetting(StepOutSetting, modes="1", errors=SETTING_ERRORS | OTHER_MODE):
+    """What the settings of an adjustment have in common."""
+
+
 # The pages of PAD, PAS, PJS and PKD have lost two columns; they are those of the other get and set commands.
-class GetEncoderMultiplier(
-    RorzeCommand[EncoderMultiplier],
-    code="PAD",
-    retry=Retry.READ,
-    example=("&3FPAD", ">&3FPAD4"),
-):
+class GetEncoderMultiplier(Question[EncoderMultiplier], code="PAD", example=("&3FPAD", ">&3FPAD4")):
     """エンコーダ通倍率取得: get the encoder's multiplier."""
 
 
-class SetEncoderMultiplier(
-    RorzeCommand[Ack],
-    code="PAS",
-    args="{multiplier}",
-    moving=False,
-    errors=SETTING_ERRORS,
-    retry=Retry.SETTING,
-    example=("&3FPAS4", ">&3FPAS"),
-):
+class SetEncoderMultiplier(StepOutSetting, code="PAS", args="{multiplier}", example=("&3FPAS4", ">&3FPAS")):
     """エンコーダの通倍率設定: set the encoder's multiplier; quadruple by default.
 
     The ratio (PBS) has to follow it.
@@ -84,136 +79,61 @@ class SetEncoderMultiplier(
     multiplier: Multiplier = Field(description=MULTIPLIER)
 
 
-class GetEncoderRatio(
-    RorzeCommand[EncoderRatio],
-    code="PBD",
-    retry=Retry.READ,
-    example=("&3FPBD", ">&3FPBD00200.00"),
-):
+class GetEncoderRatio(Question[EncoderRatio], code="PBD", example=("&3FPBD", ">&3FPBD00200.00")):
     """エンコーダパルス比取得: get the ratio of motor pulses to encoder counts."""
 
 
-class SetEncoderRatio(
-    RorzeCommand[Ack],
-    code="PBS",
-    args="{ratio}",
-    moving=False,
-    errors=SETTING_ERRORS,
-    retry=Retry.SETTING,
-    example=("&3FPBS200.00", ">&3FPBS"),
-):
+class SetEncoderRatio(StepOutSetting, code="PBS", args="{ratio}", example=("&3FPBS200.00", ">&3FPBS")):
     """エンコーダパルス比設定: set the ratio of motor pulses to encoder counts; 1.00 by default."""
 
     ratio: Annotated[TwoDecimals, Field(ge=1, le=99_999.99)] = Field(description=RATIO)
 
 
 class GetEncoderStallThreshold(
-    RorzeCommand[EncoderStallThreshold],
-    code="PED",
-    retry=Retry.READ,
-    example=("&3FPED", ">&3FPED00128"),
+    Question[EncoderStallThreshold], code="PED", example=("&3FPED", ">&3FPED00128")
 ):
     """脱調検出パルス取得: get the difference that the encoder takes for a step-out."""
 
 
 class SetEncoderStallThreshold(
-    RorzeCommand[Ack],
-    code="PES",
-    args="{threshold}",
-    moving=False,
-    errors=SETTING_ERRORS,
-    retry=Retry.SETTING,
-    example=("&3FPES128", ">&3FPES"),
+    StepOutSetting, code="PES", args="{threshold}", example=("&3FPES128", ">&3FPES")
 ):
     """脱調検出パルス設定: set the difference that the encoder takes for a step-out; 128 by default."""
 
     threshold: Annotated[int, Field(ge=0, le=3_000), Number()] = Field(description=THRESHOLD)
 
 
-class GetAdjustment(
-    RorzeCommand[Enabled],
-    code="PJD",
-    modes="1",
-    errors=OTHER_MODE,
-    retry=Retry.READ,
-    example=("&3FPJD", ">&3FPJD1"),
-):
+class GetAdjustment(AdjustmentQuery[Enabled], code="PJD", example=("&3FPJD", ">&3FPJD1")):
     """アジャスト機能の取得: get whether an adjustment to the encoder follows a move."""
 
 
-class SetAdjustment(
-    RorzeCommand[Ack],
-    code="PJS",
-    args="{enabled}",
-    modes="1",
-    moving=False,
-    errors=SETTING_ERRORS | OTHER_MODE,
-    retry=Retry.SETTING,
-    example=("&3FPJS1", ">&3FPJS"),
-):
+class SetAdjustment(AdjustmentSetting, code="PJS", args="{enabled}", example=("&3FPJS1", ">&3FPJS")):
     """アジャスト機能の設定: set whether an adjustment to the encoder follows a move; off by default."""
 
     enabled: Flag = Field(description="0 off, 1 on.")
 
 
-class GetAdjustmentLimit(
-    RorzeCommand[AdjustmentLimit],
-    code="PKD",
-    modes="1",
-    errors=OTHER_MODE,
-    retry=Retry.READ,
-    example=("&3FPKD", ">&3FPKD00800"),
-):
+class GetAdjustmentLimit(AdjustmentQuery[AdjustmentLimit], code="PKD", example=("&3FPKD", ">&3FPKD00800")):
     """アジャスト最大パルス値の取得: get the most pulses an adjustment may take."""
 
 
-class SetAdjustmentLimit(
-    RorzeCommand[Ack],
-    code="PKS",
-    args="{limit}",
-    modes="1",
-    moving=False,
-    errors=SETTING_ERRORS | OTHER_MODE,
-    retry=Retry.SETTING,
-    example=("&3FPKS800", ">&3FPKS"),
-):
+class SetAdjustmentLimit(AdjustmentSetting, code="PKS", args="{limit}", example=("&3FPKS800", ">&3FPKS")):
     """アジャスト最大パルス値の設定: set the most pulses an adjustment may take; 800 by default."""
 
     limit: Annotated[int, Field(ge=1, le=65_535), Number()] = Field(description=LIMIT)
 
 
-class GetAdjustmentSpeed(
-    RorzeCommand[AdjustmentSpeed],
-    code="PLD",
-    modes="1",
-    errors=OTHER_MODE,
-    retry=Retry.READ,
-    example=("&3FPLD", ">&3FPLD00001000"),
-):
+class GetAdjustmentSpeed(AdjustmentQuery[AdjustmentSpeed], code="PLD", example=("&3FPLD", ">&3FPLD00001000")):
     """アジャスト速度取得: get the speed of an adjustment."""
 
 
-class SetAdjustmentSpeed(
-    RorzeCommand[Ack],
-    code="PLS",
-    args="{speed}",
-    modes="1",
-    moving=False,
-    errors=SETTING_ERRORS | OTHER_MODE,
-    retry=Retry.SETTING,
-    example=("&3FPLS500", ">&3FPLS"),
-):
+class SetAdjustmentSpeed(AdjustmentSetting, code="PLS", args="{speed}", example=("&3FPLS500", ">&3FPLS")):
     """アジャスト速度設定: set the speed of an adjustment; 0 by default."""
 
     speed: Annotated[int, Field(ge=0, le=50_000), Number()] = Field(description=SPEED)
 
 
-class GetEncoderStallError(
-    RorzeCommand[StallError],
-    code="PRD",
-    retry=Retry.READ,
-    example=("&3FPRD", ">&3FPRD0"),
-):
+class GetEncoderStallError(Question[StallError], code="PRD", example=("&3FPRD", ">&3FPRD0")):
     """脱調検出状態取得: get whether the encoder has found a step-out."""
 
 
@@ -229,50 +149,21 @@ class ClearEncoderStallError(
     """脱調検出状態解除: clear the STALL error found by the encoder."""
 
 
-class GetEncoderStallDetection(
-    RorzeCommand[Enabled],
-    code="PSD",
-    retry=Retry.READ,
-    example=("&3FPSD", ">&3FPSD1"),
-):
+class GetEncoderStallDetection(Question[Enabled], code="PSD", example=("&3FPSD", ">&3FPSD1")):
     """脱調検出設定取得: get whether the encoder is watched for step-outs."""
 
 
-class SetEncoderStallDetection(
-    RorzeCommand[Ack],
-    code="PSS",
-    args="{enabled}",
-    moving=False,
-    errors=SETTING_ERRORS,
-    retry=Retry.SETTING,
-    example=("&3FPSS1", ">&3FPSS"),
-):
+class SetEncoderStallDetection(StepOutSetting, code="PSS", args="{enabled}", example=("&3FPSS1", ">&3FPSS")):
     """脱調検出設定: set whether the encoder is watched for step-outs; off by default."""
 
     enabled: Flag = Field(description="0 off, 1 on.")
 
 
-class GetAdjustmentDelay(
-    RorzeCommand[AdjustmentDelay],
-    code="PTD",
-    modes="1",
-    errors=OTHER_MODE,
-    retry=Retry.READ,
-    example=("&3FPTD", ">&3FPTD00003"),
-):
+class GetAdjustmentDelay(AdjustmentQuery[AdjustmentDelay], code="PTD", example=("&3FPTD", ">&3FPTD00003")):
     """アジャスト開始までの時間取得: get the wait between a move and its adjustment."""
 
 
-class SetAdjustmentDelay(
-    RorzeCommand[Ack],
-    code="PTS",
-    args="{delay_10ms}",
-    modes="1",
-    moving=False,
-    errors=SETTING_ERRORS | OTHER_MODE,
-    retry=Retry.SETTING,
-    example=("&3FPTS3", ">&3FPTS"),
-):
+class SetAdjustmentDelay(AdjustmentSetting, code="PTS", args="{delay_10ms}", example=("&3FPTS3", ">&3FPTS")):
     """アジャスト開始までの時間設定: set the wait between a move and its adjustment; 3 by default."""
 
     delay_10ms: Annotated[int, Field(ge=0, le=999), Number()] = Field(description=DELAY)

@@ -16,16 +16,23 @@ Store = Annotated[
 ]
 
 
-class EraseFlash(
+class FlashCommand(
     RorzeCommand[Ack],
-    code="FES",
-    args="{store}",
     moving=False,
     program=False,
-    errors=frozenset({0x4A, 0x50}),
+    errors=frozenset({0x50}),
     takes_s=FLASH_S,
     retry=Retry.CONDITIONAL,
     effect=Effect.MAINTENANCE,
+):
+    """What the commands to the flash memory have in common."""
+
+
+class EraseFlash(
+    FlashCommand,
+    code="FES",
+    args="{store}",
+    errors=frozenset({0x4A, 0x50}),
     example=("&3FFESPosp", ">&3FFES", "&3FFESInit", ">&3FFES", "&3FFESUpgm", ">&3FFES"),
 ):
     """フラッシュメモリ消去: erase positions, settings or the user program from flash memory.
@@ -36,51 +43,21 @@ class EraseFlash(
     store: Store = Field(description="Position table, power-on settings, or user program.")
 
 
-class SaveSettings(
-    RorzeCommand[Ack],
-    code="FIS",
-    moving=False,
-    program=False,
-    errors=frozenset({0x50}),
-    takes_s=FLASH_S,
-    retry=Retry.CONDITIONAL,
-    effect=Effect.MAINTENANCE,
-    example=("&3FFIS", ">&3FFIS"),
-):
+class SaveSettings(FlashCommand, code="FIS", example=("&3FFIS", ">&3FFIS")):
     """初期化データ書込み: write the present settings to flash memory, to be loaded at power-on.
 
     Takes about 1.5 s before the reply.
     """
 
 
-class LoadPositions(
-    RorzeCommand[Ack],
-    code="FPD",
-    moving=False,
-    program=False,
-    errors=frozenset({0x50}),
-    takes_s=FLASH_S,
-    retry=Retry.CONDITIONAL,
-    effect=Effect.MAINTENANCE,
-    example=("&3FFPD", ">&3FFPD"),
-):
+class LoadPositions(FlashCommand, code="FPD", example=("&3FFPD", ">&3FFPD")):
     """ポジションパルス読み込み: load the position table from flash memory; the present one is lost.
 
     Takes about 1.5 s before the reply.
     """
 
 
-class SavePositions(
-    RorzeCommand[Ack],
-    code="FPS",
-    moving=False,
-    program=False,
-    errors=frozenset({0x50}),
-    takes_s=FLASH_S,
-    retry=Retry.CONDITIONAL,
-    effect=Effect.MAINTENANCE,
-    example=("&3FFPS", ">&3FFPS"),
-):
+class SavePositions(FlashCommand, code="FPS", example=("&3FFPS", ">&3FFPS")):
     """ポジションパルス書込み: write the position table to flash memory.
 
     Takes about 1.5 s before the reply.
@@ -88,34 +65,14 @@ class SavePositions(
 
 
 # The pages of FUD and FUS are lost; their columns are those of FPD and FPS, 5A is that of UCS.
-class LoadProgram(
-    RorzeCommand[Ack],
-    code="FUD",
-    moving=False,
-    program=False,
-    errors=frozenset({0x50, 0x5A}),
-    takes_s=FLASH_S,
-    retry=Retry.CONDITIONAL,
-    effect=Effect.MAINTENANCE,
-    example=("&3FFUD", ">&3FFUD"),
-):
+class LoadProgram(FlashCommand, code="FUD", errors=frozenset({0x50, 0x5A}), example=("&3FFUD", ">&3FFUD")):
     """ユーザープログラム読み込み: load the user program from flash memory; the present one is lost.
 
     Takes about 1.5 s before the reply.
     """
 
 
-class SaveProgram(
-    RorzeCommand[Ack],
-    code="FUS",
-    moving=False,
-    program=False,
-    errors=frozenset({0x50}),
-    takes_s=FLASH_S,
-    retry=Retry.CONDITIONAL,
-    effect=Effect.MAINTENANCE,
-    example=("&3FFUS", ">&3FFUS"),
-):
+class SaveProgram(FlashCommand, code="FUS", example=("&3FFUS", ">&3FFUS")):
     """ユーザープログラム書込み: write the user program to flash memory.
 
     Takes about 1.5 s before the reply.

@@ -6,8 +6,8 @@ from pydantic import Field
 
 from protocols.rorze.inputs_outputs import SENSORS, InputBit, InputMask
 from protocols.rorze.notation import Digits, Hex, Number, Word
-from protocols.rorze.row import RorzeCommand
-from protocols.table import Ack, Reply, Retry
+from protocols.rorze.row import Question, Setting
+from protocols.table import Reply
 
 Contact = Annotated[Literal["normally_open", "normally_closed"], Word(normally_open="0", normally_closed="1")]
 FilterBit = Annotated[int, Field(ge=0, le=14), Number()]
@@ -44,12 +44,11 @@ class SensorLogic(Reply, args="{contact}|{bits}"):
 
 
 class GetNoiseFilter(
-    RorzeCommand[NoiseFilter],
+    Question[NoiseFilter],
     code="DCD",
     args="{bit}",
     program=False,
     errors=frozenset({0x4A}),
-    retry=Retry.READ,
     example=("&3FDCD14", ">&3FDCD005", "&3FDCD3", ">&3FDCD001"),
 ):
     """ノイズキャンセル・カウント取得: get the count of an input's noise filter."""
@@ -58,12 +57,11 @@ class GetNoiseFilter(
 
 
 class SetNoiseFilter(
-    RorzeCommand[Ack],
+    Setting,
     code="DCS",
     args="{bit},{count}|{count}",
     program=False,
     errors=frozenset({0x4A}),
-    retry=Retry.SETTING,
     example=("&3FDCS14,5", ">&3FDCS", "&3FDCS1", ">&3FDCS"),
 ):
     """ノイズキャンセル・カウント設定: set the count of an input's noise filter, or of all; 1 by default."""
@@ -73,11 +71,10 @@ class SetNoiseFilter(
 
 
 class GetInputLogic(
-    RorzeCommand[InputLogic],
+    Question[InputLogic],
     code="DID",
     args="{bit}|",
     errors=frozenset({0x4A}),
-    retry=Retry.READ,
     example=("&3FDID1", ">&3FDID0", "&3FDID", ">&3FDIDH003F"),
 ):
     """汎用入力論理取得: get the logic of one general input, or of all."""
@@ -87,11 +84,10 @@ class GetInputLogic(
 
 # The pages of DIS and DLD are lost; their columns are those of DID and DLS.
 class SetInputLogic(
-    RorzeCommand[Ack],
+    Setting,
     code="DIS",
     args="{bit},{contact}|{bits}",
     errors=frozenset({0x4A}),
-    retry=Retry.SETTING,
     example=("&3FDIS0,1", ">&3FDIS", "&3FDIS9,1", ">&3FDIS"),
 ):
     """汎用入力論理設定: set the logic of one general input, or of all; normally open by default."""
@@ -104,11 +100,10 @@ class SetInputLogic(
 
 
 class GetSensorLogic(
-    RorzeCommand[SensorLogic],
+    Question[SensorLogic],
     code="DLD",
     args="{bit}|",
     errors=frozenset({0x4A}),
-    retry=Retry.READ,
     example=("&3FDLD0", ">&3FDLD1", "&3FDLD", ">&3FDLDH01"),
 ):
     """センサ入力論理取得: get the logic of one sensor input, or of all."""
@@ -117,11 +112,10 @@ class GetSensorLogic(
 
 
 class SetSensorLogic(
-    RorzeCommand[Ack],
+    Setting,
     code="DLS",
     args="{bit},{contact}|{bits}",
     errors=frozenset({0x4A}),
-    retry=Retry.SETTING,
     example=("&3FDLS0,1", ">&3FDLS", "&3FDLSH01", ">&3FDLS"),
 ):
     """センサ入力論理設定: set the logic of one sensor input, or of all; normally open by default."""

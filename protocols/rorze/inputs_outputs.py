@@ -16,7 +16,7 @@ from protocols.rorze.notation import (
     UpTo,
     Word,
 )
-from protocols.rorze.row import OTHER_MODE, RorzeCommand
+from protocols.rorze.row import OTHER_MODE, Question, RorzeCommand, Setting
 from protocols.table import Ack, Effect, Reply, Retry
 
 SENSORS = "0 STALL, 1 ORG, 2 CW limit, 3 CCW limit, 4 INP, 5 EMS"
@@ -131,23 +131,21 @@ class PulseOutput(
 
 
 class GetClearPulseTime(
-    RorzeCommand[ClearPulseTime],
+    Question[ClearPulseTime],
     code="CCD",
     modes="2",
     errors=OTHER_MODE,
-    retry=Retry.READ,
     example=("&3FCCD", ">&3FCCD000000050"),
 ):
     """CLR信号1ショットパルス時間取得: get the length of the CLR signal's one-shot pulse."""
 
 
 class SetClearPulseTime(
-    RorzeCommand[Ack],
+    Setting,
     code="CCS",
     args="{duration_ms}",
     modes="2",
     errors=frozenset({0x4A}) | OTHER_MODE,
-    retry=Retry.SETTING,
     example=("&3FCCS50", ">&3FCCS"),
 ):
     """CLR信号1ショットパルス時間設定: set the length of the CLR signal's one-shot pulse; 1 ms by default.
@@ -159,12 +157,11 @@ class SetClearPulseTime(
 
 
 class GetErrorOutput(
-    RorzeCommand[ErrorOutput],
+    Question[ErrorOutput],
     code="CED",
     args="{cause}",
     program=False,
     errors=frozenset({0x4A}),
-    retry=Retry.READ,
     example=("&3FCEDE", ">&3FCED2,1", "&3FCEDA", ">&3FCED"),
 ):
     """エラー出力機能取得: get the output that reports an error."""
@@ -173,11 +170,10 @@ class GetErrorOutput(
 
 
 class SetErrorOutput(
-    RorzeCommand[Ack],
+    Setting,
     code="CES",
     args="{cause}<,{output},{state}>",
     errors=frozenset({0x4A, 0x67}),
-    retry=Retry.SETTING,
     example=("&3FCESE,2,1", ">&3FCES", "&3FCESA", ">&3FCES"),
 ):
     """エラー出力機能設定: set the output that reports an error; without output and state, none does.
@@ -191,12 +187,11 @@ class SetErrorOutput(
 
 
 class GetInterruptAction(
-    RorzeCommand[InterruptAction],
+    Question[InterruptAction],
     code="CFD",
     args="{port},{recorded}|{port},{pulsed}",
     program=False,
     errors=frozenset({0x4A}),
-    retry=Retry.READ,
     example=(
         "&3FCFD8,P",
         ">&3FCFD0025",
@@ -214,12 +209,11 @@ class GetInterruptAction(
 
 
 class SetInterruptAction(
-    RorzeCommand[Ack],
+    Setting,
     code="CFS",
     args="{port},{recorded}:<{number}>|{port},{pulsed}:<{output},{state},{duration_ms}>",
     program=False,
     errors=frozenset({0x4A}),
-    retry=Retry.SETTING,
     example=("&3FCFS8,P:25", ">&3FCFS", "&3FCFS8,O:5,1,10", ">&3FCFS"),
 ):
     """割込み発生時機能設定: set what an interrupt records or which pulse it gives; left out, it does not.
@@ -239,11 +233,10 @@ class SetInterruptAction(
 
 
 class GetInputs(
-    RorzeCommand[Inputs],
+    Question[Inputs],
     code="CID",
     args="{bit}|",
     errors=frozenset({0x4A}),
-    retry=Retry.READ,
     example=("&3FCID5", ">&3FCID1", "&3FCID", ">&3FCIDH003C"),
 ):
     """汎用入力状態取得: get the state of one general input, or of all."""
@@ -252,11 +245,10 @@ class GetInputs(
 
 
 class GetSensors(
-    RorzeCommand[Sensors],
+    Question[Sensors],
     code="CLD",
     args="{bit}|",
     errors=frozenset({0x4A}),
-    retry=Retry.READ,
     example=("&3FCLD5", ">&3FCLD0", "&3FCLD", ">&3FCLDH0A"),
 ):
     """センサ状態取得: get the state of one sensor input, or of all, as the sensor logic (DLS) shows it."""
@@ -267,12 +259,11 @@ class GetSensors(
 
 
 class SetClearSignal(
-    RorzeCommand[Ack],
+    Setting,
     code="CLS",
     args="{on}",
     modes="2",
     errors=frozenset({0x4A}) | OTHER_MODE,
-    retry=Retry.SETTING,
     example=("&3FCLS0", ">&3FCLS"),
 ):
     """CLR信号状態設定: switch the CLR signal; its level follows the output logic (DLS)."""
@@ -281,11 +272,10 @@ class SetClearSignal(
 
 
 class GetOutputs(
-    RorzeCommand[Outputs],
+    Question[Outputs],
     code="COD",
     args="{bit}|",
     errors=frozenset({0x4A}),
-    retry=Retry.READ,
     example=("&3FCOD1", ">&3FCOD1", "&3FCOD", ">&3FCODH003D"),
 ):
     """汎用出力状態取得: get the state of one general output, or of all."""
@@ -296,11 +286,10 @@ class GetOutputs(
 
 
 class SetOutputs(
-    RorzeCommand[Ack],
+    Setting,
     code="COS",
     args="{bit},{on}|{bits}",
     errors=frozenset({0x4A}),
-    retry=Retry.SETTING,
     example=("&3FCOS3,1", ">&3FCOS", "&3FCOSH003D", ">&3FCOS"),
 ):
     """汎用出力状態設定: switch one general output, or all at once.
@@ -318,11 +307,10 @@ class SetOutputs(
 
 
 class GetInterruptMode(
-    RorzeCommand[InterruptMode],
+    Question[InterruptMode],
     code="CPD",
     args="{port}",
     errors=frozenset({0x4A}),
-    retry=Retry.READ,
     example=("&3FCPD8", ">&3FCPD2", "&3FCPD8", ">&3FCPD0"),
 ):
     """割込みモード取得: get the edge that sets off an interrupt."""
@@ -351,11 +339,10 @@ class SetInterruptMode(
 
 
 class GetErrorOutputStatus(
-    RorzeCommand[ErrorOutputs],
+    Question[ErrorOutputs],
     code="CRD",
     args="{cause}|",
     errors=frozenset({0x4A}),
-    retry=Retry.READ,
     example=("&3FCRDE", ">&3FCRD1", "&3FCRD", ">&3FCRDH4"),
 ):
     """エラー出力状態取得: get whether one cause has set its error output, or which causes have."""
@@ -374,12 +361,11 @@ class ClearErrorOutputStatus(
 
 
 class GetInterruptRange(
-    RorzeCommand[Bounds],
+    Question[Bounds],
     code="CSD",
     args="{port}",
     program=False,
     errors=frozenset({0x4A}),
-    retry=Retry.READ,
     example=(
         "&3FCSD8",
         ">&3FCSD-000000050,+000000050",

@@ -99,6 +99,14 @@ class Interpolation(RorzeCommand[R_co], modes="02", moving=False, program=False,
     """What all interpolation commands have in common: not in encoder mode, at standstill, not in programs."""
 
 
+class InterpolationQuestion(Interpolation[R_co], errors=NOT_MOVING, retry=Retry.READ):
+    """What the questions without parameters have in common."""
+
+
+class InterpolationSetting(Interpolation[Ack], retry=Retry.SETTING):
+    """What the settings have in common."""
+
+
 class Preparation(
     Interpolation[Ack], errors=PREPARATION_ERRORS, retry=Retry.CONDITIONAL, effect=Effect.SETTING
 ):
@@ -143,23 +151,11 @@ class ArmLength(Reply, args="{length}"):
     length: Annotated[int, Field(ge=1, lt=BILLION), Signed()]
 
 
-class GetArmLength(
-    Interpolation[ArmLength],
-    code="HAD",
-    errors=NOT_MOVING,
-    retry=Retry.READ,
-    example=("&01HAD", ">&01HAD+000156000"),
-):
+class GetArmLength(InterpolationQuestion[ArmLength], code="HAD", example=("&01HAD", ">&01HAD+000156000")):
     """アーム長取得: get the length of the arm."""
 
 
-class SetArmLength(
-    Interpolation[Ack],
-    code="HAS",
-    args="{length}",
-    retry=Retry.SETTING,
-    example=("&01HAS156000", ">&01HAS"),
-):
+class SetArmLength(InterpolationSetting, code="HAS", args="{length}", example=("&01HAS156000", ">&01HAS")):
     """アーム長設定: set the length of the arm."""
 
     length: Length = Field(description="Micrometres; 1 at first.")
@@ -171,23 +167,11 @@ class DrivenAxis(Reply, args="{axis}"):
     axis: Annotated[int, Field(ge=0, le=9), Digits(1)]
 
 
-class GetDrivenAxis(
-    Interpolation[DrivenAxis],
-    code="HCD",
-    errors=NOT_MOVING,
-    retry=Retry.READ,
-    example=("&01HCD", ">&01HCD1"),
-):
+class GetDrivenAxis(InterpolationQuestion[DrivenAxis], code="HCD", example=("&01HCD", ">&01HCD1")):
     """担当軸取得: get the axis this controller drives."""
 
 
-class SetDrivenAxis(
-    Interpolation[Ack],
-    code="HCS",
-    args="{axis}",
-    retry=Retry.SETTING,
-    example=("&01HCS1", ">&01HCS"),
-):
+class SetDrivenAxis(InterpolationSetting, code="HCS", args="{axis}", example=("&01HCS1", ">&01HCS")):
     """担当軸設定: set the axis this controller drives.
 
     Axis 0 turns the arm, 1 is the arm, 2 the finger. For belt-linked robots the page swaps 0 and 1, but the
@@ -227,11 +211,10 @@ class GetPathPoint(
 
 
 class SetPathPoint(
-    Interpolation[Ack],
+    InterpolationSetting,
     code="HDS",
     args="H[{path}],{point},X:{x},Y:{y},R:{radius}|H[{path}],{point},{place}|H[{path}]",
     errors=BY_REFERENCE,
-    retry=Retry.SETTING,
     example=(
         "&01HDSH[3],1,X:200000,Y:100000,R:50000",
         ">&01HDS",
@@ -266,13 +249,7 @@ class FingerLength(Reply, args="{length}"):
     length: Annotated[int, Field(ge=1, lt=BILLION), UpTo(9)]
 
 
-class GetFingerLength(
-    Interpolation[FingerLength],
-    code="HFD",
-    errors=NOT_MOVING,
-    retry=Retry.READ,
-    example=("&01HFD", ">&01HFD300000"),
-):
+class GetFingerLength(InterpolationQuestion[FingerLength], code="HFD", example=("&01HFD", ">&01HFD300000")):
     """第3関節－ウェハ中心距離取得: get the distance from the third joint to the centre of the wafer."""
 
 
@@ -294,13 +271,7 @@ class TurnFinger(
     pattern: Slot | None = None
 
 
-class SetFingerLength(
-    Interpolation[Ack],
-    code="HFS",
-    args="{length}",
-    retry=Retry.SETTING,
-    example=("&01HFS300000", ">&01HFS"),
-):
+class SetFingerLength(InterpolationSetting, code="HFS", args="{length}", example=("&01HFS300000", ">&01HFS")):
     """第3関節－ウェハ中心距離設定: set the distance from the third joint to the centre of the wafer."""
 
     length: Length = Field(description="Micrometres; 1 at first.")
@@ -427,11 +398,10 @@ class GetStartPosition(
 
 
 class SetStartPosition(
-    Interpolation[Ack],
+    InterpolationSetting,
     code="HPS",
     args="{axis},{position}",
     errors=BY_REFERENCE,
-    retry=Retry.SETTING,
     example=("&01HPS0,83333", ">&01HPS"),
 ):
     """移動開始ポジション設定: tell a controller from where an axis will start.
@@ -464,23 +434,11 @@ class RobotTypeReply(Reply, args="{robot}"):
     robot: Annotated[RobotType, RobotTypeWire]
 
 
-class GetRobotType(
-    Interpolation[RobotTypeReply],
-    code="HTD",
-    errors=NOT_MOVING,
-    retry=Retry.READ,
-    example=("&01HTD", ">&01HTD0"),
-):
+class GetRobotType(InterpolationQuestion[RobotTypeReply], code="HTD", example=("&01HTD", ">&01HTD0")):
     """補間タイプ取得: get the mechanics the interpolation is calculated for."""
 
 
-class SetRobotType(
-    Interpolation[Ack],
-    code="HTS",
-    args="{robot}",
-    retry=Retry.SETTING,
-    example=("&01HTS0", ">&01HTS"),
-):
+class SetRobotType(InterpolationSetting, code="HTS", args="{robot}", example=("&01HTS0", ">&01HTS")):
     """補間タイプ設定: set the mechanics the interpolation is calculated for."""
 
     robot: Annotated[RobotType, RobotTypeWire] = Field(
@@ -525,10 +483,9 @@ class GetPulsesPerTurn(
 
 
 class SetPulsesPerTurn(
-    Interpolation[Ack],
+    InterpolationSetting,
     code="HZS",
     args="{axis},{pulses}",
-    retry=Retry.SETTING,
     example=("&01HZS1,5000.00", ">&01HZS"),
 ):
     """各軸分解能設定: set the pulses of a full turn of an axis."""

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, Field
 
 from protocols.rorze.notation import Flag, Text
-from protocols.rorze.row import LinkMasterCommand
+from protocols.rorze.row import LinkMasterCommand, R_co
 from protocols.table import Ack, Effect, Reply, Retry, Wire
 
 MEMBER_PATTERN = r"[0-6][0-9A-F]|7[0-7]"
@@ -36,6 +36,10 @@ def no_repeats(members: list[str]) -> list[str]:
     return members
 
 
+class LinkSetUp(LinkMasterCommand[R_co], program=False, retry=Retry.SETTING, effect=Effect.MAINTENANCE):
+    """What the commands that set up the link have in common."""
+
+
 Member = Annotated[str, Field(pattern=rf"^(?:{MEMBER_PATTERN})$")]
 Members = Annotated[
     list[Member], Field(min_length=1, max_length=MOST_MEMBERS), AfterValidator(no_repeats), BodyList()
@@ -49,11 +53,8 @@ class ConnectedControllers(Reply, args="{text}"):
 
 
 class IdentifyControllers(
-    LinkMasterCommand[ConnectedControllers],
+    LinkSetUp[ConnectedControllers],
     code="XID",
-    program=False,
-    retry=Retry.SETTING,
-    effect=Effect.MAINTENANCE,
     # The manual prints the command only; the list in the reply is an assumption.
     example=("&7FXID", ">&7FXID00,02,3F"),
 ):
@@ -64,13 +65,10 @@ class IdentifyControllers(
 
 
 class SetReplyFormat(
-    LinkMasterCommand[Ack],
+    LinkSetUp[Ack],
     code="XRS",
     args="M{end_of_move}",
-    program=False,
     errors=frozenset({0x4A}),
-    retry=Retry.SETTING,
-    effect=Effect.MAINTENANCE,
     example=("&7FXRSM1", ">&7FXRS"),
 ):
     """応答書式の設定: set the form of replies.
@@ -84,13 +82,10 @@ class SetReplyFormat(
 
 
 class SetGroup(
-    LinkMasterCommand[Ack],
+    LinkSetUp[Ack],
     code="XVS",
     args="{group},{members}",
-    program=False,
     errors=frozenset({0x4A}),
-    retry=Retry.SETTING,
-    effect=Effect.MAINTENANCE,
     example=("&7FXVS80,02,03,04", ">&7FXVS"),
 ):
     """仮想ボディ・ナンバーの設定: set the members of a virtual body."""

@@ -7,7 +7,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from protocols.rorze.inputs_outputs import SENSORS, InputMask, OutputMask, SensorMask
 from protocols.rorze.notation import Bounds, Hex, Interval, SignedValue, Word
-from protocols.rorze.row import MODE_NAMES, ModeName, RorzeCommand
+from protocols.rorze.row import MODE_NAMES, ModeName, Question, RorzeCommand, Setting
 from protocols.table import Ack, Reply, Retry, SyntaxFault, Wire, wire_of
 
 SETTING_ERRORS = frozenset({0x4A, 0x50})
@@ -152,22 +152,16 @@ class EventKinds(Reply, args="{kinds}"):
     kinds: StatusKinds = Field(description=KINDS)
 
 
-class GetOperatingMode(
-    RorzeCommand[OperatingMode],
-    code="EAD",
-    retry=Retry.READ,
-    example=("&3FEAD", ">&3FEAD0"),
-):
+class GetOperatingMode(Question[OperatingMode], code="EAD", example=("&3FEAD", ">&3FEAD0")):
     """動作モード取得: get the operating mode."""
 
 
 class SetOperatingMode(
-    RorzeCommand[Ack],
+    Setting,
     code="EAS",
     args="{mode}",
     moving=False,
     errors=SETTING_ERRORS,
-    retry=Retry.SETTING,
     example=("&3FEAS0", ">&3FEAS"),
 ):
     """動作モード設定: set the operating mode; stepping by default (RC-420 manual 13.1)."""
@@ -175,22 +169,16 @@ class SetOperatingMode(
     mode: Mode = Field(description="Stepping motor, stepping motor with encoder, or servo drive.")
 
 
-class GetPulseFormat(
-    RorzeCommand[PulseOutputFormat],
-    code="EDD",
-    retry=Retry.READ,
-    example=("&3FEDD", ">&3FEDD1"),
-):
+class GetPulseFormat(Question[PulseOutputFormat], code="EDD", example=("&3FEDD", ">&3FEDD1")):
     """パルス出力方式取得: get how pulses are put out."""
 
 
 class SetPulseFormat(
-    RorzeCommand[Ack],
+    Setting,
     code="EDS",
     args="{pulse_format}",
     moving=False,
     errors=SETTING_ERRORS,
-    retry=Retry.SETTING,
     example=("&3FEDS1", ">&3FEDS"),
 ):
     """パルス出力方式設定: set how pulses are put out; as CW and CCW pulses by default."""
@@ -199,10 +187,9 @@ class SetPulseFormat(
 
 
 class GetEventMask(
-    RorzeCommand[EventMasks],
+    Question[EventMasks],
     code="EMD",
     program=False,
-    retry=Retry.READ,
     # The example prints S before M, its syntax line M before S; both orders are read.
     example=("&3FEMD", ">&3FEMDC:H06,M:H00,S:H00,I:H0001"),
 ):
@@ -210,13 +197,12 @@ class GetEventMask(
 
 
 class SetEventMask(
-    RorzeCommand[Ack],
+    Setting,
     code="EMS",
     args="{mask}",
     moving=False,
     program=False,
     errors=SETTING_ERRORS,
-    retry=Retry.SETTING,
     example=("&3FEMSC:H06,I:H0001", ">&3FEMS"),
 ):
     """イベントマスク設定: set the changes that cause an event message.
@@ -228,10 +214,9 @@ class SetEventMask(
 
 
 class GetSoftLimits(
-    RorzeCommand[Bounds],
+    Question[Bounds],
     code="EPD",
     program=False,
-    retry=Retry.READ,
     example=("&3FEPD", ">&3FEPD-000000500,+000000500"),
 ):
     """移動可能範囲取得: get the soft limits."""
@@ -256,33 +241,25 @@ class SetSoftLimits(
 
 # The pages of ERD and ESD are lost; their columns are those of EMD, the example of ERD is that of 13.11.3.
 class GetEventStatus(
-    RorzeCommand[EventStatus],
+    Question[EventStatus],
     code="ERD",
     program=False,
-    retry=Retry.READ,
     example=("&3FERD", ">&3FERDM:H01,I:H0000"),
 ):
     """イベント応答のステータス一括取得: get the status that an event message would carry now."""
 
 
-class GetEventKinds(
-    RorzeCommand[EventKinds],
-    code="ESD",
-    program=False,
-    retry=Retry.READ,
-    example=("&3FESD", ">&3FESDC,I,P"),
-):
+class GetEventKinds(Question[EventKinds], code="ESD", program=False, example=("&3FESD", ">&3FESDC,I,P")):
     """イベント応答種別取得: get the kinds of status that event messages carry."""
 
 
 class SetEventKinds(
-    RorzeCommand[Ack],
+    Setting,
     code="ESS",
     args="{kinds}",
     moving=False,
     program=False,
     errors=SETTING_ERRORS,
-    retry=Retry.SETTING,
     example=("&3FESSC,I,P", ">&3FESS"),
 ):
     """イベント応答種別設定: set the kinds of status that event messages carry."""

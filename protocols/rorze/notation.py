@@ -21,8 +21,16 @@ class Number(Wire):
         return int(text[1:], 16) if text.startswith("H") else int(text)
 
 
+class Whole(Wire):
+    """A whole number in decimal."""
+
+    def decode(self, text: str) -> int:
+        """Read sign and digits."""
+        return int(text)
+
+
 @dataclass(frozen=True)
-class Digits(Wire):
+class Digits(Whole):
     """A reply's unsigned number of fixed width, zero filled."""
 
     width: int
@@ -36,12 +44,8 @@ class Digits(Wire):
         """Fill with zeros."""
         return f"{value:0{self.width}d}"
 
-    def decode(self, text: str) -> int:
-        """Read the digits."""
-        return int(text)
 
-
-class Signed(Wire):
+class Signed(Whole):
     """A reply's signed number: sign and nine digits, always."""
 
     pattern = r"[+-]\d{9}"
@@ -49,10 +53,6 @@ class Signed(Wire):
     def encode(self, value: Any) -> str:
         """Write sign and nine digits."""
         return f"{value:+010d}"
-
-    def decode(self, text: str) -> int:
-        """Read sign and digits."""
-        return int(text)
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ TwoDecimals = Annotated[float, AfterValidator(two_decimals), Hundredths()]
 
 
 @dataclass(frozen=True)
-class UpTo(Wire):
+class UpTo(Whole):
     """A reply's number of at most `width` digits, not filled, where the manual states no width."""
 
     width: int
@@ -170,10 +170,6 @@ class UpTo(Wire):
     def pattern(self) -> str:  # type: ignore[override]  # depends on the width
         """One to `width` digits."""
         return rf"\d{{1,{self.width}}}"
-
-    def decode(self, text: str) -> int:
-        """Read the digits."""
-        return int(text)
 
 
 @dataclass(frozen=True)
@@ -212,14 +208,10 @@ class Bounds(Reply, args="{lower},{upper}"):
     upper: SignedValue
 
 
-class Plain(Wire):
+class Plain(Whole):
     """A signed number in decimal only, not filled, where the manual states no width."""
 
     pattern = r"[+-]?\d{1,12}"
-
-    def decode(self, text: str) -> int:
-        """Read sign and digits."""
-        return int(text)
 
 
 Speed = Annotated[int, Field(ge=1, le=1_000_000), Number()]

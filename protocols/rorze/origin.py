@@ -6,7 +6,7 @@ from pydantic import Field
 
 from protocols.rorze.notation import Digits, Number
 from protocols.rorze.position import SignedPulses
-from protocols.rorze.row import RorzeCommand
+from protocols.rorze.row import Question, RorzeCommand, Setting
 from protocols.table import Ack, Effect, Reply, Retry
 
 # The pages do not list 66, but it keeps the motor from moving (21).
@@ -77,18 +77,15 @@ class OverrunFactor(Reply, args="{factor}"):
     factor: Annotated[int, Field(ge=0, le=5), Digits(1)]
 
 
-class GetOverrunFactor(
-    RorzeCommand[OverrunFactor], code="0BD", retry=Retry.READ, example=("&3F0BD", ">&3F0BD2")
-):
+class GetOverrunFactor(Question[OverrunFactor], code="0BD", example=("&3F0BD", ">&3F0BD2")):
     """オーバーラン倍率取得: get the overrun factor of the origin search."""
 
 
 class SetOverrunFactor(
-    RorzeCommand[Ack],
+    Setting,
     code="0BS",
     args="{factor}",
     errors=frozenset({0x4A}),
-    retry=Retry.SETTING,
     example=("&3F0BS2", ">&3F0BS"),
 ):
     """オーバーラン倍率設定: set the overrun factor of the origin search.
@@ -99,9 +96,7 @@ class SetOverrunFactor(
     factor: Annotated[int, Field(ge=0, le=5, description="Origin offsets to overrun, initially 2."), Number()]
 
 
-class GetHomingDistance(
-    RorzeCommand[SignedPulses], code="0PD", retry=Retry.READ, example=("&3F0PD", ">&3F0PD+000010000")
-):
+class GetHomingDistance(Question[SignedPulses], code="0PD", example=("&3F0PD", ">&3F0PD+000010000")):
     """原点サーチ・脱調中心合わせ時の移動量取得: get the distance moved by homing or centring the stall dog.
 
     Start position minus end position, in pulses.
@@ -114,18 +109,15 @@ class HomingRetries(Reply, args="{retries}"):
     retries: Annotated[int, Field(ge=0, le=9), Digits(1)]
 
 
-class GetHomingRetries(
-    RorzeCommand[HomingRetries], code="0RD", retry=Retry.READ, example=("&3F0RD", ">&3F0RD2")
-):
+class GetHomingRetries(Question[HomingRetries], code="0RD", example=("&3F0RD", ">&3F0RD2")):
     """原点サーチのリトライ回数取得: get the number of retries of the origin search."""
 
 
 class SetHomingRetries(
-    RorzeCommand[Ack],
+    Setting,
     code="0RS",
     args="{retries}",
     errors=frozenset({0x4A}),
-    retry=Retry.SETTING,
     example=("&3F0RS2", ">&3F0RS"),
 ):
     """原点サーチのリトライ回数設定: set the number of retries of the origin search."""
@@ -140,18 +132,15 @@ class OriginOffset(Reply, args="{offset}"):
     offset: Annotated[int, Field(ge=1, le=65_535, description="In pulses."), Digits(5)]
 
 
-class GetOriginOffset(
-    RorzeCommand[OriginOffset], code="0SD", retry=Retry.READ, example=("&3F0SD", ">&3F0SD00020")
-):
+class GetOriginOffset(Question[OriginOffset], code="0SD", example=("&3F0SD", ">&3F0SD00020")):
     """原点オフセット取得: get the origin offset."""
 
 
 class SetOriginOffset(
-    RorzeCommand[Ack],
+    Setting,
     code="0SS",
     args="{offset}",
     errors=frozenset({0x4A}),
-    retry=Retry.SETTING,
     example=("&3F0SS20", ">&3F0SS"),
 ):
     """原点オフセット設定: set the origin offset.

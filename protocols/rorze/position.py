@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from protocols.rorze.notation import Pulses, SignedValue, Word
-from protocols.rorze.row import RorzeCommand
+from protocols.rorze.row import Question, RorzeCommand
 from protocols.table import Ack, Effect, Reply, Retry
 
 
@@ -21,9 +21,7 @@ class EncoderCount(Reply, args="{count}"):
     count: SignedValue = Field(description="In encoder counts.")
 
 
-class GetEncoderCount(
-    RorzeCommand[EncoderCount], code="6ED", retry=Retry.READ, example=("&3F6ED", ">&3F6ED+000050000")
-):
+class GetEncoderCount(Question[EncoderCount], code="6ED", example=("&3F6ED", ">&3F6ED+000050000")):
     """エンコーダカウント取得: get the encoder count."""
 
 
@@ -47,15 +45,11 @@ class SetEncoderCount(
     )
 
 
-class GetEncoderPosition(
-    RorzeCommand[SignedPulses], code="6MD", retry=Retry.READ, example=("&3F6MD", ">&3F6MD+000050000")
-):
+class GetEncoderPosition(Question[SignedPulses], code="6MD", example=("&3F6MD", ">&3F6MD+000050000")):
     """エンコーダカウント取得(パルス数換算): get the encoder count converted to output pulses."""
 
 
-class GetPosition(
-    RorzeCommand[SignedPulses], code="6PD", retry=Retry.READ, example=("&3F6PD", ">&3F6PD+000050000")
-):
+class GetPosition(Question[SignedPulses], code="6PD", example=("&3F6PD", ">&3F6PD+000050000")):
     """現在ポジション取得: get the present position.
 
     Counted in output pulses or by the encoder, as the operating mode is.

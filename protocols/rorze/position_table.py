@@ -6,7 +6,7 @@ from pydantic import AfterValidator, Field, WithJsonSchema
 
 from protocols.rorze.notation import BILLION, Digits, Number, PositionRef, Pulses, SignedValue
 from protocols.rorze.position import SignedPulses
-from protocols.rorze.row import RorzeCommand
+from protocols.rorze.row import Question, RorzeCommand, Setting
 from protocols.table import Ack, Effect, Reply, Retry
 
 # The pages list 4A only; an index stepped past the table is 5D (13.4.3).
@@ -87,21 +87,19 @@ class PositionIndex(Reply, args="{position}"):
 
 
 class GetPositionIndex(
-    RorzeCommand[PositionIndex],
+    Question[PositionIndex],
     code="3ID",
     errors=ENTRY_ERRORS,
-    retry=Retry.READ,
     example=("&3F3ID", ">&3F3ID0050"),
 ):
     """ポジションインデックス取得: get the position index."""
 
 
 class SetPositionIndex(
-    RorzeCommand[Ack],
+    Setting,
     code="3IS",
     args="{position}",
     errors=frozenset({0x4A}),
-    retry=Retry.SETTING,
     example=("&3F3IS2045", ">&3F3IS"),
 ):
     """ポジションインデックス設定: set the position index."""
@@ -117,12 +115,11 @@ class NumberedPositionEntry(Reply, args="P[{position}],{pulses}"):
 
 
 class GetNumberedPositionEntry(
-    RorzeCommand[NumberedPositionEntry],
+    Question[NumberedPositionEntry],
     code="3ND",
     args="{entry}",
     program=False,
     errors=ENTRY_ERRORS,
-    retry=Retry.READ,
     echo=("position",),
     example=(
         "&3F3NDP[25]",
@@ -145,11 +142,10 @@ class GetNumberedPositionEntry(
 
 
 class GetPositionEntry(
-    RorzeCommand[SignedPulses],
+    Question[SignedPulses],
     code="3PD",
     args="{entry}",
     errors=ENTRY_ERRORS,
-    retry=Retry.READ,
     example=(
         "&3F3PDP[25]",
         ">&3F3PD+000000050",
@@ -165,11 +161,10 @@ class GetPositionEntry(
 
 
 class SetPositionEntry(
-    RorzeCommand[Ack],
+    Setting,
     code="3PS",
     args="{entry}<,{pulses}>",
     errors=ENTRY_ERRORS,
-    retry=Retry.SETTING,
     example=(
         "&3F3PSP[25],50",
         ">&3F3PS",

@@ -57,6 +57,10 @@ class ProgramCommand(RorzeCommand[R_co], program=False):
     """What all commands about the user program have in common: not in the program itself."""
 
 
+class ProgramQuestion(ProgramCommand[R_co], retry=Retry.READ):
+    """What the questions have in common."""
+
+
 class PlaceCommand(ProgramCommand[R_co]):
     """A command that may name a place in the program: a label, an address, or neither."""
 
@@ -85,12 +89,7 @@ class AutostartReply(Reply, args="{autostart}"):
     autostart: FlagValue
 
 
-class GetProgramAutostart(
-    ProgramCommand[AutostartReply],
-    code="UAD",
-    retry=Retry.READ,
-    example=("&3FUAD", ">&3FUAD1"),
-):
+class GetProgramAutostart(ProgramQuestion[AutostartReply], code="UAD", example=("&3FUAD", ">&3FUAD1")):
     """オートスタート機能取得: tell whether the user program starts at power-on."""
 
 
@@ -116,12 +115,7 @@ class FreeSteps(Reply, args="{steps}"):
     steps: Annotated[int, Field(ge=0, le=STEPS), Digits(5)]
 
 
-class GetFreeProgramSteps(
-    ProgramCommand[FreeSteps],
-    code="UBD",
-    retry=Retry.READ,
-    example=("&3FUBD", ">&3FUBD01534"),
-):
+class GetFreeProgramSteps(ProgramQuestion[FreeSteps], code="UBD", example=("&3FUBD", ">&3FUBD01534")):
     """残りステップ数取得: get the steps left for the user program."""
 
 
@@ -145,11 +139,10 @@ class MemoryReply(Reply, args="{value}|{bits}"):
 
 
 class GetProgramMemory(
-    ProgramCommand[MemoryReply],
+    ProgramQuestion[MemoryReply],
     code="UDD",
     args="{memory}|{notation}{memory}",
     errors=frozenset({0x4A}),
-    retry=Retry.READ,
     example=("&3FUDDC10", ">&3FUDD+000000099", "&3FUDDHD0", ">&3FUDDH000000FF"),
 ):
     """ユーザーメモリ取得: get a data memory, counter or timer of the user program.
@@ -199,12 +192,7 @@ class AddressReply(Reply, args="{address}"):
     address: AddressValue
 
 
-class GetLastProgramAddress(
-    ProgramCommand[AddressReply],
-    code="UED",
-    retry=Retry.READ,
-    example=("&3FUED", ">&3FUED00534"),
-):
+class GetLastProgramAddress(ProgramQuestion[AddressReply], code="UED", example=("&3FUED", ">&3FUED00534")):
     """最終アドレス取得: get the address at which the next instruction of the user program will be stored.
 
     0 is an empty program (RC-420 manual 15.2.6; 14.U calls it the last address).
@@ -230,12 +218,7 @@ class EndProgram(
     ) = Field(None, description="What a moving motor does first; left out, it moves on.")
 
 
-class GetProgramAddress(
-    ProgramCommand[AddressReply],
-    code="UND",
-    retry=Retry.READ,
-    example=("&3FUND", ">&3FUND00125"),
-):
+class GetProgramAddress(ProgramQuestion[AddressReply], code="UND", example=("&3FUND", ">&3FUND00125")):
     """実行アドレス取得: get the address the user program is at, or ended at."""
 
 
@@ -268,12 +251,7 @@ class ProgramStatus(Reply, args="{status}"):
     )
 
 
-class GetProgramStatus(
-    ProgramCommand[ProgramStatus],
-    code="URD",
-    retry=Retry.READ,
-    example=("&3FURD", ">&3FURDH00"),
-):
+class GetProgramStatus(ProgramQuestion[ProgramStatus], code="URD", example=("&3FURD", ">&3FURDH00")):
     """実行状況取得: tell how the user program runs or ended."""
 
 

@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import ClassVar, Final, Literal, TypeVar
 
 from protocols.rorze.notation import PositionReference
-from protocols.table import Command, Effect, Reply, Retry
+from protocols.table import Ack, Command, Effect, Reply, Retry
 
 R_co = TypeVar("R_co", bound=Reply, covariant=True)
 
@@ -99,6 +99,14 @@ class RorzeCommand(Command[R_co]):
 
 def _steps(value: object) -> bool:
     return isinstance(value, PositionReference) and isinstance(value.position, str)
+
+
+class Question(RorzeCommand[R_co], retry=Retry.READ):
+    """Asks for what the controller holds, and changes nothing."""
+
+
+class Setting(RorzeCommand[Ack], retry=Retry.SETTING):
+    """Sets what can be read back, and is answered with its bare code."""
 
 
 class LinkMasterCommand(RorzeCommand[R_co]):

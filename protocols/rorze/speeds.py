@@ -5,21 +5,21 @@ from typing import Annotated
 from pydantic import Field
 
 from protocols.rorze.notation import Digits, Number, Slot, Speed
-from protocols.rorze.row import R_co, RorzeCommand
-from protocols.table import Ack, Reply, Retry
+from protocols.rorze.row import Question, R_co, Setting
+from protocols.table import Reply
 
 Percent = Annotated[int, Field(ge=0, le=100), Number()]
 StartSpeed = Annotated[int, Field(ge=1, le=30_000), Number()]
 Acceleration = Annotated[int, Field(ge=1, le=10_000_000), Number()]
 
 
-class SpeedQuery(RorzeCommand[R_co], errors=frozenset({0x4A}), retry=Retry.READ):
+class SpeedQuery(Question[R_co], errors=frozenset({0x4A})):
     """What the questions for a speed parameter have in common."""
 
     speed_set: Slot | None = Field(None, description="Number of the set; left out: the standard set, 30.")
 
 
-class SpeedSetting(RorzeCommand[Ack], moving=False, errors=frozenset({0x4A, 0x50}), retry=Retry.SETTING):
+class SpeedSetting(Setting, moving=False, errors=frozenset({0x4A, 0x50})):
     """What the settings of a speed parameter have in common."""
 
     speed_set: Slot | None = Field(None, description="Number of the set; left out: the standard set, 30.")

@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from protocols.rorze.notation import Digits, Flag, FlagValue, Number
-from protocols.rorze.row import RorzeCommand
+from protocols.rorze.row import Question, RorzeCommand, Setting
 from protocols.table import Ack, Effect, Reply, Retry
 
 
@@ -25,6 +25,11 @@ class StallError(Reply, args="{stalled}"):
 MOVING_ERRORS = frozenset({0x50})
 SETTING_ERRORS = MOVING_ERRORS | {0x4A}
 
+
+class StepOutSetting(Setting, moving=False, errors=SETTING_ERRORS):
+    """What the settings of step-out detection and of the encoder have in common."""
+
+
 INTERVAL = "Period of the dogs, from ON edge to ON edge, in pulses, 100-65535; checked every half of it."
 
 
@@ -34,24 +39,11 @@ class StallInterval(Reply, args="{interval}"):
     interval: Annotated[int, Field(ge=100, le=65_535), Digits(5)] = Field(description=INTERVAL)
 
 
-class GetStallSensorInterval(
-    RorzeCommand[StallInterval],
-    code="QID",
-    retry=Retry.READ,
-    example=("&3FQID", ">&3FQID00100"),
-):
+class GetStallSensorInterval(Question[StallInterval], code="QID", example=("&3FQID", ">&3FQID00100")):
     """脱調検出間隔取得: get the period of the STALL sensor's dogs."""
 
 
-class SetStallSensorInterval(
-    RorzeCommand[Ack],
-    code="QIS",
-    args="{interval}",
-    moving=False,
-    errors=SETTING_ERRORS,
-    retry=Retry.SETTING,
-    example=("&3FQIS100", ">&3FQIS"),
-):
+class SetStallSensorInterval(StepOutSetting, code="QIS", args="{interval}", example=("&3FQIS100", ">&3FQIS")):
     """脱調検出間隔設定: set the period of the STALL sensor's dogs; 2048 by default.
 
     Half of it is the interval of the checks: one in the middle of each dog, one in each gap (RC-420 manual
@@ -61,12 +53,7 @@ class SetStallSensorInterval(
     interval: Annotated[int, Field(ge=100, le=65_535), Number()] = Field(description=INTERVAL)
 
 
-class GetStallSensorError(
-    RorzeCommand[StallError],
-    code="QRD",
-    retry=Retry.READ,
-    example=("&3FQRD", ">&3FQRD0"),
-):
+class GetStallSensorError(Question[StallError], code="QRD", example=("&3FQRD", ">&3FQRD0")):
     """脱調検出状態取得: get whether the STALL sensor has found a step-out."""
 
 
@@ -82,24 +69,11 @@ class ClearStallSensorError(
     """脱調検出状態解除: clear the STALL error found by the STALL sensor."""
 
 
-class GetStallSensorDetection(
-    RorzeCommand[Enabled],
-    code="QSD",
-    retry=Retry.READ,
-    example=("&3FQSD", ">&3FQSD1"),
-):
+class GetStallSensorDetection(Question[Enabled], code="QSD", example=("&3FQSD", ">&3FQSD1")):
     """脱調検出設定取得: get whether the STALL sensor is watched for step-outs."""
 
 
-class SetStallSensorDetection(
-    RorzeCommand[Ack],
-    code="QSS",
-    args="{enabled}",
-    moving=False,
-    errors=SETTING_ERRORS,
-    retry=Retry.SETTING,
-    example=("&3FQSS1", ">&3FQSS"),
-):
+class SetStallSensorDetection(StepOutSetting, code="QSS", args="{enabled}", example=("&3FQSS1", ">&3FQSS")):
     """脱調検出設定: set whether the STALL sensor is watched for step-outs; off by default."""
 
     enabled: Flag = Field(description="0 off, 1 on.")

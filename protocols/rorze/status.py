@@ -6,7 +6,7 @@ from typing import Annotated
 from pydantic import Field
 
 from protocols.rorze.notation import FlagValue, Hex, Number, Text
-from protocols.rorze.row import RorzeCommand
+from protocols.rorze.row import Question, RorzeCommand, Setting
 from protocols.table import Ack, Effect, Reply, Retry
 
 CONTROLLER_STATUS_BITS = (
@@ -45,11 +45,10 @@ class ControllerStatus(Reply, args="{on}|{bits}"):
 
 
 class GetControllerStatus(
-    RorzeCommand[ControllerStatus],
+    Question[ControllerStatus],
     code="9CD",
     args="{bit}|",
     errors=frozenset({0x4A}),
-    retry=Retry.READ,
     example=("&3F9CD0", ">&3F9CD0", "&3F9CD", ">&3F9CDH01"),
 ):
     """コントローラ・ステータス取得: get the controller status.
@@ -85,7 +84,7 @@ class EndCause(Reply, args="{bits}"):
     )
 
 
-class GetEndCause(RorzeCommand[EndCause], code="9MD", retry=Retry.READ, example=("&3F9MD", ">&3F9MDH00")):
+class GetEndCause(Question[EndCause], code="9MD", example=("&3F9MD", ">&3F9MDH00")):
     """移動終了要因取得: get the cause of the end of the last move.
 
     Means nothing while the motor moves.
@@ -102,12 +101,11 @@ CommentNumber = Annotated[int, Field(ge=1, le=7), Number()]
 
 
 class GetInformation(
-    RorzeCommand[Information],
+    Question[Information],
     code="9VD",
     args="<{comment_number}>",
     program=False,
     errors=frozenset({0x4A}),
-    retry=Retry.READ,
     example=(
         "&3F9VD",
         ">&3F9VDRC-420 VerXXXX.XX by RORZE(20XX-XX-XX)",
@@ -128,12 +126,11 @@ _COMMENT = r"(?:[!-%'-=?A-~](?:[ -%'-=?-~]{0,38}[!-%'-=?-~])?)?"
 
 
 class SetUserComment(
-    RorzeCommand[Ack],
+    Setting,
     code="9VS",
     args="{comment_number},{text}",
     program=False,
     errors=frozenset({0x4A}),
-    retry=Retry.SETTING,
     example=("&3F9VS2,Serial No.00000152", ">&3F9VS"),
 ):
     """ユーザーコメント設定: set a user comment.

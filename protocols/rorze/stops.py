@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from protocols.rorze.notation import Slot, Speed, UpTo
-from protocols.rorze.row import RorzeCommand
+from protocols.rorze.row import Question, RorzeCommand, Setting
 from protocols.table import Ack, Effect, Reply, Retry
 
 # The page of 5DS lists 56 only, but excludes homing in its cautions as the others do: that is 5C.
@@ -64,23 +64,21 @@ class StopSpeedSet(Reply, args="<S[{speed_set}]>"):
 
 
 class GetStopSpeedSet(
-    RorzeCommand[StopSpeedSet],
+    Question[StopSpeedSet],
     code="5MD",
     program=False,
-    retry=Retry.READ,
     example=("&3F5MD", ">&3F5MDS[12]", "&3F5MD", ">&3F5MD"),
 ):
     """減速停止時の速度パラメータ取得: get the speed parameter set of decelerating stops."""
 
 
 class SetStopSpeedSet(
-    RorzeCommand[Ack],
+    Setting,
     code="5MS",
     args="<S[{speed_set}]>",
     moving=False,
     program=False,
     errors=frozenset({0x4A, 0x50}),
-    retry=Retry.SETTING,
     example=("&3F5MSS[12]", ">&3F5MS", "&3F5MS", ">&3F5MS"),
 ):
     """減速停止時の速度パラメータ設定: set the speed parameter set of decelerating stops."""

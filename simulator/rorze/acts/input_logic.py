@@ -1,19 +1,20 @@
 """Contacts and noise filters of the inputs: commands D (RC-420 manual 13.9, 14)."""
 
 from dataclasses import replace
+from typing import Any
 
 from protocols.rorze.input_logic import (
     GetInputLogic,
     GetNoiseFilter,
     GetSensorLogic,
-    InputLogic,
     NoiseFilter,
-    SensorLogic,
     SetInputLogic,
     SetNoiseFilter,
     SetSensorLogic,
 )
+from protocols.table import Reply
 from simulator.rorze.actions import acts_out
+from simulator.rorze.acts.kept import Row
 from simulator.rorze.controller import Rc420
 
 CONTACTS = ("normally_open", "normally_closed")
@@ -43,29 +44,23 @@ def set_noise_filter(axis: Rc420, command: SetNoiseFilter, now: float) -> None:
     axis.io.settings_changed(now)
 
 
-@acts_out(GetInputLogic)
-def get_input_logic(axis: Rc420, command: GetInputLogic, now: float) -> InputLogic:
-    word = axis.settings.input_logic
-    if command.bit is None:
-        return InputLogic(bits=word)
-    return InputLogic.model_validate({"contact": CONTACTS[word >> command.bit & 1]})
+def _logic(getter: Row, setter: Row, setting: str) -> None:
+    """Act out the commands that set and tell a logic word, or one of its bits."""
+    reply = getter.reply_type()
+
+    @acts_out(getter)
+    def tell(axis: Rc420, command: Any, now: float) -> Reply:
+        word = getattr(axis.settings, setting)
+        if command.bit is None:
+            return reply.model_validate({"bits": word})
+        return reply.model_validate({"contact": CONTACTS[word >> command.bit & 1]})
+
+    @acts_out(setter)
+    def change(axis: Rc420, command: Any, now: float) -> None:
+        word: Any = _changed(getattr(axis.settings, setting), command)
+        axis.settings = replace(axis.settings, **{setting: word})
+        axis.io.settings_changed(now)
 
 
-@acts_out(SetInputLogic)
-def set_input_logic(axis: Rc420, command: SetInputLogic, now: float) -> None:
-    axis.settings = replace(axis.settings, input_logic=_changed(axis.settings.input_logic, command))
-    axis.io.settings_changed(now)
-
-
-@acts_out(GetSensorLogic)
-def get_sensor_logic(axis: Rc420, command: GetSensorLogic, now: float) -> SensorLogic:
-    word = axis.settings.sensor_logic
-    if command.bit is None:
-        return SensorLogic(bits=word)
-    return SensorLogic.model_validate({"contact": CONTACTS[word >> command.bit & 1]})
-
-
-@acts_out(SetSensorLogic)
-def set_sensor_logic(axis: Rc420, command: SetSensorLogic, now: float) -> None:
-    axis.settings = replace(axis.settings, sensor_logic=_changed(axis.settings.sensor_logic, command))
-    axis.io.settings_changed(now)
+_logic(GetInputLogic, SetInputLogic, "input_logic")
+_logic(GetSensorLogic, SetSensorLogic, "sensor_logic")

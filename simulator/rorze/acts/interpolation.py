@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 
 from protocols.rorze.interpolation import (
     AxisPositions,
@@ -19,7 +18,6 @@ from protocols.rorze.interpolation import (
     Measure,
     PathPoint,
     PulsesPerTurn,
-    RobotTypeReply,
     SetArmLength,
     SetDrivenAxis,
     SetFingerLength,
@@ -56,16 +54,7 @@ def measured(axis: Rc420, given: Measure) -> int:
 keeps(GetArmLength, SetArmLength, "arm_length")
 keeps(GetFingerLength, SetFingerLength, "wafer_distance")
 keeps(GetDrivenAxis, SetDrivenAxis, "axis_role")
-
-
-@acts_out(GetRobotType)
-def get_robot_type(axis: Rc420, command: GetRobotType, now: float) -> RobotTypeReply:
-    return RobotTypeReply.model_validate({"robot": ROBOT_TYPES[axis.settings.interpolation]})
-
-
-@acts_out(SetRobotType)
-def set_robot_type(axis: Rc420, command: SetRobotType, now: float) -> None:
-    axis.settings = replace(axis.settings, interpolation=ROBOT_TYPES.index(command.robot))
+keeps(GetRobotType, SetRobotType, "interpolation", ROBOT_TYPES)
 
 
 @acts_out(GetPulsesPerTurn)

@@ -1,5 +1,6 @@
 """Settings that are told and set as they are kept."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,15 +12,21 @@ from simulator.rorze.controller import Rc420
 Row = type[RorzeCommand[Any]]
 
 
-def keeps(getter: Row, setter: Row, setting: str) -> None:
-    """Act out the command that sets a setting by its one parameter, and the one that asks for it."""
+def keeps(getter: Row, setter: Row, setting: str, words: Sequence[str] = ()) -> None:
+    """Act out the command that sets a setting by its one parameter, and the one that asks for it.
+
+    One of `words` is kept as its place among them.
+    """
     (field,) = setter.model_fields
     reply = getter.reply_type()
 
     @acts_out(getter)
     def tell(axis: Rc420, _command: RorzeCommand[Any], _now: float) -> Reply:
-        return reply.model_validate({field: getattr(axis.settings, setting)})
+        kept = getattr(axis.settings, setting)
+        return reply.model_validate({field: words[kept] if words else kept})
 
     @acts_out(setter)
     def change(axis: Rc420, command: RorzeCommand[Any], _now: float) -> None:
-        axis.settings = replace(axis.settings, **{setting: getattr(command, field)})
+        given: Any = getattr(command, field)
+        kept: Any = words.index(given) if words else given
+        axis.settings = replace(axis.settings, **{setting: kept})

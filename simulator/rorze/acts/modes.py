@@ -13,8 +13,6 @@ from protocols.rorze.modes import (
     GetOperatingMode,
     GetPulseFormat,
     GetSoftLimits,
-    OperatingMode,
-    PulseOutputFormat,
     SetEventKinds,
     SetEventMask,
     SetOperatingMode,
@@ -23,6 +21,7 @@ from protocols.rorze.modes import (
 )
 from protocols.rorze.notation import Bounds, Interval
 from simulator.rorze.actions import acts_out
+from simulator.rorze.acts.kept import keeps
 from simulator.rorze.controller import Rc420
 from simulator.rorze.settings import FARTHEST
 
@@ -37,24 +36,8 @@ def stretch(interval: Interval) -> tuple[int, int]:
     return interval.lower, interval.upper
 
 
-@acts_out(GetOperatingMode)
-def get_operating_mode(axis: Rc420, command: GetOperatingMode, now: float) -> OperatingMode:
-    return OperatingMode.model_validate({"mode": MODES[axis.settings.mode]})
-
-
-@acts_out(SetOperatingMode)
-def set_operating_mode(axis: Rc420, command: SetOperatingMode, now: float) -> None:
-    axis.settings = replace(axis.settings, mode=MODES.index(command.mode))
-
-
-@acts_out(GetPulseFormat)
-def get_pulse_format(axis: Rc420, command: GetPulseFormat, now: float) -> PulseOutputFormat:
-    return PulseOutputFormat.model_validate({"pulse_format": PULSE_FORMATS[axis.settings.pulse_output]})
-
-
-@acts_out(SetPulseFormat)
-def set_pulse_format(axis: Rc420, command: SetPulseFormat, now: float) -> None:
-    axis.settings = replace(axis.settings, pulse_output=PULSE_FORMATS.index(command.pulse_format))
+keeps(GetOperatingMode, SetOperatingMode, "mode", MODES)
+keeps(GetPulseFormat, SetPulseFormat, "pulse_output", PULSE_FORMATS)
 
 
 @acts_out(GetSoftLimits)

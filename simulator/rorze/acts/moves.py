@@ -1,6 +1,7 @@
 """Moves at high and low speed: commands 1 and 2 (RC-420 manual 13.2, 13.3, 14)."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Literal
 
 from protocols.rorze.moves import (
@@ -86,14 +87,14 @@ def _amount(axis: Rc420, given: int | PositionReference | Literal["endless"]) ->
     return distance
 
 
-def _move_by(axis: Rc420, command: RelativeMove, direction: Direction, low: bool, now: float) -> None:
+def _move_by(axis: Rc420, command: RelativeMove, now: float, direction: Direction, low: bool) -> None:
     amount = _amount(axis, command.distance)
     here = axis.position(now)
     require_in_range(axis, here + direction * (1 if amount is None else amount))
     _start(axis, command, direction, None if amount is None else here + direction * amount, low, now)
 
 
-def _go_to(axis: Rc420, command: AbsoluteMove, low: bool, now: float) -> None:
+def _go_to(axis: Rc420, command: AbsoluteMove, now: float, low: bool) -> None:
     given = command.position
     target = axis.positions[number_of(axis, given)] if isinstance(given, PositionReference) else given
     require_in_range(axis, target)
@@ -119,31 +120,9 @@ def _start(
     axis.start(command.code, _straight(direction, profile, corrected), now)
 
 
-@acts_out(MoveClockwise)
-def _move_clockwise(axis: Rc420, command: MoveClockwise, now: float) -> None:
-    _move_by(axis, command, CW, low=False, now=now)
-
-
-@acts_out(MoveCounterclockwise)
-def _move_counterclockwise(axis: Rc420, command: MoveCounterclockwise, now: float) -> None:
-    _move_by(axis, command, CCW, low=False, now=now)
-
-
-@acts_out(MoveTo)
-def _move_to(axis: Rc420, command: MoveTo, now: float) -> None:
-    _go_to(axis, command, low=False, now=now)
-
-
-@acts_out(MoveClockwiseSlowly)
-def _move_clockwise_slowly(axis: Rc420, command: MoveClockwiseSlowly, now: float) -> None:
-    _move_by(axis, command, CW, low=True, now=now)
-
-
-@acts_out(MoveCounterclockwiseSlowly)
-def _move_counterclockwise_slowly(axis: Rc420, command: MoveCounterclockwiseSlowly, now: float) -> None:
-    _move_by(axis, command, CCW, low=True, now=now)
-
-
-@acts_out(MoveToSlowly)
-def _move_to_slowly(axis: Rc420, command: MoveToSlowly, now: float) -> None:
-    _go_to(axis, command, low=True, now=now)
+acts_out(MoveClockwise)(partial(_move_by, direction=CW, low=False))
+acts_out(MoveCounterclockwise)(partial(_move_by, direction=CCW, low=False))
+acts_out(MoveTo)(partial(_go_to, low=False))
+acts_out(MoveClockwiseSlowly)(partial(_move_by, direction=CW, low=True))
+acts_out(MoveCounterclockwiseSlowly)(partial(_move_by, direction=CCW, low=True))
+acts_out(MoveToSlowly)(partial(_go_to, low=True))

@@ -1,6 +1,8 @@
 """Origin search and its settings: commands beginning with zero (RC-420 manual 13.5, 13.6.2, 14)."""
 
 from collections.abc import Callable, Generator
+from functools import partial
+from typing import Any
 
 from protocols.rorze.origin import (
     CentreStallDog,
@@ -19,6 +21,7 @@ from protocols.rorze.origin import (
 )
 from protocols.rorze.position import SignedPulses
 from protocols.rorze.profile import plan, steady
+from protocols.rorze.row import RorzeCommand
 from simulator.rorze.actions import Refused, acts_out
 from simulator.rorze.acts.kept import keeps
 from simulator.rorze.acts.moves import LIMIT_ON, STALLED, require_safe
@@ -156,16 +159,17 @@ def _search(axis: Rc420, steps: Callable[[], Steps], centred: bool, begun: int) 
             return
 
 
-def _start(axis: Rc420, code: str, steps: Callable[[Search], Steps], now: float) -> None:
+def _start(axis: Rc420, command: RorzeCommand[Any], now: float, steps: Callable[[Search], Steps]) -> None:
     search = Search(axis, ramps_of(axis, None))
     require_safe(axis)
     centred = steps in (Search.stall_centre, Search.with_stall_centre)
-    axis.start(code, _search(axis, lambda: steps(search), centred, axis.motor.pulses(now)), now)
+    axis.start(command.code, _search(axis, lambda: steps(search), centred, axis.motor.pulses(now)), now)
 
 
-@acts_out(Home)
-def _home(axis: Rc420, command: Home, now: float) -> None:
-    _start(axis, command.code, Search.origin, now)
+acts_out(Home)(partial(_start, steps=Search.origin))
+acts_out(HomeFastThenStop)(partial(_start, steps=Search.fast_then_stop))
+acts_out(HomeFastThenDecelerate)(partial(_start, steps=Search.fast_then_decelerate))
+acts_out(HomeLikeRc204)(partial(_start, steps=Search.like_rc204))
 
 
 @acts_out(HomeWithStallDetection)
@@ -174,22 +178,7 @@ def _home_with_stall_detection(axis: Rc420, command: HomeWithStallDetection, now
         raise Refused(STALLED)
     if not axis.settings.stall_detection:
         raise Refused(NO_STALL_DETECTION)
-    _start(axis, command.code, Search.with_stall_centre, now)
-
-
-@acts_out(HomeFastThenStop)
-def _home_fast_then_stop(axis: Rc420, command: HomeFastThenStop, now: float) -> None:
-    _start(axis, command.code, Search.fast_then_stop, now)
-
-
-@acts_out(HomeFastThenDecelerate)
-def _home_fast_then_decelerate(axis: Rc420, command: HomeFastThenDecelerate, now: float) -> None:
-    _start(axis, command.code, Search.fast_then_decelerate, now)
-
-
-@acts_out(HomeLikeRc204)
-def _home_like_rc204(axis: Rc420, command: HomeLikeRc204, now: float) -> None:
-    _start(axis, command.code, Search.like_rc204, now)
+    _start(axis, command, now, Search.with_stall_centre)
 
 
 @acts_out(CentreStallDog)
@@ -199,7 +188,7 @@ def _centre_stall_dog(axis: Rc420, command: CentreStallDog, now: float) -> None:
         raise Refused(STALLED)
     if axis.sees(CW_LIMIT) or axis.sees(CCW_LIMIT):
         raise Refused(LIMIT_ON)
-    _start(axis, command.code, Search.stall_centre, now)
+    _start(axis, command, now, Search.stall_centre)
 
 
 @acts_out(GetHomingDistance)
