@@ -1,6 +1,7 @@
 """`init` and `check`: a configuration is written for what is found, and told before it is served."""
 
 import asyncio
+import re
 from pathlib import Path
 
 import pytest
@@ -144,6 +145,14 @@ def test_what_is_no_port_is_refused() -> None:
 def test_whatever_is_found_makes_a_configuration(found: Found) -> None:
     config = parse(config_of([found], finished=True), "written")
     assert config.lines[0].address == found.address
+
+
+@pytest.mark.parametrize("axes", [1, 3, 8])
+def test_what_is_written_for_people_to_fill_in_fits_the_robot_that_was_found(axes: int) -> None:
+    text = config_of([FoundRobot("tcp://host:1", "cr", axes=axes), LINE], finished=True)
+    filled_in = re.sub(r"(?m)^# (?=\w+ = )", "", text)
+    assert len(parse(filled_in, "written").lines) == 2
+    assert filled_in.count("system =") == 1
 
 
 # check
