@@ -79,6 +79,11 @@ def test_who_breaks_a_wait_off_is_told_that_the_move_goes_on(
     )
 
 
+def test_who_breaks_a_setting_off_is_told_that_it_may_have_been_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    said = always(KeyboardInterrupt()).run(monkeypatch, "send", "3F", "0SS25")
+    assert (said.exit_code, "the command goes on if it was begun" in said.stderr) == (4, True)
+
+
 def test_the_moves_of_a_group_are_waited_for_together(monkeypatch: pytest.MonkeyPatch) -> None:
     under_way = [{**move("moving"), "id": name} for name in ("m1", "m2", "m3")]
     gateway = FakeGateway(
