@@ -160,6 +160,8 @@ def test_what_is_written_for_people_to_fill_in_fits_the_robot_that_was_found(axe
 WEAK = """
 [server]
 raw_commands = true
+tls_certificate = "/nowhere/cert.pem"
+tls_key = "/nowhere/key.pem"
 allow_endless_moves = true
 allowed_origins = ["http://panel.example", "https://panel.example"]
 [[lines]]
@@ -180,7 +182,15 @@ def test_check_says_what_is_served_and_warns_of_what_is_weak(tmp_path: Path) -> 
     )
     warnings = said.stderr.splitlines()
     assert all(it.startswith("warning: ") for it in warnings)
-    for word in ("raw_commands", "endless", "http://panel.example", "bodies.00.needs_origin", "nowhere"):
+    for word in (
+        "raw_commands",
+        "endless",
+        "http://panel.example",
+        "bodies.00.needs_origin",
+        "tty",
+        "cert.pem",
+        "key.pem",
+    ):
         assert sum(word in it for it in warnings) == 1, word
 
 
@@ -190,4 +200,4 @@ def test_check_names_every_fault_with_its_line(tmp_path: Path) -> None:
     said = run("check", file)
     assert (said.exit_code, said.stdout) == (78, "")
     assert f"{file}:3: server.raw: unknown key" in said.stderr
-    assert f"{file}:9: lines[0].bodies[1].id: " in said.stderr
+    assert f"{file}:11: lines[0].bodies[1].id: " in said.stderr
