@@ -156,7 +156,7 @@ def going_on_after(what: str) -> Iterator[None]:
         yield
     except KeyboardInterrupt:
         raise Failure(
-            f"Interrupted, and only the wait: {what} goes on if it was begun. `motion-gateway stop` stops it "
+            f"Only the wait was interrupted: {what} goes on if it was begun. `motion-gateway stop` stops it "
             "by software.",
             exits.UNKNOWN,
         ) from None

@@ -74,7 +74,7 @@ def test_who_breaks_a_wait_off_is_told_that_the_move_goes_on(
     said = gateway.run(monkeypatch, "move", "3F", "home", "--wait", "100")
     assert (said.exit_code, said.stderr) == (
         4,
-        "Interrupted, and only the wait: the move goes on if it was begun. `motion-gateway stop` stops it by "
+        "Only the wait was interrupted: the move goes on if it was begun. `motion-gateway stop` stops it by "
         "software.\n",
     )
 
