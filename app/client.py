@@ -1,6 +1,8 @@
 """The HTTP interface as commands use it: every failure is a sentence and an exit code."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -115,8 +117,11 @@ class Client:
 
         They are followed for so many seconds at most. A failure ends the command.
         """
-        answer = self.request("POST", path, content, wait_s=min(wait_s, STEP_S))
-        moves: list[dict[str, Any]] = answer.get("moves", [answer])
+        with going_on_after("the move"):
+            answer = self.request("POST", path, content, wait_s=min(wait_s, STEP_S))
+            return self._follow(answer.get("moves", [answer]), wait_s, progress)
+
+    def _follow(self, moves: list[dict[str, Any]], wait_s: float, progress: Progress) -> list[dict[str, Any]]:
         while (wait_s := wait_s - STEP_S) > 0:
             running = [it for it in moves if not MoveStatus(it["status"]).final]
             if not running:
@@ -139,6 +144,22 @@ class Client:
                 f"{failure} Read status and position before anything else.",
                 exits.UNKNOWN,
             ) from None
+
+
+@contextmanager
+def going_on_after(what: str) -> Iterator[None]:
+    """Say of what Ctrl-C does not end that it goes on: who pressed it may have meant a stop.
+
+    :raises Failure: Ctrl-C was pressed.
+    """
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise Failure(
+            f"Only the wait was interrupted: {what} goes on if it was begun. `motion-gateway stop` stops it "
+            "by software.",
+            exits.UNKNOWN,
+        ) from None
 
 
 def _data(answer: httpx.Response) -> dict[str, Any]:

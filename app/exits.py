@@ -1,5 +1,6 @@
 """How a command of the command line ends: the exit codes that scripts read, and one sentence why."""
 
+import errno
 from typing import Any
 
 import typer
@@ -51,6 +52,15 @@ class Commands(TyperGroup):
         except Failure as failure:
             typer.echo(str(failure), err=True)
             raise typer.Exit(failure.code) from None
+        except OSError as error:  # of standard output: it is written to when all else is done
+            if error.errno == errno.EPIPE:  # nobody reads on: no matter for people
+                raise
+            typer.echo(
+                f"The outcome cannot be printed: {error.strerror}. What was asked for may have been done: "
+                "read status and position before anything else.",
+                err=True,
+            )
+            raise typer.Exit(UNKNOWN) from None
 
 
 def worst(*codes: int) -> int:

@@ -71,5 +71,5 @@ def _robot_rows(robot: FoundRobot, taken: set[str]) -> Iterator[str]:
     yield "[[lines.robot.units]]"
     yield f"number = {unit['number']}"
     yield f"axes = [{axes}]"
-    yield '# system = ["mm", "mm", "mm", "degree"]'
+    yield '# system = "mm"                # or "pulse" or "degree"; or a list with one of them for each axis'
     yield '# motor_axes = ["A", "B", "Z", "@"]   # where the axes are converted'

@@ -58,13 +58,14 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
 
     access = AccessControl(config, data)
     with _listener(config.server) as listener:
+        signals = _Signals()
         plant = Plant(
             config, journal=open_journal(data, make_sense), lease_tokens=LeaseTokens(data), file=file
         )
         plant.names.keep_in(data)
         app = create_app(plant, access.credentials)
         server = _Server(_uvicorn_config(app, config.server, access.certificate))
-        signals = _Signals(plant, server)
+        signals.concern(plant, server)
         if watchdog_wanted():
             plant.on_lines = partial(_feed_watchdog, plant)
             plant.on_lines()
@@ -104,14 +105,24 @@ def _feed_watchdog(plant: Plant) -> None:
 
 
 class _Signals:
-    """The signals that tell the gateway to end, or to read its configuration again."""
+    """The signals that tell the gateway to end, or to read its configuration again.
 
-    def __init__(self, plant: Plant, server: "_Server") -> None:
-        self._plant, self._server = plant, server
+    They are caught before the journal is begun: one that is begun and not ended looks like a crash. They are
+    heeded when the event loop turns next, and by then it is known what they concern.
+    """
+
+    _plant: Plant
+    _server: "_Server"
+
+    def __init__(self) -> None:
         self._ending = asyncio.Event()
         self._reloads: set[asyncio.Task[None]] = set()
         for number in _handled():
             asyncio.get_running_loop().add_signal_handler(number, self._handle, number)
+
+    def concern(self, plant: Plant, server: "_Server") -> None:
+        """Say what ends, or is read again."""
+        self._plant, self._server = plant, server
 
     async def wait_for_end(self, serving: "asyncio.Task[None]") -> None:
         """Wait for the first signal, or for a server that ends without one."""

@@ -169,7 +169,7 @@ def _of_its_family(given: object) -> Line:
         return Line.model_validate(given)
     given = {"protocol": next(iter(FAMILIES)), **given}
     protocol = given["protocol"]
-    if protocol not in FAMILIES:
+    if not isinstance(protocol, str) or protocol not in FAMILIES:
         known = " or ".join(repr(name) for name in FAMILIES)
         raise Fault(f"must be {known}, not {protocol!r}", "protocol")
     table = FAMILIES[protocol].line_table
@@ -275,14 +275,15 @@ def parse(text: str, name: str) -> Config:
         faults.sort(key=lambda fault: fault[0])
         sentences = (f"{name}:{line}: {_written(path)}: {said}" for line, path, said in faults)
         raise ConfigError("\n".join(sentences)) from error
-    except ValueError as error:  # not only TOMLDecodeError: an integer of 5000 digits, for one
+    # Not only TOMLDecodeError: an integer of 5000 digits, or arrays in arrays without an end.
+    except (ValueError, RecursionError) as error:
         place = re.search(r"at line (\d+)", str(error))
         line = place[1] if place else len(text.splitlines()) or 1
         raise ConfigError(f"{name}:{line}: not valid TOML: {error}") from error
 
 
 _TOML_WORDS = {
-    "model_type": "must be a table",
+    **dict.fromkeys(("model_type", "dict_type"), "must be a table"),
     "path_type": "must be a path in quotes",
     "string_type": "must be text in quotes",
 }

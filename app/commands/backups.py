@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from app import exits
-from app.client import LOCAL, STEP_S, Client, KeyFile, Url
+from app.client import LOCAL, STEP_S, Client, KeyFile, Url, going_on_after
 from app.completion import addresses
 from app.exits import Failure, Misuse
 from app.progress import Progress
@@ -62,7 +62,7 @@ def restore(
     target: Whose,
     file: Backup,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Print what would be sent, and send nothing.")
+        bool, typer.Option("--dry-run", help="Print what would be written, and write none of it.")
     ] = False,
     flash: Annotated[bool, typer.Option("--flash", help="Write it to flash memory, too.")] = False,
     power_cycle: Annotated[
@@ -84,10 +84,11 @@ def restore(
         typer.echo("".join(f"{command}\n" for command in plan["commands"]), nl=False)
         _tell([it for it in plan["differences"] if not it["restorable"]])
         return
-    record = client.request(
-        "POST", f"{path}/restores", {**wanted, "flash": flash, "power_cycle": power_cycle}
-    )
-    _end(_followed(client, record, "restores", _being_restored, exits.UNKNOWN))
+    wanted |= {"flash": flash, "power_cycle": power_cycle}
+    with going_on_after("the restore"):
+        record = client.request("POST", f"{path}/restores", wanted)
+        record = _followed(client, record, "restores", _being_restored, exits.UNKNOWN)
+    _end(record)
 
 
 def _text(client: Client, path: str, only: list[str] | None) -> str:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from app.client import LOCAL, Client, KeyFile, Seconds, Url, exit_of_moves, exit_of_stop
+from app.client import LOCAL, Client, KeyFile, Seconds, Url, exit_of_moves, exit_of_stop, going_on_after
 from app.commands.move_requests import MoveKind, body_move, robot_move, scara_move
 from app.completion import addresses
 from app.exits import Misuse
@@ -40,7 +40,8 @@ def send(
     path, content = f"{path}/commands/{row.name()}", row.model_dump(mode="json", exclude_none=True)
     if row.starts_motion():
         _move(client, path, content, wait)
-    answer = client.request("POST", path, content)
+    with going_on_after("the command"):
+        answer = client.request("POST", path, content)
     typer.echo(json_text(answer))
     if "confirmed" in answer:
         raise typer.Exit(exit_of_stop(answer))

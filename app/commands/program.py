@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from app import exits
-from app.client import LOCAL, Client, KeyFile, Url
+from app.client import LOCAL, Client, KeyFile, Url, going_on_after
 from app.completion import addresses
 from app.exits import Failure, Misuse
 from app.output import json_text
@@ -50,10 +50,13 @@ def upload(
     source, _ = _read(file)
     client = Client.at(url, key_file)
     path = _path(client, body)
-    record = client.request("PUT", f"{path}?flash={str(flash).lower()}", {"source": source})
-    while record["status"] == "running":
-        typer.echo(f"{record['phase']}: {record['written']} of {record['instructions']} written", err=True)
-        record = client.request("GET", f"{path}/uploads/{record['id']}", wait_s=CHECK_S)
+    with going_on_after("the upload"):
+        record = client.request("PUT", f"{path}?flash={str(flash).lower()}", {"source": source})
+        while record["status"] == "running":
+            typer.echo(
+                f"{record['phase']}: {record['written']} of {record['instructions']} written", err=True
+            )
+            record = client.request("GET", f"{path}/uploads/{record['id']}", wait_s=CHECK_S)
     if (error := record["error"]) is not None:
         raise Failure(f"{error['detail']} {record['stored']} {error['remedy']}", exits.REFUSED)
     typer.echo(record["stored"])
@@ -80,7 +83,9 @@ def run(
     """Run a body's program, which may move the motor; a stop of the body ends it."""
     wanted = {"label": label, "address": address, "single_step": step}
     client = Client.at(url, key_file)
-    begun = client.request("POST", f"{_path(client, body)}/runs", wanted, wait_s=wait)
+    path = f"{_path(client, body)}/runs"
+    with going_on_after("the program"):
+        begun = client.request("POST", path, wanted, wait_s=wait)
     typer.echo(json_text(begun))
     if begun["status"] == "unknown":
         raise typer.Exit(exits.UNKNOWN)

@@ -5,7 +5,9 @@ from typing import Annotated, Any
 
 import typer
 
+from app import exits
 from app.client import LOCAL, Client, Json, KeyFile, Url
+from app.exits import Failure
 from app.output import json_text
 
 
@@ -16,7 +18,12 @@ def reload(
     as_json: Json = False,
 ) -> None:
     """Let a gateway read its configuration file again; lines that did not change go on undisturbed."""
-    answer = Client.at(url, key_file).request("POST", "/system/reload", {"dry_run": dry_run})
+    client = Client.at(url, key_file)
+    try:
+        answer = client.request("POST", "/system/reload", {"dry_run": dry_run})
+    except Failure as failure:  # all that can be wrong with this request is the file
+        code = exits.CONFIG if failure.code == exits.USAGE else failure.code
+        raise Failure(str(failure), code) from None
     typer.echo(json_text(answer) if as_json else "\n".join(_told(answer)))
 
 

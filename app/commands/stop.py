@@ -35,11 +35,14 @@ def stop(
     Exit code 0 only when every controller has reported standstill; after 4 use the hardware stop.
     """
     client, content = Client.at(url, key_file), {"mode": mode}
-    if not addresses:
-        outcomes = [_post(client, "/stop", content)]
-    else:
-        with ThreadPoolExecutor(len(addresses)) as together:  # nobody's stop waits for another's
-            outcomes = list(together.map(lambda word: _stop(client, word, content), addresses))
+    try:
+        outcomes = _outcomes(client, addresses, content)
+    except KeyboardInterrupt:
+        raise Failure(
+            "Interrupted before standstill was confirmed. The gateway goes on with a stop that has reached "
+            "it. If anything moves, use the hardware stop.",
+            exits.UNKNOWN,
+        ) from None
     reports = [it for it in outcomes if not isinstance(it, Failure)]
     failures = [it for it in outcomes if isinstance(it, Failure)]
     if as_json:
@@ -50,6 +53,13 @@ def stop(
     for failure in failures:
         typer.echo(str(failure), err=True)
     raise typer.Exit(exits.worst(*map(exit_of_stop, reports), *(it.code for it in failures)))
+
+
+def _outcomes(client: Client, addresses: list[str] | None, content: object) -> list[Stopped]:
+    if not addresses:
+        return [_post(client, "/stop", content)]
+    with ThreadPoolExecutor(len(addresses)) as together:  # nobody's stop waits for another's
+        return list(together.map(lambda word: _stop(client, word, content), addresses))
 
 
 def _stop(client: Client, word: str, content: object) -> Stopped:

@@ -293,6 +293,17 @@ def test_the_end_may_come_before_the_lines_are_set_up(cell: Cell) -> None:
     assert "Traceback" not in gateway.program.words()
 
 
+def test_a_gateway_that_is_told_to_end_while_it_starts_is_no_crash_to_the_next(tmp_path: Path) -> None:
+    words = ("serve", "--demo", "--port", "0", "--data", str(tmp_path / "data"))
+    program = Program(tmp_path / "first.log", *words)
+    until((tmp_path / "data" / "journal.db").exists, "a journal has been begun")
+    assert program.end(END_S) == 0, program.words()
+    program = Program(tmp_path / "second.log", *words)
+    program.said("running on")
+    program.end(END_S)
+    assert "did not end as it should" not in program.words()
+
+
 def test_an_upload_is_broken_off_and_the_robot_takes_stops_again(cell: Cell) -> None:
     table = "number,X mm,Y mm,Z mm\n" + "".join(f"{number},1,2,3\n" for number in range(1, 2000))
     with cell.gateway() as gateway, ThreadPoolExecutor(1) as thread:

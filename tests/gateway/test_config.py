@@ -178,6 +178,16 @@ def test_an_unknown_key_is_refused_with_its_line_and_a_guess(old: str, new: str,
         ('["3F", "00"]', '"3F,00"', "21: lines[0].groups[0].members: must be an array, not '3F,00'"),
         ('"旋回"', '"a\\u0007"', "16: lines[0].bodies[1].name: must be printable text"),
         ('"/var/log/main.jsonl"', "5", "9: lines[0].trace_file: must be a path in quotes, not 5"),
+        (
+            'name = "旋回"',
+            'inputs = ["door"]',
+            "16: lines[0].bodies[1].inputs: must be a table",
+        ),
+        (
+            'stop_mode = "after_reply"',
+            'protocol = ["fics"]',
+            "26: lines[1].protocol: must be 'rorze' or 'fics', not ['fics']",
+        ),
     ],
 )
 def test_a_wrong_value_is_refused_with_its_line_and_what_is_expected(old: str, new: str, said: str) -> None:
@@ -263,6 +273,7 @@ def test_faults_are_told_together_in_the_order_of_the_file() -> None:
         ("[server]\nport = 5\nport = 6\n", "3"),
         ("[server]\nport = ", "2"),
         (f"[server]\nport = {'9' * 5000}\n", "2"),
+        (f"[server]\nport = {'[' * 5000}\n", "2"),
     ],
 )
 def test_a_syntax_error_tells_its_line(text: str, place: str) -> None:

@@ -155,6 +155,16 @@ def test_a_restore_is_followed_to_its_end(file: Path, monkeypatch: pytest.Monkey
     assert len(gateway.paths) == 3
 
 
+def test_who_breaks_the_wait_for_a_restore_off_is_told_that_it_goes_on(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gateway = FakeGateway(
+        {PATH: [(202, record("running"))], "/bodies/arm.3F/restores/7": [(200, KeyboardInterrupt())]}
+    )
+    said = gateway.run(monkeypatch, "restore", "3F", str(file))
+    assert (said.exit_code, "the restore goes on if it was begun" in said.stderr) == (4, True)
+
+
 @pytest.mark.parametrize(("commands", "words"), [(0, "9 read\n"), (4, "9 read, 1 of 4 written\n")])
 def test_the_progress_of_a_restore_counts_commands_where_there_are_any(
     file: Path, monkeypatch: pytest.MonkeyPatch, commands: int, words: str

@@ -1,6 +1,7 @@
 """`init` and `check`: a configuration is written for what is found, and told before it is served."""
 
 import asyncio
+import re
 from pathlib import Path
 
 import pytest
@@ -146,11 +147,21 @@ def test_whatever_is_found_makes_a_configuration(found: Found) -> None:
     assert config.lines[0].address == found.address
 
 
+@pytest.mark.parametrize("axes", [1, 3, 8])
+def test_what_is_written_for_people_to_fill_in_fits_the_robot_that_was_found(axes: int) -> None:
+    text = config_of([FoundRobot("tcp://host:1", "cr", axes=axes), LINE], finished=True)
+    filled_in = re.sub(r"(?m)^# (?=\w+ = )", "", text)
+    assert len(parse(filled_in, "written").lines) == 2
+    assert filled_in.count("system =") == 1
+
+
 # check
 
 WEAK = """
 [server]
 raw_commands = true
+tls_certificate = "/nowhere/cert.pem"
+tls_key = "/nowhere/key.pem"
 allow_endless_moves = true
 allowed_origins = ["http://panel.example", "https://panel.example"]
 [[lines]]
@@ -171,7 +182,15 @@ def test_check_says_what_is_served_and_warns_of_what_is_weak(tmp_path: Path) -> 
     )
     warnings = said.stderr.splitlines()
     assert all(it.startswith("warning: ") for it in warnings)
-    for word in ("raw_commands", "endless", "http://panel.example", "bodies.00.needs_origin", "nowhere"):
+    for word in (
+        "raw_commands",
+        "endless",
+        "http://panel.example",
+        "bodies.00.needs_origin",
+        "tty",
+        "cert.pem",
+        "key.pem",
+    ):
         assert sum(word in it for it in warnings) == 1, word
 
 
@@ -181,4 +200,4 @@ def test_check_names_every_fault_with_its_line(tmp_path: Path) -> None:
     said = run("check", file)
     assert (said.exit_code, said.stdout) == (78, "")
     assert f"{file}:3: server.raw: unknown key" in said.stderr
-    assert f"{file}:9: lines[0].bodies[1].id: " in said.stderr
+    assert f"{file}:11: lines[0].bodies[1].id: " in said.stderr

@@ -64,6 +64,26 @@ def test_a_gateway_that_goes_during_the_wait_leaves_the_move_unknown(monkeypatch
     assert gateway.paths[-1] == "/robots/r1/units/1/moves/m1"
 
 
+@pytest.mark.parametrize("begun", [KeyboardInterrupt(), move("moving")])
+def test_who_breaks_a_wait_off_is_told_that_the_move_goes_on(
+    begun: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gateway = FakeGateway(
+        {"/bodies/3F/moves": [(202, begun)], "/bodies/a.3F/moves/m1": [(200, KeyboardInterrupt())]}
+    )
+    said = gateway.run(monkeypatch, "move", "3F", "home", "--wait", "100")
+    assert (said.exit_code, said.stderr) == (
+        4,
+        "Only the wait was interrupted: the move goes on if it was begun. `motion-gateway stop` stops it by "
+        "software.\n",
+    )
+
+
+def test_who_breaks_a_setting_off_is_told_that_it_may_have_been_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    said = always(KeyboardInterrupt()).run(monkeypatch, "send", "3F", "0SS25")
+    assert (said.exit_code, "the command goes on if it was begun" in said.stderr) == (4, True)
+
+
 def test_the_moves_of_a_group_are_waited_for_together(monkeypatch: pytest.MonkeyPatch) -> None:
     under_way = [{**move("moving"), "id": name} for name in ("m1", "m2", "m3")]
     gateway = FakeGateway(

@@ -84,6 +84,18 @@ def test_an_upload_is_followed_to_its_end(source: Path, monkeypatch: pytest.Monk
     assert options["json"] == {"source": BLINK}
 
 
+@pytest.mark.parametrize("words", [("upload", "3F", "{}"), ("run", "3F", "--wait", "10")])
+def test_who_breaks_the_wait_off_is_told_that_it_goes_on(
+    words: tuple[str, ...], source: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def request(*_: object, **__: object) -> httpx.Response:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(httpx, "request", request)
+    said = invoke(*(it.format(source) for it in words))
+    assert (said.exit_code, "goes on if it was begun" in said.stderr) == (4, True)
+
+
 def test_an_upload_that_failed_says_what_is_stored(source: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     answering(monkeypatch, httpx.Response(200, json=DIFFERS))
     said = invoke("upload", "3F", str(source))

@@ -51,3 +51,11 @@ def test_a_refusal_is_an_exit_code(monkeypatch: pytest.MonkeyPatch) -> None:
     done = refused.run(monkeypatch, "reload")
     assert done.exit_code == 1
     assert "nothing was changed" in done.stderr
+
+
+@pytest.mark.parametrize(("status", "code"), [(422, 78), (409, 1), (503, 3)])
+def test_a_file_that_is_wrong_is_no_wrong_argument(
+    status: int, code: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem = {"detail": "gateway.toml:2: server.prot: unknown key; nothing was changed.", "moved": "no"}
+    assert always(problem, status).run(monkeypatch, "reload").exit_code == code

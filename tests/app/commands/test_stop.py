@@ -49,6 +49,12 @@ def test_what_has_an_address_is_stopped_by_one_request(
     assert len(gateway.asked) == 1
 
 
+def test_a_stop_whose_wait_is_broken_off_is_not_called_confirmed(monkeypatch: pytest.MonkeyPatch) -> None:
+    said = FakeGateway({"/stop": [(200, KeyboardInterrupt())]}).run(monkeypatch, "stop")
+    assert (said.exit_code, said.stdout) == (4, "")
+    assert said.stderr.startswith("Interrupted before standstill was confirmed.")
+
+
 @pytest.mark.parametrize(("name", "path"), [("lift", "/bodies/a.02/stop"), ("the arm", "/bodies/a.3F/stop")])
 def test_a_name_is_looked_up(name: str, path: str, monkeypatch: pytest.MonkeyPatch) -> None:
     gateway = FakeGateway({**plant(b02="lift", b3F="the arm"), path: OVER})
