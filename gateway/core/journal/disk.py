@@ -129,7 +129,7 @@ class SqliteDisk:
         try:
             return open_(self.path)
         except (OSError, sqlite3.Error) as error:
-            raise _fault(error, self.path) from None
+            raise fault(error, self.path) from None
 
     def _make_ready_late(self) -> sqlite3.Connection:
         """Do the same after the past was read: the file has to be sound."""
@@ -178,7 +178,7 @@ class SqliteDisk:
         except sqlite3.Error as error:
             with suppress(sqlite3.Error):
                 connection.execute("ROLLBACK")
-            raise _fault(error, self.path) from None
+            raise fault(error, self.path) from None
 
     def _synchronise(self, connection: sqlite3.Connection, how: str) -> None:
         if how != self._synchronous:
@@ -189,7 +189,7 @@ class SqliteDisk:
         """Read rows."""
         if self._connection is not None:
             return self._connection.execute(sql, values).fetchall()
-        with closing(_open_as_it_is(self.path)) as connection:
+        with closing(open_as_it_is(self.path)) as connection:
             return connection.execute(sql, values).fetchall()
 
     def read_apart(self, sql: str, values: Sequence[Value] = ()) -> list[tuple[Any, ...]]:
@@ -221,7 +221,7 @@ class SqliteDisk:
         except FileNotFoundError:
             return
         except sqlite3.Error as error:
-            raise _fault(error, self.path) from None
+            raise fault(error, self.path) from None
 
     def close(self) -> None:
         """Release the file and its lock."""
@@ -241,13 +241,25 @@ def _lock(directory: Path) -> int:
         directory.mkdir(mode=0o700, parents=True, exist_ok=True)
         lock = os.open(directory / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
     except OSError as error:
-        raise _fault(error, directory) from None
+        raise fault(error, directory) from None
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
         os.close(lock)
         raise InUse(f"another gateway uses {directory}") from None
     return lock
+
+
+def is_in_use(directory: Path) -> bool:
+    """Whether a gateway runs on the journal of a directory."""
+    try:
+        with (directory / LOCK).open("rb") as lock:
+            fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+    return False
 
 
 def _open(path: Path) -> sqlite3.Connection:
@@ -270,7 +282,7 @@ def _open(path: Path) -> sqlite3.Connection:
     return connection
 
 
-def _open_as_it_is(path: Path) -> sqlite3.Connection:
+def open_as_it_is(path: Path) -> sqlite3.Connection:
     """Open a file to be read: the index of its write-ahead log, else a file beside it, is kept in memory.
 
     Nobody else can open it meanwhile, or write it. Where there is none yet, it has the tables and no rows.
@@ -307,7 +319,8 @@ def is_damage(error: ValueError | sqlite3.Error) -> bool:
     return code is None or code & 0xFF in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
 
 
-def _fault(error: Exception, where: Path) -> OSError:
+def fault(error: Exception, where: Path) -> OSError:
+    """Say what is in the way, and whether that may go."""
     if isinstance(error, OSError):
         later = error.errno in _NO_ROOM | _READ_ONLY
         return (NotWritable if later else DiskFailed)(f"{where}: {error.strerror}")

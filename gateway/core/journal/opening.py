@@ -4,14 +4,17 @@ import logging
 import sqlite3
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from gateway.core.journal.beginning import Beginning, anew, begun, left_in
-from gateway.core.journal.disk import DiskFailed, InUse, NotWritable, SqliteDisk, is_damage
+from gateway.core.journal.disk import FILE, DiskFailed, InUse, NotWritable, SqliteDisk, is_damage
 from gateway.core.journal.journal import Journal
 from gateway.core.journal.writes import Value, Write
 
 log = logging.getLogger(__name__)
+
+SLOW_BYTES_PER_S: Final = 4 << 20
+"""Of a disk that hardly suffices, beside the other work of its machine."""
 
 
 class Opened(NamedTuple):
@@ -50,6 +53,12 @@ class NoDisk:
 
     def close(self) -> None:
         """Nothing is open."""
+
+
+def longest_s(directory: Path) -> float:
+    """How long it may take to look the journal of a directory over, and to bring it to this version."""
+    files = (directory / FILE, directory / f"{FILE}-wal")
+    return sum(file.stat().st_size for file in files if file.exists()) / SLOW_BYTES_PER_S
 
 
 def open_journal(directory: Path, make_sense: Callable[[Beginning], object] = lambda _: None) -> Opened:

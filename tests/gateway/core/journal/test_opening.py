@@ -17,12 +17,20 @@ from gateway.core.journal import journal as module
 from gateway.core.journal import writes
 from gateway.core.journal.disk import DiskFailed, InUse, NotWritable, SqliteDisk
 from gateway.core.journal.journal import JournalUnavailable
-from gateway.core.journal.opening import open_journal
+from gateway.core.journal.opening import longest_s, open_journal
 from gateway.core.journal.writes import Write, meta
 
 
 def event(number: int) -> Write:
     return writes.event(number, 1.0, "line.up", "/lines/a", f"{{{number}}}")
+
+
+def test_a_large_journal_is_known_to_take_long_before_it_is_opened(tmp_path: Path) -> None:
+    assert longest_s(tmp_path) == 0
+    for name, mebibytes in (("journal.db", 1000), ("journal.db-wal", 24)):
+        with (tmp_path / name).open("wb") as file:
+            file.truncate(mebibytes << 20)
+    assert longest_s(tmp_path) == 256
 
 
 def test_another_gateways_journal_is_left_alone(tmp_path: Path) -> None:
