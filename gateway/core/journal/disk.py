@@ -286,12 +286,18 @@ def open_as_it_is(path: Path) -> sqlite3.Connection:
     """Open a file to be read: the index of its write-ahead log, else a file beside it, is kept in memory.
 
     Nobody else can open it meanwhile, or write it. Where there is none yet, it has the tables and no rows.
+
+    :raises NotWritable, DiskFailed: it cannot even be read.
     """
     if not path.exists() or not path.stat().st_size:
         connection = sqlite3.connect(":memory:", isolation_level=None)
         migrate(connection)
         return connection
-    how = _read_only(path) if _obstacle(path.parent) in _READ_ONLY else "mode=rw"
+    try:
+        path.open("rb").close()
+    except OSError as error:
+        raise fault(error, path) from None
+    how = _read_only(path) if _obstacle(path) in _READ_ONLY else "mode=rw"
     uri = f"{path.absolute().as_uri()}?{how}"
     connection = sqlite3.connect(uri, uri=True, isolation_level=None, timeout=LOCKED_S)
     connection.execute("PRAGMA locking_mode = EXCLUSIVE")
@@ -327,9 +333,7 @@ def fault(error: Exception, where: Path) -> OSError:
     code = getattr(error, "sqlite_errorcode", 0)
     if code == sqlite3.SQLITE_BUSY:
         return NotWritable(f"{where}: another program holds it")
-    found = (
-        errno.ENOSPC if code in _SQLITE_FULL else None if code in _SQLITE_LOST else _obstacle(where.parent)
-    )
+    found = errno.ENOSPC if code in _SQLITE_FULL else None if code in _SQLITE_LOST else _obstacle(where)
     if found is not None:
         return NotWritable(f"{where}: {os.strerror(found)}")
     unexplained = isinstance(error, sqlite3.OperationalError) and code not in _SQLITE_LOST
@@ -344,12 +348,14 @@ def _twice(attempt: Callable[[], _Gives]) -> _Gives:
         return attempt()
 
 
-def _obstacle(directory: Path) -> int | None:
-    """Why no file can be written there: SQLite has no word for most of that, such as a quota."""
+def _obstacle(file: Path) -> int | None:
+    """Why it, or another beside it, cannot be written: SQLite has no word for most, such as a quota."""
     try:
-        with TemporaryFile(dir=directory) as probe:
+        with TemporaryFile(dir=file.parent) as probe:
             probe.write(bytes(_PROBE_BYTES))
             probe.flush()
+        if file.exists():
+            file.open("r+b").close()
     except OSError as error:
         if error.errno in _NO_ROOM:
             return errno.ENOSPC

@@ -3,6 +3,7 @@
 import logging
 import sqlite3
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -57,8 +58,11 @@ class NoDisk:
 
 def longest_s(directory: Path) -> float:
     """How long it may take to look the journal of a directory over, and to bring it to this version."""
-    files = (directory / FILE, directory / f"{FILE}-wal")
-    return sum(file.stat().st_size for file in files if file.exists()) / SLOW_BYTES_PER_S
+    size = 0
+    for name in (FILE, f"{FILE}-wal"):
+        with suppress(OSError):
+            size += (directory / name).stat().st_size
+    return size / SLOW_BYTES_PER_S
 
 
 def open_journal(directory: Path, make_sense: Callable[[Beginning], object] = lambda _: None) -> Opened:

@@ -1,15 +1,18 @@
 """The file of the journal: one owner, sound or set aside, all or nothing."""
 
+import errno
+import os
 import resource
 import sqlite3
 from contextlib import closing
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
 from gateway.core.journal import schema, writes
 from gateway.core.journal.beginning import OpenIntent, begin
-from gateway.core.journal.disk import DiskFailed, InUse, NotWritable, SqliteDisk
+from gateway.core.journal.disk import DiskFailed, InUse, NotWritable, SqliteDisk, fault
 from gateway.core.journal.schema import TooNew
 from tests.gateway.core.journal.full_disk import no_room_beyond
 
@@ -155,6 +158,20 @@ def test_room_that_is_made_between_a_write_and_the_look_for_its_obstacle_is_used
         disk.commit(events(1, 500), durable=True)
     assert disk.rows("SELECT count(*) FROM events") == [(499,)]
     disk.close()
+
+
+def test_a_file_of_another_user_is_told_as_such_and_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As after a command that was run as root: SQLite says no more than that there was an error."""
+    SqliteDisk(tmp_path).close()
+
+    def not_ours(path: Path, _mode: str) -> NoReturn:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), path)
+
+    monkeypatch.setattr(Path, "open", not_ours)
+    found = fault(sqlite3.OperationalError("disk I/O error"), tmp_path / "journal.db")
+    assert (type(found), str(found)) == (NotWritable, f"{tmp_path / 'journal.db'}: Permission denied")
 
 
 def test_a_disk_that_refuses_twice_without_a_reason_is_not_trusted(

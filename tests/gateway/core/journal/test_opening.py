@@ -3,8 +3,8 @@
 import asyncio
 import errno
 import os
-import resource
 import shutil
+import sqlite3
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -19,6 +19,7 @@ from gateway.core.journal.disk import DiskFailed, InUse, NotWritable, SqliteDisk
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.journal.opening import longest_s, open_journal
 from gateway.core.journal.writes import Write, meta
+from tests.gateway.core.journal.full_disk import no_room_beyond
 
 
 def event(number: int) -> Write:
@@ -82,15 +83,9 @@ async def test_a_life_that_begins_on_a_full_disk_knows_the_past_and_writes_when_
     await journal.close()
 
 
-@contextmanager
-def no_room() -> Iterator[None]:
+def no_room() -> AbstractContextManager[object]:
     """No file can grow, as on a full disk."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (0, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    return no_room_beyond(0)
 
 
 @contextmanager
@@ -116,7 +111,7 @@ def read_only() -> Iterator[None]:
     ],
 )
 async def test_a_disk_that_cannot_be_written_at_the_start_is_used_when_it_can(
-    forbid: Callable[[], AbstractContextManager[None]],
+    forbid: Callable[[], AbstractContextManager[object]],
     why: str,
     before: str,
     tmp_path: Path,
@@ -166,6 +161,25 @@ async def _live_once(directory: Path, *, killed: bool) -> None:
             shutil.copy(path, directory)
     if killed:
         await journal.close()
+
+
+def test_one_that_may_not_be_read_is_told_and_left_as_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    SqliteDisk(tmp_path).close()
+
+    def not_ours(path: Path, _mode: str) -> NoReturn:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), path)
+
+    monkeypatch.setattr(Path, "open", not_ours)
+    monkeypatch.setattr("gateway.core.journal.disk._open", refuse_as_sqlite_does)
+    journal, _, set_aside = open_journal(tmp_path)
+    assert set_aside is None
+    assert journal.trouble == f"{tmp_path / 'journal.db'}: Permission denied"
+
+
+def refuse_as_sqlite_does(_: Path) -> NoReturn:
+    raise sqlite3.OperationalError("unable to open database file")
 
 
 def test_a_broken_one_is_replaced(tmp_path: Path) -> None:
