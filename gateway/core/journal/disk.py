@@ -14,7 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any, Protocol, TypeVar
 
-from gateway.core.journal.schema import TooNew, migrate
+from gateway.core.journal.schema import VERSION, TooNew, migrate, version_of
 from gateway.core.journal.writes import Value, Write
 
 _Gives = TypeVar("_Gives")
@@ -106,12 +106,21 @@ class SqliteDisk:
         self._inodes: dict[Path, int] = {}
         self._synchronous = ""
         try:
-            self._make_ready(self._open_or_begin_anew)
-        except NotWritable:
-            return
+            self._make_ready_or_wait()
         except BaseException:
             self.close()
             raise
+
+    def _make_ready_or_wait(self) -> None:
+        """Be content with a file that can be read, if its tables need not be brought to this version."""
+        try:
+            self._make_ready(self._open_or_begin_anew)
+        except NotWritable as why:
+            with closing(open_as_it_is(self.path)) as connection:
+                version = version_of(connection)
+            if version < VERSION:
+                told = f"{why}; so its tables, of version {version}, cannot be brought to version {VERSION}"
+                raise DiskFailed(told) from None
 
     def _make_ready(self, open_: Callable[[Path], sqlite3.Connection]) -> sqlite3.Connection:
         """Do what could not be done yet.

@@ -18,8 +18,10 @@ from gateway.core.journal import writes
 from gateway.core.journal.disk import DiskFailed, InUse, NotWritable, SqliteDisk
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.journal.opening import longest_s, open_journal
+from gateway.core.journal.schema import VERSION
 from gateway.core.journal.writes import Write, meta
 from tests.gateway.core.journal.full_disk import no_room_beyond
+from tests.gateway.core.journal.old_files import file_of
 
 
 def event(number: int) -> Write:
@@ -147,6 +149,19 @@ async def test_a_disk_that_cannot_be_written_at_the_start_is_used_when_it_can(
     assert after.past.last_event == past.last_event + 2
     assert (len(after.past.events), after.journal.trouble) == (past.last_event + 2, None)
     after.journal.disk.close()
+
+
+@pytest.mark.parametrize("version", range(1, VERSION))
+def test_the_first_start_of_a_new_version_on_a_full_disk_says_so_and_changes_nothing(
+    version: int, tmp_path: Path
+) -> None:
+    file_of(version, tmp_path)
+    with no_room():
+        journal, _, set_aside = open_journal(tmp_path)
+    assert (set_aside, journal.failed) == (None, True)
+    assert f"No space left on device; so its tables, of version {version}, cannot" in str(journal.trouble)
+    journal.disk.close()
+    assert open_journal(tmp_path).past.last_event == 7
 
 
 async def _live_once(directory: Path, *, killed: bool) -> None:
