@@ -296,16 +296,14 @@ def open_as_it_is(path: Path) -> sqlite3.Connection:
 
     Nobody else can open it meanwhile, or write it. Where there is none yet, it has the tables and no rows.
 
-    :raises NotWritable, DiskFailed: it cannot even be read.
+    :raises NotWritable: it cannot even be read.
     """
     if not path.exists() or not path.stat().st_size:
         connection = sqlite3.connect(":memory:", isolation_level=None)
         migrate(connection)
         return connection
-    try:
-        path.open("rb").close()
-    except OSError as error:
-        raise fault(error, path) from None
+    if not os.access(path, os.R_OK):
+        raise NotWritable(f"{path}: {os.strerror(errno.EACCES)}")
     how = _read_only(path) if _obstacle(path) in _READ_ONLY else "mode=rw"
     uri = f"{path.absolute().as_uri()}?{how}"
     connection = sqlite3.connect(uri, uri=True, isolation_level=None, timeout=LOCKED_S)
@@ -363,10 +361,9 @@ def _obstacle(file: Path) -> int | None:
         with TemporaryFile(dir=file.parent) as probe:
             probe.write(bytes(_PROBE_BYTES))
             probe.flush()
-        if file.exists():
-            file.open("r+b").close()
     except OSError as error:
         if error.errno in _NO_ROOM:
             return errno.ENOSPC
         return error.errno if error.errno in _READ_ONLY else None
-    return None
+    # To open the file and to close it again would end all locks that SQLite has on it.
+    return errno.EACCES if file.exists() and not os.access(file, os.W_OK) else None

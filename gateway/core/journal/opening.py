@@ -14,7 +14,7 @@ from gateway.core.journal.writes import Value, Write
 
 log = logging.getLogger(__name__)
 
-SLOW_BYTES_PER_S: Final = 4 << 20
+SLOW_BYTES_PER_S: Final = 2 << 20
 """Of a disk that hardly suffices, beside the other work of its machine."""
 
 

@@ -33,7 +33,7 @@ def test_a_large_journal_is_known_to_take_long_before_it_is_opened(tmp_path: Pat
     for name, mebibytes in (("journal.db", 1000), ("journal.db-wal", 24)):
         with (tmp_path / name).open("wb") as file:
             file.truncate(mebibytes << 20)
-    assert longest_s(tmp_path) == 256
+    assert longest_s(tmp_path) == 512
 
 
 def test_another_gateways_journal_is_left_alone(tmp_path: Path) -> None:
@@ -182,11 +182,7 @@ def test_one_that_may_not_be_read_is_told_and_left_as_it_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     SqliteDisk(tmp_path).close()
-
-    def not_ours(path: Path, _mode: str) -> NoReturn:
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), path)
-
-    monkeypatch.setattr(Path, "open", not_ours)
+    monkeypatch.setattr(os, "access", lambda *_: False)  # to root all is allowed
     monkeypatch.setattr("gateway.core.journal.disk._open", refuse_as_sqlite_does)
     journal, _, set_aside = open_journal(tmp_path)
     assert set_aside is None
