@@ -17,13 +17,13 @@ import uvicorn
 
 from app.access import AccessControl
 from app.descriptors import connections_possible
-from app.systemd import Watchdog, notify, watchdog_wanted
+from app.systemd import Watchdog, expect_long_start, notify, watchdog_wanted
 from app.tls import Certificate
 from gateway.access.principal import EVERYBODY, asking
 from gateway.config import Config, Server
 from gateway.config_file import ConfigFile
 from gateway.core.errors import GatewayError
-from gateway.core.journal.opening import open_journal
+from gateway.core.journal.opening import Opened, longest_s, open_journal
 from gateway.core.lease_tokens import LeaseTokens
 from gateway.core.origin import Origin
 from gateway.memory import make_sense
@@ -37,6 +37,10 @@ STREAMS_S = 1.0
 """How long event streams may take to deliver what there is and to close."""
 HANDSHAKE_S = 5.0
 """How long a client may take to agree on TLS."""
+QUICK_START_S = 10.0
+"""A start that may take longer is told before."""
+START_S = 60.0
+"""What a start may take besides, as TimeoutStartSec in packaging/motion-gateway.service."""
 REQUESTS_S = 2.0
 """How long requests may take to end; then the lines are closed, which answers all that wait."""
 
@@ -59,9 +63,7 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
     access = AccessControl(config, data)
     with _listener(config.server) as listener:
         signals = _Signals()
-        plant = Plant(
-            config, journal=open_journal(data, make_sense), lease_tokens=LeaseTokens(data), file=file
-        )
+        plant = Plant(config, journal=_journal(data), lease_tokens=LeaseTokens(data), file=file)
         plant.names.keep_in(data)
         app = create_app(plant, access.credentials)
         server = _Server(_uvicorn_config(app, config.server, access.certificate))
@@ -76,7 +78,7 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
             scheme = "https" if access.certificate else "http"
             log.info("running on %s://%s:%d", scheme, config.server.host, listener.getsockname()[1])
             access.start()
-            notify("READY=1")
+            notify("READY=1", "STATUS=")
             serving = asyncio.create_task(server.serve([listener]), name="server")
             await signals.wait_for_end(serving)
             notify("STOPPING=1")
@@ -88,6 +90,15 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
             await plant.close()
             await access.stop()
         await serving
+
+
+def _journal(data: Path) -> Opened:
+    """Open the journal. A large one takes a while, in which no line is open."""
+    if (takes_s := longest_s(data)) > QUICK_START_S:
+        why = f"looking over the journal in {data}; no line is opened before"
+        log.info("%s; on a slow disk that takes up to %.0f s", why, takes_s)
+        expect_long_start(START_S + takes_s, why)
+    return open_journal(data, make_sense)
 
 
 def _freeze() -> None:

@@ -24,6 +24,11 @@ def notify(*states: str) -> None:
         return
 
 
+def expect_long_start(longest_s: float, why: str) -> None:
+    """Let the service manager wait longer for READY=1 than its TimeoutStartSec says, and show why."""
+    notify(f"EXTEND_TIMEOUT_USEC={longest_s * 1e6:.0f}", f"STATUS={why}")
+
+
 def watchdog_wanted() -> bool:
     """Whether the service manager waits for signs of life from this very process."""
     return bool(os.environ.get("WATCHDOG_USEC")) and os.environ.get("WATCHDOG_PID") in (

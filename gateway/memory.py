@@ -13,6 +13,7 @@ from pydantic_core import from_json
 from gateway.core.alarms import Alarm, Alarms
 from gateway.core.events import Event, EventHub
 from gateway.core.family import AnyLine, Family
+from gateway.core.ids import go_on_after
 from gateway.core.journal import writes
 from gateway.core.journal.beginning import Beginning
 from gateway.core.journal.intents import Intents
@@ -50,6 +51,7 @@ class Memory:
         self._events, self._alarms, self._families = events, alarms, families
         self.journal.on_trouble = self._tell_of_trouble
         past = self._past
+        go_on_after(past.last_id)
         events.resume(past.epoch, past.earlier, past.last_event, past.events)
         events.listeners.append(self._keep_event)
         known.resume(past.known)

@@ -13,7 +13,9 @@ from app import exits
 from app.data_directory import Data, data_directory
 from app.exits import Failure
 from gateway.core.journal import files
+from gateway.core.journal.disk import DiskFailed, NotWritable
 from gateway.core.journal.retention import Retention
+from gateway.core.journal.schema import VERSION
 
 journal = typer.Typer(
     help="Look after the journal of a gateway; a gateway may be writing it.", no_args_is_help=True
@@ -23,13 +25,19 @@ journal = typer.Typer(
 @journal.command()
 def verify(data: Data = None) -> None:
     """See whether a journal is sound, and print what is wrong with it."""
+    directory = data or data_directory()
     with _journals():
-        complaints = files.verify(data or data_directory())
-    for complaint in complaints:
-        typer.echo(complaint)
-    if complaints:
-        raise typer.Exit(exits.REFUSED)
+        complaints = files.verify(directory)
+        for complaint in complaints:
+            typer.echo(complaint)
+        if complaints:
+            raise typer.Exit(exits.REFUSED)
+        version = files.version_of(directory)
     typer.echo("The journal is sound.")
+    if version < VERSION:
+        typer.echo(
+            f"Its tables are of version {version}; the next start of this gateway brings them to {VERSION}."
+        )
 
 
 @journal.command()
@@ -61,11 +69,16 @@ def prune(
         int, typer.Option(min=1, help="Keep the file below this size.")
     ] = Retention.mebibytes,
 ) -> None:
-    """Forget what is too old or too much, and give its room back."""
+    """Forget what is too old or too much, and give its room back unless a gateway runs."""
     with _journals():
         kept = Retention(days=days, events=events, moves=moves, mebibytes=mebibytes)
-        forgotten = files.prune(data or data_directory(), kept)
-    typer.echo(f"{forgotten} entries were forgotten.")
+        pruned = files.prune(data or data_directory(), kept)
+    typer.echo(f"{pruned.forgotten} entries were forgotten.")
+    if not pruned.is_smaller:
+        typer.echo(
+            "A gateway runs on this journal: the file keeps its size, and the room in it is used again. "
+            "Prune while none runs to make the file smaller."
+        )
 
 
 @contextmanager
@@ -75,6 +88,12 @@ def _journals() -> Iterator[None]:
         yield
     except FileExistsError as error:
         raise Failure(f"{error.filename} exists already; nothing was written.", exits.USAGE) from None
+    except (NotWritable, DiskFailed) as error:
+        raise Failure(f"The journal cannot be used: {error}.", exits.REFUSED) from None
+    except files.OtherVersion as error:
+        raise Failure(str(error), exits.REFUSED) from None
+    except BrokenPipeError:
+        raise  # nobody reads on
     except OSError as error:
         raise Failure(error.strerror or str(error), exits.USAGE) from None
     except sqlite3.Error as error:

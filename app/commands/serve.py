@@ -55,7 +55,9 @@ def serve(
         raise Failure(f"The journal is in use: {error}. No line was opened.", exits.NOT_SENT) from None
     except TooNew as error:
         raise Failure(
-            f"The journal is of a later version: {error}. No line was opened.", exits.NOT_SENT
+            f"The journal is of a later version: {error}. No line was opened, and nothing was changed. Start "
+            "the later version, or bring back the copy of the data that was made before the upgrade.",
+            exits.NOT_SENT,
         ) from None
 
 

@@ -25,6 +25,12 @@ class _ByTime:
         self._last = max(at_ms << 32 | _DIGITS.getrandbits(32), self._last + 1)
         return f"{self._last:020x}"
 
+    def go_on_after(self, drawn: str) -> None:
+        """Draw none that sorts before this one of an earlier life, whose clock may have been ahead."""
+        self._last = max(self._last, int(drawn, 16))
 
-sorted_by_time: Final = _ByTime().draw
+
+_BY_TIME: Final = _ByTime()
+sorted_by_time: Final = _BY_TIME.draw
 """Draws an id for a time of the wall clock, in milliseconds: ids sort by it."""
+go_on_after: Final = _BY_TIME.go_on_after

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from app.systemd import Watchdog, notify, watchdog_wanted
+from app.systemd import Watchdog, expect_long_start, notify, watchdog_wanted
 from tests.fics_plants import fics_rig
 from tests.plants import Rig, in_virtual_time, rig
 
@@ -30,6 +30,11 @@ def manager(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[socket.
 def test_it_hears_what_is_told(manager: socket.socket) -> None:
     notify("READY=1", "STATUS=serving")
     assert manager.recv(100) == b"READY=1\nSTATUS=serving"
+
+
+def test_it_waits_longer_for_a_start_that_takes_long(manager: socket.socket) -> None:
+    expect_long_start(90.5, "looking over the journal")
+    assert manager.recv(100) == b"EXTEND_TIMEOUT_USEC=90500000\nSTATUS=looking over the journal"
 
 
 def test_a_name_without_a_file(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -44,7 +44,9 @@ ROBOT_FAULTS = "gateway/fics/test_faults"
 ROBOT_INFO = "api/robots/test_info"
 SCARA_MOVES = "gateway/rorze/scaras/test_moves"
 SCHEDULER = "gateway/core/test_scheduler"
+SCHEMA = "gateway/core/journal/test_schema"
 SERIAL = "transports/test_serial_port"
+SERVER = "app/test_server"
 SERVER_KILLS = "e2e/test_kills_of_the_server"
 SERVO = "api/bodies/test_servo"
 START_POSITIONS = "gateway/rorze/test_start_positions"
@@ -55,6 +57,7 @@ STREAMS = "api/test_streams"
 SUSPENSION = "gateway/rorze/test_suspension"
 TRANSPORTS = "transports/test_contract"
 UNDER_LOAD = "e2e/test_stop_under_load"
+UPGRADE = "gateway/test_upgrade"
 WEBSOCKET = "api/front/test_websocket_protocol"
 WIND_DOWN = "gateway/test_wind_down"
 
@@ -703,6 +706,8 @@ ROWS: Final = {
         "nothing but the times that are told",
         (FAULT_SIMULATOR, "a_seed_sends_the_same_again_whatever_the_wall_clock_does"),
         (LOOP_WATCH, "the_clock_of_the_computer_goes_on_and_never_back"),
+        (MEMORY, "moves_go_on_in_their_order_where_the_clock_was_a_year_ahead"),
+        (FILES, "what_a_wall_clock_has_dated_a_year_early_or_late_is_kept"),
     ),
     "J01": _row(
         "the disk is full",
@@ -755,9 +760,37 @@ ROWS: Final = {
         (STORIES, "j08_only_keys_that_are_old_and_answered_are_forgotten"),
         (FILES, "what_is_too_much_or_too_old_is_forgotten_and_what_is_open_is_kept"),
     ),
+    "J09": _row(
+        "the journal was written by an earlier version",
+        "all of it is taken over",
+        (UPGRADE, "all_that_an_earlier_gateway_has_written_is_taken_over"),
+        (SCHEMA, "what_an_earlier_version_has_written_is_known"),
+    ),
+    "J10": _row(
+        "the journal was written by a later version",
+        "the gateway does not start, and changes nothing",
+        (DISK, "a_journal_of_a_later_version_is_left_alone"),
+        (UPGRADE, "a_record_that_has_changed_comes_with_another_version_of_the_tables"),
+    ),
+    "J11": _row(
+        "the disk is full at the first start of a new version",
+        "that is said, and the journal is left as it is until a restart",
+        (OPENING, "the_first_start_of_a_new_version_on_a_full_disk_says_so_and_changes_nothing"),
+    ),
+    "J12": _row(
+        "the journal belongs to another user",
+        "that is said; where it can be read it is waited for",
+        (DISK, "a_file_of_another_user_is_told_as_such_and_waited_for"),
+        (OPENING, "one_that_may_not_be_read_is_told_and_left_as_it_is"),
+    ),
+    "J13": _row(
+        "the journal is so large that it takes minutes to look it over",
+        "the log says so and the service manager waits",
+        (SERVER, "a_journal_that_takes_long_is_told_before_it_is_looked_over"),
+    ),
 }
 """S: the serial line. L: the link master. C: a controller. H: a robot and its dual-port RAM. G: the process
 and its computer. A: HTTP and WebSockets. J: the disk and the journal."""
 
-SIZES: Final = {"S": 30, "L": 13, "C": 20, "H": 17, "G": 12, "A": 19, "J": 8}
+SIZES: Final = {"S": 30, "L": 13, "C": 20, "H": 17, "G": 12, "A": 19, "J": 13}
 """How many faults each part has."""

@@ -61,6 +61,21 @@ async def test_moves_are_there_again(world: World) -> None:
         assert not any(it == "gateway.crashed" for it in _types(plant))
 
 
+@in_virtual_time
+async def test_moves_go_on_in_their_order_where_the_clock_was_a_year_ahead(world: World) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        first = await over(plant, (await moved(plant)).id)
+    ahead = f"{int(first.id, 16) + (365 * 86_400_000 << 32):020x}"
+    with closing(sqlite3.connect(world.folder / "journal.db", isolation_level=None)) as journal:
+        journal.execute("UPDATE moves SET id = ?, record = replace(record, ?, ?)", (ahead, first.id, ahead))
+    async with world.gateway() as plant:
+        await ready(plant)
+        second = await over(plant, (await moved(plant)).id)
+        assert second.id > ahead
+        assert [move.id for move in plant.moves.of(plant.body("3F"))] == [second.id, ahead]
+
+
 async def marked(plant: TestedPlant) -> None:
     """Wait until the body is known to keep its power, and a look at it would tell a loss of it."""
     while not plant.body("3F").power.mark or plant.body("3F").rest is None:  # noqa: ASYNC110

@@ -1,6 +1,7 @@
 """What a journal tells at the start of the gateway: where the last life ended, and whether it ended well."""
 
 import json
+import re
 import secrets
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -62,6 +63,8 @@ class Beginning(NamedTuple):
     """For how long gateways have run on this journal."""
     known: Mapping[str, str] = MappingProxyType({})
     """By address, what only a gateway can know of a controller."""
+    last_id: str = "0"
+    """The greatest id of moves, intents, alarms and long work, whatever the clock was when it was drawn."""
     works: Sequence[tuple[str, str]] = ()
     """The kinds and the newest records of long work, as JSON, those that were not over among them, in their
     order."""
@@ -111,6 +114,7 @@ def left_in(
             for name, fact in known.items()
             if name.startswith(writes.KNOWN)
         },
+        last_id=_last_id(disk),
         works=_works(disk, most_works),
     )
 
@@ -147,6 +151,14 @@ def _works(disk: Disk, most: int) -> list[tuple[str, str]]:
     newest = "SELECT id FROM works WHERE over = 1 ORDER BY id DESC LIMIT ?"
     sql = f"SELECT kind, record FROM works WHERE over = 0 OR id IN ({newest}) ORDER BY id"  # noqa: S608  # no input
     return [(kind, record) for kind, record in disk.rows(sql, (most,))]
+
+
+def _last_id(disk: Disk) -> str:
+    """Of each table the greatest, if it is one: what is damaged counts for nothing."""
+    tables = ("moves", "intents", "alarms", "works")
+    greatest = [disk.rows(f"SELECT id FROM {it} ORDER BY id DESC LIMIT 1") for it in tables]  # noqa: S608  # no input
+    ids = [str(last) for rows in greatest for (last,) in rows]
+    return max(filter(re.compile("[0-9a-f]{20}").fullmatch, ids), default="0")
 
 
 def _events(disk: Disk, last: int, most: int) -> list[PastEvent]:

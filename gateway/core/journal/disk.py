@@ -14,7 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any, Protocol, TypeVar
 
-from gateway.core.journal.schema import TooNew, migrate
+from gateway.core.journal.schema import VERSION, TooNew, migrate, version_of
 from gateway.core.journal.writes import Value, Write
 
 _Gives = TypeVar("_Gives")
@@ -106,12 +106,21 @@ class SqliteDisk:
         self._inodes: dict[Path, int] = {}
         self._synchronous = ""
         try:
-            self._make_ready(self._open_or_begin_anew)
-        except NotWritable:
-            return
+            self._make_ready_or_wait()
         except BaseException:
             self.close()
             raise
+
+    def _make_ready_or_wait(self) -> None:
+        """Be content with a file that can be read, if its tables need not be brought to this version."""
+        try:
+            self._make_ready(self._open_or_begin_anew)
+        except NotWritable as why:
+            with closing(open_as_it_is(self.path)) as connection:
+                version = version_of(connection)
+            if version < VERSION:
+                told = f"{why}; so its tables, of version {version}, cannot be brought to version {VERSION}"
+                raise DiskFailed(told) from None
 
     def _make_ready(self, open_: Callable[[Path], sqlite3.Connection]) -> sqlite3.Connection:
         """Do what could not be done yet.
@@ -129,7 +138,7 @@ class SqliteDisk:
         try:
             return open_(self.path)
         except (OSError, sqlite3.Error) as error:
-            raise _fault(error, self.path) from None
+            raise fault(error, self.path) from None
 
     def _make_ready_late(self) -> sqlite3.Connection:
         """Do the same after the past was read: the file has to be sound."""
@@ -178,7 +187,7 @@ class SqliteDisk:
         except sqlite3.Error as error:
             with suppress(sqlite3.Error):
                 connection.execute("ROLLBACK")
-            raise _fault(error, self.path) from None
+            raise fault(error, self.path) from None
 
     def _synchronise(self, connection: sqlite3.Connection, how: str) -> None:
         if how != self._synchronous:
@@ -189,7 +198,7 @@ class SqliteDisk:
         """Read rows."""
         if self._connection is not None:
             return self._connection.execute(sql, values).fetchall()
-        with closing(_open_as_it_is(self.path)) as connection:
+        with closing(open_as_it_is(self.path)) as connection:
             return connection.execute(sql, values).fetchall()
 
     def read_apart(self, sql: str, values: Sequence[Value] = ()) -> list[tuple[Any, ...]]:
@@ -221,7 +230,7 @@ class SqliteDisk:
         except FileNotFoundError:
             return
         except sqlite3.Error as error:
-            raise _fault(error, self.path) from None
+            raise fault(error, self.path) from None
 
     def close(self) -> None:
         """Release the file and its lock."""
@@ -241,13 +250,25 @@ def _lock(directory: Path) -> int:
         directory.mkdir(mode=0o700, parents=True, exist_ok=True)
         lock = os.open(directory / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
     except OSError as error:
-        raise _fault(error, directory) from None
+        raise fault(error, directory) from None
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
         os.close(lock)
         raise InUse(f"another gateway uses {directory}") from None
     return lock
+
+
+def is_in_use(directory: Path) -> bool:
+    """Whether a gateway runs on the journal of a directory."""
+    try:
+        with (directory / LOCK).open("rb") as lock:
+            fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+    return False
 
 
 def _open(path: Path) -> sqlite3.Connection:
@@ -270,16 +291,20 @@ def _open(path: Path) -> sqlite3.Connection:
     return connection
 
 
-def _open_as_it_is(path: Path) -> sqlite3.Connection:
+def open_as_it_is(path: Path) -> sqlite3.Connection:
     """Open a file to be read: the index of its write-ahead log, else a file beside it, is kept in memory.
 
     Nobody else can open it meanwhile, or write it. Where there is none yet, it has the tables and no rows.
+
+    :raises NotWritable: it cannot even be read.
     """
     if not path.exists() or not path.stat().st_size:
         connection = sqlite3.connect(":memory:", isolation_level=None)
         migrate(connection)
         return connection
-    how = _read_only(path) if _obstacle(path.parent) in _READ_ONLY else "mode=rw"
+    if not os.access(path, os.R_OK):
+        raise NotWritable(f"{path}: {os.strerror(errno.EACCES)}")
+    how = _read_only(path) if _obstacle(path) in _READ_ONLY else "mode=rw"
     uri = f"{path.absolute().as_uri()}?{how}"
     connection = sqlite3.connect(uri, uri=True, isolation_level=None, timeout=LOCKED_S)
     connection.execute("PRAGMA locking_mode = EXCLUSIVE")
@@ -307,16 +332,15 @@ def is_damage(error: ValueError | sqlite3.Error) -> bool:
     return code is None or code & 0xFF in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
 
 
-def _fault(error: Exception, where: Path) -> OSError:
+def fault(error: Exception, where: Path) -> OSError:
+    """Say what is in the way, and whether that may go."""
     if isinstance(error, OSError):
         later = error.errno in _NO_ROOM | _READ_ONLY
         return (NotWritable if later else DiskFailed)(f"{where}: {error.strerror}")
     code = getattr(error, "sqlite_errorcode", 0)
     if code == sqlite3.SQLITE_BUSY:
         return NotWritable(f"{where}: another program holds it")
-    found = (
-        errno.ENOSPC if code in _SQLITE_FULL else None if code in _SQLITE_LOST else _obstacle(where.parent)
-    )
+    found = errno.ENOSPC if code in _SQLITE_FULL else None if code in _SQLITE_LOST else _obstacle(where)
     if found is not None:
         return NotWritable(f"{where}: {os.strerror(found)}")
     unexplained = isinstance(error, sqlite3.OperationalError) and code not in _SQLITE_LOST
@@ -331,14 +355,15 @@ def _twice(attempt: Callable[[], _Gives]) -> _Gives:
         return attempt()
 
 
-def _obstacle(directory: Path) -> int | None:
-    """Why no file can be written there: SQLite has no word for most of that, such as a quota."""
+def _obstacle(file: Path) -> int | None:
+    """Why it, or another beside it, cannot be written: SQLite has no word for most, such as a quota."""
     try:
-        with TemporaryFile(dir=directory) as probe:
+        with TemporaryFile(dir=file.parent) as probe:
             probe.write(bytes(_PROBE_BYTES))
             probe.flush()
     except OSError as error:
         if error.errno in _NO_ROOM:
             return errno.ENOSPC
         return error.errno if error.errno in _READ_ONLY else None
-    return None
+    # To open the file and to close it again would end all locks that SQLite has on it.
+    return errno.EACCES if file.exists() and not os.access(file, os.W_OK) else None

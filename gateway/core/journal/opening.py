@@ -3,15 +3,19 @@
 import logging
 import sqlite3
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from gateway.core.journal.beginning import Beginning, anew, begun, left_in
-from gateway.core.journal.disk import DiskFailed, InUse, NotWritable, SqliteDisk, is_damage
+from gateway.core.journal.disk import FILE, DiskFailed, InUse, NotWritable, SqliteDisk, is_damage
 from gateway.core.journal.journal import Journal
 from gateway.core.journal.writes import Value, Write
 
 log = logging.getLogger(__name__)
+
+SLOW_BYTES_PER_S: Final = 2 << 20
+"""Of a disk that hardly suffices, beside the other work of its machine."""
 
 
 class Opened(NamedTuple):
@@ -50,6 +54,15 @@ class NoDisk:
 
     def close(self) -> None:
         """Nothing is open."""
+
+
+def longest_s(directory: Path) -> float:
+    """How long it may take to look the journal of a directory over, and to bring it to this version."""
+    size = 0
+    for name in (FILE, f"{FILE}-wal"):
+        with suppress(OSError):
+            size += (directory / name).stat().st_size
+    return size / SLOW_BYTES_PER_S
 
 
 def open_journal(directory: Path, make_sense: Callable[[Beginning], object] = lambda _: None) -> Opened:

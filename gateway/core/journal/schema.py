@@ -115,13 +115,22 @@ class TooNew(Exception):
     """The file was written by a later version of the gateway."""
 
 
+def version_of(connection: sqlite3.Connection) -> int:
+    """Of the tables of an open file.
+
+    :raises TooNew: it is later than this gateway's.
+    """
+    (found,) = connection.execute("PRAGMA user_version").fetchone()
+    if found > VERSION:
+        raise TooNew(f"it has version {found} of the tables, and this gateway knows {VERSION}")
+    return int(found)
+
+
 def migrate(connection: sqlite3.Connection) -> None:
     """Bring the tables of an open file to this version, each step in a transaction of its own.
 
     :raises TooNew: the file's version is later than this one's.
     """
-    (found,) = connection.execute("PRAGMA user_version").fetchone()
-    if found > VERSION:
-        raise TooNew(f"it has version {found} of the tables, and this gateway knows {VERSION}")
+    found = version_of(connection)
     for number, script in enumerate(MIGRATIONS[found:], found + 1):
         connection.executescript(f"BEGIN IMMEDIATE; {script}; PRAGMA user_version = {number}; COMMIT;")

@@ -10,6 +10,7 @@ from typer.testing import CliRunner, Result
 from app.cli import app
 from gateway.core.journal import writes
 from gateway.core.journal.disk import SqliteDisk
+from tests.gateway.core.journal.old_files import file_of
 
 
 def run(*words: object) -> Result:
@@ -63,6 +64,16 @@ def test_a_copy_to_nowhere_is_told(data: Path, tmp_path: Path) -> None:
     assert (said.exit_code, said.stderr) == (2, told)
 
 
-def test_what_is_too_much_is_forgotten(data: Path) -> None:
+def test_what_is_too_much_is_forgotten_and_a_gateway_that_runs_is_told(data: Path) -> None:
     said = run("prune", "--events", 1, "--data", data)
-    assert (said.exit_code, said.output) == (0, "2 entries were forgotten.\n")
+    assert said.exit_code == 0
+    assert said.output.startswith("2 entries were forgotten.\nA gateway runs on this journal: the file keeps")
+
+
+def test_a_journal_of_an_earlier_version_is_sound_and_pruned_by_its_own(tmp_path: Path) -> None:
+    file_of(3, tmp_path)
+    said = run("verify", "--data", tmp_path)
+    assert said.exit_code == 0
+    assert said.output.startswith("The journal is sound.\nIts tables are of version 3; the next start")
+    refused = run("prune", "--data", tmp_path)
+    assert (refused.exit_code, "nothing was forgotten" in refused.stderr) == (1, True)

@@ -2,7 +2,7 @@
 
 import os
 
-from gateway.core.ids import hex_digits, sorted_by_time
+from gateway.core.ids import go_on_after, hex_digits, sorted_by_time
 
 
 def test_no_two_ids_are_alike() -> None:
@@ -26,6 +26,11 @@ def test_ids_of_one_millisecond_sort_as_they_were_drawn() -> None:
 def test_a_clock_that_is_set_back_leaves_their_order() -> None:
     made = [sorted_by_time(at_ms) for at_ms in (1_900_000_000_000, 1_800_000_000_000, 1_900_000_000_001)]
     assert made == sorted(made)
+
+
+def test_a_clock_that_was_ahead_in_an_earlier_life_leaves_their_order() -> None:
+    go_on_after(f"{2_000_000_000_000 << 32:020x}")
+    assert f"{2_000_000_000_000 << 32:020x}" < sorted_by_time(1_800_000_000_000) < sorted_by_time(1)
 
 
 def test_a_fork_draws_its_own() -> None:

@@ -1,17 +1,18 @@
 """The file of the journal: one owner, sound or set aside, all or nothing."""
 
+import os
 import resource
 import sqlite3
-from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 from gateway.core.journal import schema, writes
 from gateway.core.journal.beginning import OpenIntent, begin
-from gateway.core.journal.disk import DiskFailed, InUse, NotWritable, SqliteDisk
+from gateway.core.journal.disk import DiskFailed, InUse, NotWritable, SqliteDisk, fault
 from gateway.core.journal.schema import TooNew
+from tests.gateway.core.journal.full_disk import no_room_beyond
 
 TOLD = {"command": "home", "effect": "motion", "frame": "&3FHMF\\r", "caller": "test"}
 
@@ -132,7 +133,10 @@ def test_where_there_is_no_room_to_fold_the_log_nothing_is_lost(
     monkeypatch.setattr("gateway.core.journal.disk.WAL_BYTES", 100_000)
     disk = SqliteDisk(tmp_path)
     disk.commit(events(1, 500), durable=True)
-    with no_room_beyond(tmp_path / "journal.db"), pytest.raises(NotWritable, match="No space left"):
+    with (
+        no_room_beyond((tmp_path / "journal.db").stat().st_size),
+        pytest.raises(NotWritable, match="No space left"),
+    ):
         disk.tidy()
     assert disk.rows("SELECT count(*) FROM events") == [(499,)]
     disk.tidy()
@@ -143,7 +147,7 @@ def test_room_that_is_made_between_a_write_and_the_look_for_its_obstacle_is_used
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     disk = SqliteDisk(tmp_path)
-    with no_room_beyond(tmp_path / "journal.db") as soft_and_hard:
+    with no_room_beyond((tmp_path / "journal.db").stat().st_size) as soft_and_hard:
 
         def room_now(_: Path) -> None:
             resource.setrlimit(resource.RLIMIT_FSIZE, soft_and_hard)
@@ -154,26 +158,28 @@ def test_room_that_is_made_between_a_write_and_the_look_for_its_obstacle_is_used
     disk.close()
 
 
+def test_a_file_of_another_user_is_told_as_such_and_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As after a command that was run as root: SQLite says no more than that there was an error."""
+    SqliteDisk(tmp_path).close()
+    monkeypatch.setattr(os, "access", lambda *_: False)  # to root all is allowed
+    found = fault(sqlite3.OperationalError("disk I/O error"), tmp_path / "journal.db")
+    assert (type(found), str(found)) == (NotWritable, f"{tmp_path / 'journal.db'}: Permission denied")
+
+
 def test_a_disk_that_refuses_twice_without_a_reason_is_not_trusted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("gateway.core.journal.disk._obstacle", lambda _: None)
     disk = SqliteDisk(tmp_path)
-    with no_room_beyond(tmp_path / "journal.db"), pytest.raises(DiskFailed, match="disk I/O error"):
+    with (
+        no_room_beyond((tmp_path / "journal.db").stat().st_size),
+        pytest.raises(DiskFailed, match="disk I/O error"),
+    ):
         disk.commit(events(1, 500), durable=True)
     assert disk.rows("SELECT count(*) FROM events") == [(0,)]
     disk.close()
-
-
-@contextmanager
-def no_room_beyond(file: Path) -> Iterator[tuple[int, int]]:
-    """No file can grow longer than this one is; gives the limits of before."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (file.stat().st_size, before[1]))
-    try:
-        yield before
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 def events(first: int, end: int) -> list[writes.Write]:

@@ -2,13 +2,17 @@
 
 import sqlite3
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 from gateway.core.journal import files, writes
-from gateway.core.journal.disk import SqliteDisk
+from gateway.core.journal.disk import NotWritable, SqliteDisk
 from gateway.core.journal.retention import DAY_S, SLICE, Retention
+from gateway.core.journal.schema import VERSION
+from tests.gateway.core.journal.full_disk import no_room_beyond
+from tests.gateway.core.journal.old_files import file_of
 
 
 @pytest.fixture
@@ -58,7 +62,7 @@ def test_what_is_too_much_or_too_old_is_forgotten_and_what_is_open_is_kept(
     disk: SqliteDisk, tmp_path: Path
 ) -> None:
     disk.commit([writes.meta(writes.RAN_S, str(DAY_S))], durable=True)
-    assert files.prune(tmp_path, Retention(events=10, days=1.0)) == 90 + 19
+    assert files.prune(tmp_path, Retention(events=10, days=1.0)).forgotten == 90 + 19
     assert numbers(tmp_path) == list(range(91, 101))
     assert [row["id"] for row in files.export(tmp_path) if row["table"] == "moves"] == ["m005"]
     assert files.verify(tmp_path) == []
@@ -72,7 +76,7 @@ def test_of_a_file_that_is_too_large_the_oldest_intents_that_are_over_are_forgot
     disk.commit([writes.ended(intent_id, 2.0, "answered") for intent_id in ids[1:]], durable=True)
     disk.close()
     assert (tmp_path / "journal.db").stat().st_size > 2 << 20
-    assert files.prune(tmp_path, Retention(mebibytes=2)) == SLICE
+    assert files.prune(tmp_path, Retention(mebibytes=2)) == (SLICE, True)
     kept = [row["id"] for row in files.export(tmp_path) if row["table"] == "intents"]
     assert kept == [ids[0], *ids[SLICE + 1 :]]
     assert (tmp_path / "journal.db").stat().st_size < 2 << 20
@@ -87,8 +91,8 @@ def test_what_a_wall_clock_has_dated_a_year_early_or_late_is_kept(tmp_path: Path
     disk.commit([writes.key_answered("s", name, 202, None, "{}") for name in dates], durable=True)
     disk.commit([writes.meta(writes.RAN_S, str(100.5 * DAY_S))], durable=True)
     disk.close()
-    assert files.prune(tmp_path, Retention()) == 0
-    assert files.prune(tmp_path, Retention(days=0.5, keys_days=0.5)) == 4
+    assert files.prune(tmp_path, Retention()).forgotten == 0
+    assert files.prune(tmp_path, Retention(days=0.5, keys_days=0.5)).forgotten == 4
 
 
 def test_a_broken_file_is_called_broken(tmp_path: Path) -> None:
@@ -97,3 +101,59 @@ def test_a_broken_file_is_called_broken(tmp_path: Path) -> None:
     assert "not a database" in complaint
     with pytest.raises(sqlite3.DatabaseError):
         list(files.export(tmp_path))
+
+
+@pytest.mark.parametrize("version", range(1, VERSION))
+def test_a_journal_of_an_earlier_version_is_sound_and_written_out_whole(version: int, tmp_path: Path) -> None:
+    file_of(version, tmp_path)
+    assert (files.verify(tmp_path), files.version_of(tmp_path)) == ([], version)
+    tables = [row["table"] for row in files.export(tmp_path)]
+    assert tables == ["meta", "meta", "intents", "moves", "events", "keys", "alarms"]
+
+
+def test_a_journal_of_a_later_version_is_told_and_written_out_with_its_new_tables(tmp_path: Path) -> None:
+    later_than_this(tmp_path)
+    [complaint] = files.verify(tmp_path)
+    assert "a later gateway has written" in complaint
+    assert {"table": "news", "id": "n1"} in files.export(tmp_path)
+
+
+def test_tables_of_another_version_are_not_pruned(tmp_path: Path) -> None:
+    file_of(VERSION - 1, tmp_path)
+    with pytest.raises(files.OtherVersion, match="Start this gateway on it once"):
+        files.prune(tmp_path, Retention(events=0))
+    later_than_this(tmp_path)
+    with pytest.raises(files.OtherVersion, match="Use the later motion-gateway"):
+        files.prune(tmp_path, Retention(events=0))
+    assert numbers(tmp_path) == [7]
+
+
+def later_than_this(directory: Path) -> None:
+    """Make a journal one that this gateway does not know yet."""
+    SqliteDisk(directory).close()
+    with closing(sqlite3.connect(directory / "journal.db", isolation_level=None)) as later:
+        later.executescript("CREATE TABLE news (id TEXT); INSERT INTO news VALUES ('n1')")
+        later.execute(f"PRAGMA user_version = {VERSION + 1}")
+
+
+def test_while_a_gateway_runs_the_file_keeps_its_size_and_nothing_holds_it(tmp_path: Path) -> None:
+    disk = SqliteDisk(tmp_path)
+    disk.commit([writes.event(number, 1.0, "t", "s", "{}") for number in (1, 2, 3)], durable=True)
+    assert files.prune(tmp_path, Retention(events=1)) == (2, False)
+    disk.close()
+    assert files.prune(tmp_path, Retention(events=1)) == (0, True)
+
+
+def test_a_full_disk_is_no_damage(tmp_path: Path) -> None:
+    file_of(VERSION, tmp_path)
+    SqliteDisk(tmp_path).close()
+    with no_room_beyond(0):
+        assert files.verify(tmp_path) == []
+        assert numbers(tmp_path) == [7]
+
+
+def test_a_copy_that_finds_no_room_is_taken_away(disk: SqliteDisk, tmp_path: Path) -> None:
+    disk.commit([writes.event(101, 1.0, "t", "s", "x" * 200_000)], durable=True)
+    with no_room_beyond(40_000), pytest.raises(NotWritable, match=r"copy\.db: No space left on device"):
+        files.backup(tmp_path, tmp_path / "copy.db")
+    assert list(tmp_path.glob("copy*")) == []

@@ -3,8 +3,8 @@
 import asyncio
 import errno
 import os
-import resource
 import shutil
+import sqlite3
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -17,12 +17,23 @@ from gateway.core.journal import journal as module
 from gateway.core.journal import writes
 from gateway.core.journal.disk import DiskFailed, InUse, NotWritable, SqliteDisk
 from gateway.core.journal.journal import JournalUnavailable
-from gateway.core.journal.opening import open_journal
+from gateway.core.journal.opening import longest_s, open_journal
+from gateway.core.journal.schema import VERSION
 from gateway.core.journal.writes import Write, meta
+from tests.gateway.core.journal.full_disk import no_room_beyond
+from tests.gateway.core.journal.old_files import file_of
 
 
 def event(number: int) -> Write:
     return writes.event(number, 1.0, "line.up", "/lines/a", f"{{{number}}}")
+
+
+def test_a_large_journal_is_known_to_take_long_before_it_is_opened(tmp_path: Path) -> None:
+    assert longest_s(tmp_path) == 0
+    for name, mebibytes in (("journal.db", 1000), ("journal.db-wal", 24)):
+        with (tmp_path / name).open("wb") as file:
+            file.truncate(mebibytes << 20)
+    assert longest_s(tmp_path) == 512
 
 
 def test_another_gateways_journal_is_left_alone(tmp_path: Path) -> None:
@@ -74,15 +85,9 @@ async def test_a_life_that_begins_on_a_full_disk_knows_the_past_and_writes_when_
     await journal.close()
 
 
-@contextmanager
-def no_room() -> Iterator[None]:
+def no_room() -> AbstractContextManager[object]:
     """No file can grow, as on a full disk."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (0, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    return no_room_beyond(0)
 
 
 @contextmanager
@@ -108,7 +113,7 @@ def read_only() -> Iterator[None]:
     ],
 )
 async def test_a_disk_that_cannot_be_written_at_the_start_is_used_when_it_can(
-    forbid: Callable[[], AbstractContextManager[None]],
+    forbid: Callable[[], AbstractContextManager[object]],
     why: str,
     before: str,
     tmp_path: Path,
@@ -146,6 +151,19 @@ async def test_a_disk_that_cannot_be_written_at_the_start_is_used_when_it_can(
     after.journal.disk.close()
 
 
+@pytest.mark.parametrize("version", range(1, VERSION))
+def test_the_first_start_of_a_new_version_on_a_full_disk_says_so_and_changes_nothing(
+    version: int, tmp_path: Path
+) -> None:
+    file_of(version, tmp_path)
+    with no_room():
+        journal, _, set_aside = open_journal(tmp_path)
+    assert (set_aside, journal.failed) == (None, True)
+    assert f"No space left on device; so its tables, of version {version}, cannot" in str(journal.trouble)
+    journal.disk.close()
+    assert open_journal(tmp_path).past.last_event == 7
+
+
 async def _live_once(directory: Path, *, killed: bool) -> None:
     """Leave what a life with one event does: killed, it has folded nothing into the file."""
     journal = open_journal(directory / "before").journal
@@ -158,6 +176,21 @@ async def _live_once(directory: Path, *, killed: bool) -> None:
             shutil.copy(path, directory)
     if killed:
         await journal.close()
+
+
+def test_one_that_may_not_be_read_is_told_and_left_as_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    SqliteDisk(tmp_path).close()
+    monkeypatch.setattr(os, "access", lambda *_: False)  # to root all is allowed
+    monkeypatch.setattr("gateway.core.journal.disk._open", refuse_as_sqlite_does)
+    journal, _, set_aside = open_journal(tmp_path)
+    assert set_aside is None
+    assert journal.trouble == f"{tmp_path / 'journal.db'}: Permission denied"
+
+
+def refuse_as_sqlite_does(_: Path) -> NoReturn:
+    raise sqlite3.OperationalError("unable to open database file")
 
 
 def test_a_broken_one_is_replaced(tmp_path: Path) -> None:
