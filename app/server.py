@@ -41,6 +41,8 @@ QUICK_START_S = 10.0
 """A start that may take longer is told before."""
 START_S = 60.0
 """What a start may take besides, as TimeoutStartSec in packaging/motion-gateway.service."""
+BACKLOG = 2048
+"""Connections that may wait to be accepted."""
 REQUESTS_S = 2.0
 """How long requests may take to end; then the lines are closed, which answers all that wait."""
 
@@ -61,7 +63,7 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
     from api.app import create_app
 
     access = AccessControl(config, data)
-    with _listener(config.server) as listener:
+    with _bound(config.server) as listener:
         signals = _Signals()
         plant = Plant(config, journal=_journal(data), lease_tokens=LeaseTokens(data), file=file)
         plant.names.keep_in(data)
@@ -71,6 +73,7 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
         if watchdog_wanted():
             plant.on_lines = partial(_feed_watchdog, plant)
             plant.on_lines()
+        _listen(listener, config.server)
         await plant.start()
         try:
             _freeze()
@@ -198,16 +201,33 @@ def _handled() -> list[signal.Signals]:
     return [signal.SIGINT, signal.SIGTERM, *([] if ignored else [signal.SIGHUP])]
 
 
-def _listener(settings: Server) -> socket.socket:
+def _bound(settings: Server) -> socket.socket:
+    """Take the port. Connections are refused until `_listen`: a stop would wait unheard."""
     host = "127.0.0.1" if settings.host == "localhost" else settings.host
-    family = socket.AF_INET6 if ip_address(host).version == 6 else socket.AF_INET
+    listener = socket.socket(socket.AF_INET6 if ip_address(host).version == 6 else socket.AF_INET)
     try:
-        return socket.create_server((host, settings.port), family=family, backlog=2048)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        if listener.family == socket.AF_INET6:
+            listener.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
+        listener.bind((host, settings.port))
     except OSError as error:
-        why = os.strerror(error.errno or 0)
-        raise CannotListen(
-            f"The gateway cannot listen on {settings.host}:{settings.port}: {why}. No line was opened."
-        ) from None
+        listener.close()
+        raise _cannot_listen(settings, error) from None
+    return listener
+
+
+def _listen(listener: socket.socket, settings: Server) -> None:
+    try:
+        listener.listen(BACKLOG)
+    except OSError as error:
+        raise _cannot_listen(settings, error) from None
+
+
+def _cannot_listen(settings: Server, error: OSError) -> CannotListen:
+    why = os.strerror(error.errno or 0)
+    return CannotListen(
+        f"The gateway cannot listen on {settings.host}:{settings.port}: {why}. No line was opened."
+    )
 
 
 class _Server(uvicorn.Server):
