@@ -162,6 +162,7 @@ class Rorze(Family):
         )
         line.on_message = partial(self._on_message, line)
         line.on_change = partial(self._on_change, line)
+        line.note_proofs(partial(self.stops.others_prove, line))
         self.lines[line.id] = line
         for it in table.bodies:
             self._add_body(line, table, it)
