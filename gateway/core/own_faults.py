@@ -5,6 +5,8 @@ import logging
 from collections.abc import Awaitable, Callable, Iterable
 from typing import Final, TypeVar
 
+from gateway.core.errors import GatewayError
+
 log = logging.getLogger(__name__)
 
 T = TypeVar("T")
@@ -72,6 +74,8 @@ def twice(what: str, deed: Callable[[], T]) -> T:
     """Do what may be done twice: after a fault at once again, and what that raises is passed on."""
     try:
         return deed()
+    except GatewayError:  # a refusal, and no fault
+        raise
     except Exception:
         log.exception("%s has met a fault of the gateway itself, and is done again", what)
         return deed()
