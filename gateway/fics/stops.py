@@ -10,7 +10,7 @@ from pydantic import Field
 
 from gateway.core.errors import GatewayError, NotSent
 from gateway.core.lanes import Lane
-from gateway.core.own_faults import all_of, carry_on, survived, twice
+from gateway.core.own_faults import all_of, carry_on, insist, seen_to, survived, twice
 from gateway.core.records import Record, request_id_field
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState, StopsUnderWay
 from gateway.core.waiting import happens
@@ -83,11 +83,11 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
 
     def _begin(self, mode: StopMode) -> None:
         stop = self._new(mode)
-        self._motion.begin_stop()
         what = f"stop {stop.report.robot_id}"
         task = asyncio.create_task(self._see_through(stop), name=what)
         self._running[mode], self._tasks[stop] = stop, task
-        task.add_done_callback(lambda _: self._over(stop))
+        self._motion.stops = len(self._tasks)
+        task.add_done_callback(lambda _: insist(f"the end of {what}", partial(self._over, stop)))
         survived(f"the {what}", stop.submit, partial(stop.publish, "requested"))  # its task repeats it
 
     def _hear_error(self, error: str, asked_after: int) -> None:
@@ -101,8 +101,8 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
 
     def _over(self, stop: "_RobotStop") -> None:
         """Forget a stop, which a gateway that closes may not even have begun to see through."""
-        del self._tasks[stop]
-        self._motion.end_stop()
+        self._tasks.pop(stop, None)
+        self._motion.stops = len(self._tasks)
         self._forget(stop)
 
     def _forget(self, stop: "_RobotStop") -> None:
@@ -121,10 +121,9 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
         """
         what = f"the stop of {stop.report.robot_id}"
         await carry_on(what, stop.see_through)
-        self._forget(stop)
-        told = self._jogs.robot_stands_still, partial(stop.publish, "confirmed")
-        survived(what, self._motion.confirm_stop, *told)
-        await self._errors.poll()
+        forgotten, told = partial(self._forget, stop), partial(stop.publish, "confirmed")
+        survived(what, forgotten, self._motion.confirm_stop, self._jogs.robot_stands_still, told)
+        await seen_to(what, self._errors.poll)
         await happens(self._motion.idle, RECORD_WITHIN_S)
 
 

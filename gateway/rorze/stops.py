@@ -1,7 +1,7 @@
 """Software stops: sent ahead of everything, repeated, believed only when the controller stands still."""
 
 import asyncio
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import Any
@@ -12,7 +12,7 @@ from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSen
 from gateway.core.events import EventHub
 from gateway.core.lanes import Lane
 from gateway.core.origin import working
-from gateway.core.own_faults import all_of, carry_on, survived, twice
+from gateway.core.own_faults import all_of, carry_on, insist, safely, survived, twice
 from gateway.core.records import Record, request_id_field
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, REPEAT_S, Stopping, StopState, StopsUnderWay
 from gateway.core.stops import StopMode as StopMode
@@ -81,8 +81,9 @@ class Stops(StopsUnderWay["_BodyStop"]):
         running = twice("a stop", partial(self._stop, list(bodies), mode))
         return asyncio.create_task(self._report(running), name="stop report")
 
-    def _stop(self, bodies: Iterable[Body], mode: StopMode) -> "list[_BodyStop]":
-        wanted = self._with_interpolation_partners(bodies)
+    def _stop(self, bodies: Sequence[Body], mode: StopMode) -> "list[_BodyStop]":
+        partners = partial(self._with_interpolation_partners, bodies)
+        wanted = safely("a stop", partners, otherwise=list(bodies))
         new = [body for body in wanted if (body, mode) not in self._running]
         all_of(
             [
@@ -158,7 +159,7 @@ class Stops(StopsUnderWay["_BodyStop"]):
         task = asyncio.create_task(self._see_through(stop), name=f"stop {body.address}")
         self._running[body, mode], self._tasks[stop] = stop, task
         body.being_stopped = True
-        task.add_done_callback(lambda _: self._over(stop))
+        task.add_done_callback(lambda _: insist("the end of a stop", partial(self._over, stop)))
         begun = (stop.submit, partial(stop.publish, "requested"), partial(self.on_begin, body))
         survived(f"the stop of {body.address}", *begun)  # it is repeated by its task
 
@@ -168,7 +169,7 @@ class Stops(StopsUnderWay["_BodyStop"]):
 
     def _over(self, stop: "_BodyStop") -> None:
         """Forget a stop, which a gateway that closes may not even have begun to see through."""
-        del self._tasks[stop]
+        self._tasks.pop(stop, None)
         self._forget(stop)
         stop.body.being_stopped = self.under_way(stop.body)
 

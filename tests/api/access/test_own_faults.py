@@ -1,7 +1,5 @@
 """A fault of the gateway itself in the check of rights: it refuses nobody's stop, and lets no stranger in."""
 
-from typing import Any
-
 import pytest
 
 from api.common import access
@@ -16,16 +14,9 @@ from gateway.operations import caller
 from gateway.plant import Plant
 from tests.api.access.guarded import Keys, guarded, written
 from tests.api.stand import RELATIVE, Stand
-from tests.own_faults import Place, fail_once, named
+from tests.own_faults import Place, fail_always, fail_once, named
 
 STOPS = ("/stop", "/bodies/arm.3F/stop", "/groups/arm.80/stop", "/bodies/arm.3F/commands/stop-immediately")
-
-
-def fail_always(monkeypatch: pytest.MonkeyPatch, place: Place) -> None:
-    def bad(*_: Any, **__: Any) -> Any:
-        raise ZeroDivisionError
-
-    monkeypatch.setattr(*place, bad)
 
 
 def test_every_role_may_stop() -> None:
