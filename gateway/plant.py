@@ -32,7 +32,7 @@ from gateway.core.leases import End, Lease, Leases, Tokens
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
 from gateway.core.names import Names
 from gateway.core.origin import POLL, Origin, acting
-from gateway.core.own_faults import carry_on, insist, survived
+from gateway.core.own_faults import all_of, carry_on, insist, once_more, seen_to, survived, twice
 from gateway.core.parts import Part
 from gateway.core.targets import Target
 from gateway.families import FAMILIES
@@ -116,7 +116,7 @@ class Plant:
 
     def _build(self, line: tables.Line) -> None:
         port = self._open_port(line)
-        self._ports[line.id] = built = self.families[line.protocol].add(line, port)
+        built = self.families[line.protocol].add(line, port)
         built.admission = self.admission
         built.recorder = self.recorders[built.id]
         built.gate.add(self.leases.guard(built.id))
@@ -127,6 +127,7 @@ class Plant:
         for scara in self.config.scaras:
             if scara.line == line.id:
                 self.family(Rorze).add_scara(scara)
+        self._ports[line.id] = built
 
     @property
     def journal(self) -> Journal | None:
@@ -160,9 +161,8 @@ class Plant:
         return works
 
     def _start(self, line_id: str) -> None:
-        line = self._ports[line_id]
+        line, what = self._ports[line_id], f"a watch of line {line_id}"
         line.start()
-        what = f"a watch of line {line_id}"
         with acting(POLL):
             self._watches[line_id] = [
                 asyncio.create_task(carry_on(what, watch), name=what)
@@ -184,22 +184,27 @@ class Plant:
         """
         async with self._reloading:
             self.admission.require()
+            what = "the reload of the configuration"
             gone = self.require_rest(config)
             wanted = {line.id: line for line in config.lines}
             found = changes(self.config, config)
-            for line_id in gone:
-                self._ports[line_id].retire(CONFIGURED_ANEW)
+            retiring = (partial(self._ports[line_id].retire, CONFIGURED_ANEW) for line_id in gone)
+            survived(what, *retiring)  # each is closed next
             for line_id in gone:
                 await self._remove(line_id)
             self.config = self.config.model_copy(update={"lines": config.lines, "scaras": config.scaras})
-            for line_id in wanted.keys() - self._ports.keys():
-                self._build(wanted[line_id])
-                self._start(line_id)
-            for line_id in wanted:  # in the order of the configuration
-                self._ports[line_id] = self._ports.pop(line_id)
-            self.territory.forget()
-            self.on_lines()
-            self.events.publish("gateway.reloaded", SUBJECT, found)
+            try:
+                all_of(partial(self._add, wanted[it]) for it in wanted.keys() - self._ports.keys())
+            finally:  # a fault at one line keeps no other from being served, and it can be loaded again
+                for line_id in (it for it in wanted if it in self._ports):
+                    self._ports[line_id] = self._ports.pop(line_id)
+                insist(what, self.territory.forget)
+                survived(what, self.on_lines)
+            survived(what, partial(self.events.publish, "gateway.reloaded", SUBJECT, found))
+
+    def _add(self, line: tables.Line) -> None:
+        twice(f"the building of line {line.id}", partial(self._build, line))
+        insist(f"the start of line {line.id}", partial(self._start, line.id))
 
     def require_rest(self, config: Config) -> Sequence[str]:
         """Make sure that nothing moves on the lines that another configuration would close; gives their ids.
@@ -235,17 +240,19 @@ class Plant:
         return next(iter(self.territory.parts(address)), Part(address.partition(".")[0], address))
 
     async def _remove(self, line_id: str) -> None:
-        await self._unwatch(line_id)
-        await self._family_of(line_id).remove(self._ports[line_id])
+        """Close a line for good: one that is retired serves nobody, whatever is left of it."""
+        what, family = f"the end of line {line_id}", self._family_of(line_id)
+        closing = partial(self._unwatch, line_id), partial(family.remove, self._ports[line_id])
+        await seen_to(what, *(partial(once_more, what, deed) for deed in closing))
         del self._ports[line_id]
-        await asyncio.to_thread(self.recorders.pop(line_id).close)
+        await seen_to(what, partial(asyncio.to_thread, self.recorders.pop(line_id).close))
 
     async def wind_down(self) -> None:
         """Let nothing begin any more, stop what would never end, and name what still moves, within seconds.
 
         Reads and stops go on until the lines are closed.
         """
-        await self._end.done()
+        await once_more("the end of the gateway", self._end.done)
 
     def hurry(self) -> None:
         """Wait for nothing longer than a stop takes to be written."""
@@ -253,24 +260,18 @@ class Plant:
 
     async def close(self) -> None:
         """End all work. What `on_exit` leaves moving runs on in the controllers; nothing more is sent."""
-        await self.wind_down()
-        await self.port_scans.close()
-        await self.backups.close()
-        await self.comparisons.close()
-        await self.position_readings.close()
-        await self.position_uploads.close()
+        what, readings = "the end of the plant", (self.backups, self.comparisons, self.position_readings)
+        works = self.port_scans, *readings, self.position_uploads
+        await seen_to(what, self.wind_down, *(work.close for work in works))
         self.alarms.closed = True
-        self.watch.close()
-        self.leases.close()
+        survived(what, self.watch.close, self.leases.close)
         if self._watch_of_alarms is not None:
             self._watch_of_alarms.cancel()
             await asyncio.gather(self._watch_of_alarms, return_exceptions=True)
-        for line_id in list(self._watches):
-            await self._unwatch(line_id)
-        for family in self.families.values():
-            await family.close()
-        for recorder in self.recorders.values():
-            await asyncio.to_thread(recorder.close)
+        unwatching = (partial(self._unwatch, line_id) for line_id in list(self._watches))
+        await seen_to(what, *unwatching, *(family.close for family in self.families.values()))
+        recorders = self.recorders.values()
+        await seen_to(what, *(partial(asyncio.to_thread, recorder.close) for recorder in recorders))
         if self._memory is not None:
             await self._memory.close()
 

@@ -13,6 +13,7 @@ from pydantic import Field, JsonValue
 from gateway.config import Config
 from gateway.core.errors import BodyBusy, InvalidRequest
 from gateway.core.events import EventHub
+from gateway.core.own_faults import insist
 from gateway.core.records import Record
 from gateway.core.works import Works
 from gateway.found import Found
@@ -86,7 +87,8 @@ class PortScans(Works[PortScan]):
         scan = PortScan(id=secrets.token_hex(6), ports=list(ports), started_at=datetime.now(UTC))
         found: list[Found] = []
         task = self.begin(scan, self._run(scan, addresses, found), "scan of ports")
-        task.add_done_callback(partial(self._ended, scan, found))
+        ended = partial(insist, "the end of a scan of ports")
+        task.add_done_callback(lambda over: ended(partial(self._ended, scan, found, over)))
         return scan
 
     def _free(self, port: str) -> list[str]:

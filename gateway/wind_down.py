@@ -11,7 +11,7 @@ from gateway.core.admission import Admission
 from gateway.core.errors import ShuttingDown
 from gateway.core.family import AnyLine, Family, Site
 from gateway.core.origin import Origin, acting
-from gateway.core.own_faults import carry_on, survived, twice
+from gateway.core.own_faults import carry_on, seen_to, survived, twice
 
 log = logging.getLogger(__name__)
 
@@ -56,19 +56,17 @@ class WindDown:
             self._limit.reschedule(asyncio.get_running_loop().time() + HURRY_S)
 
     async def _wind_down(self) -> None:
-        self._admission.end()
         what, told = "the end of the gateway", {"on_exit": self._on_exit}
-        survived(what, partial(self._events.publish, "gateway.shutting_down", SUBJECT, told))
+        telling = partial(self._events.publish, "gateway.shutting_down", SUBJECT, told)
         revoking = (partial(twice, what, partial(line.revoke, ShuttingDown)) for line in self._lines)
         ending = (partial(twice, what, partial(self._end_motion, family)) for family in self._families)
-        survived(what, *revoking, *ending)
+        survived(what, partial(twice, what, self._admission.end), telling, *revoking, *ending)
         with suppress(TimeoutError):
             async with asyncio.timeout(self._patience_s) as self._limit:
                 await asyncio.gather(*(carry_on(what, family.at_rest) for family in self._families))
         self._limit = None
         survived(what, self._name_what_moves)
-        for family in self._families:
-            await family.let_go()
+        await seen_to(what, *(family.let_go for family in self._families))
 
     def _end_motion(self, family: Family) -> None:
         self._stops += family.end_motion(everything=self._on_exit == "stop")

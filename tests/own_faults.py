@@ -27,6 +27,15 @@ def fail_once(monkeypatch: pytest.MonkeyPatch, place: Place, calls: int = 1) -> 
     return failed
 
 
+def fail_always(monkeypatch: pytest.MonkeyPatch, place: Place) -> None:
+    """Let every call of a function raise what nobody has foreseen."""
+
+    def bad(*_: Any, **__: Any) -> Any:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(*place, bad)
+
+
 def named(place: Place) -> str:
     """A place in the name of a test."""
     return f"{place[0].__name__.rpartition('.')[2]}.{place[1]}"

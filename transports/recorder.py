@@ -1,5 +1,6 @@
 """The flight recorder of a port: which bytes went which way, and when."""
 
+import logging
 import time
 from collections import deque
 from datetime import datetime
@@ -8,6 +9,8 @@ from itertools import islice
 from transports.base import Receiver, Transport, TransportLost
 from transports.trace import NOBODY, Kind, Record, Sender, TraceEntry, wall_ns
 from transports.trace_file import TraceFile
+
+log = logging.getLogger(__name__)
 
 # Longer data becomes several records, so that a bound on records is a bound on bytes.
 RECORD_BYTES = 512
@@ -77,6 +80,17 @@ class Recorded(Transport):
         self._transport = transport
         self._recorder = recorder
         self._receiver: Receiver | None = None
+        self._fails = False
+        """Whether a record was lost by a fault; told once."""
+
+    def _note(self, kind: Kind, data: bytes = b"") -> None:
+        """Record it; a line goes on without its records where a fault of our own keeps them away."""
+        try:
+            self._recorder.record(kind, data)
+        except Exception:
+            if not self._fails:
+                log.exception("The trace of %s has met a fault; the line goes on.", self.address)
+            self._fails = True
 
     @property
     def byte_time_s(self) -> float:
@@ -97,12 +111,12 @@ class Recorded(Transport):
         """Open the recorded port."""
         await self._transport.open(self)
         self._receiver = receiver
-        self._recorder.record("opened")
+        self._note("opened")
 
     def write(self, data: bytes) -> None:
         """Write, then record what the port took."""
         self._transport.write(data)
-        self._recorder.record("tx", data)
+        self._note("tx", data)
 
     def unsent(self) -> int:
         """The recorded port's."""
@@ -112,18 +126,18 @@ class Recorded(Transport):
         """Close the recorded port; the recorder stays open."""
         if self._receiver is not None:
             self._receiver = None
-            self._recorder.record("closed")
+            self._note("closed")
         await self._transport.close()
 
     def data_received(self, data: bytes) -> None:
         """Record what the port received, and pass it on."""
-        self._recorder.record("rx", data)
+        self._note("rx", data)
         if self._receiver is not None:
             self._receiver.data_received(data)
 
     def connection_lost(self, error: TransportLost) -> None:
         """Record that the port was lost, and pass it on."""
-        self._recorder.record("lost")
+        self._note("lost")
         receiver, self._receiver = self._receiver, None
         if receiver is not None:
             receiver.connection_lost(error)

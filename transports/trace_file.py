@@ -118,7 +118,7 @@ class TraceFile:
     def _write(self, record: Record) -> None:
         try:
             self._ring.append(TraceEntry.of(record).model_dump_json().encode() + b"\n")
-        except OSError as error:
+        except Exception as error:  # a fault of our own would end the thread, and with it the file
             self._unwritten += 1
             if not self._failing:
                 log.warning(

@@ -5,6 +5,7 @@ import logging
 import re
 from collections.abc import Awaitable, Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from time import monotonic
 from typing import Final
 from urllib.parse import parse_qs, parse_qsl, urlencode
@@ -24,6 +25,7 @@ from gateway.access.principal import current as current_principal
 from gateway.core.errors import InvalidRequest
 from gateway.core.family import Family
 from gateway.core.origin import ORIGIN, Claim, Origin, current
+from gateway.core.own_faults import twice
 from gateway.core.rights import Right
 from gateway.operations.caller import LEASED
 from gateway.plant import Plant
@@ -90,9 +92,8 @@ class _Counted(_Of):
     """A request of a key, which may have so many."""
 
     def __init__(self, principal: Principal, origin: Origin, usages: Usages, use: Use) -> None:
-        self.caller = f"{principal.name} ({origin.caller})"
-        self._origin = Origin(self.caller, origin.request_id, origin.key, origin.work, origin.claim)
-        self._principal, self._usages, self._use = principal, usages, use
+        super().__init__(principal, origin)
+        self._usages, self._use = usages, use
 
     def __enter__(self) -> None:
         self._usages.begin(self._principal.id, self._use)
@@ -133,26 +134,40 @@ class Access:
         """
         if right is Right.OPEN:
             return Passage()
+        try:
+            if right is Right.STOP:
+                return twice("the check of a stop", partial(self._let_stop, scope))
+            return self._let_in(scope, right, any_scope=any_scope)
+        except (NotAuthenticated, NotPermitted) as error:
+            self._tell(scope, error)
+            raise
+
+    def _let_in(self, scope: Scope, right: Right, *, any_scope: bool) -> Passage:
         if self.is_open:
             if scope["query_string"] and path_of(scope) in STREAMS:
                 _take_ticket(scope)
             return _Of(EVERYBODY, _with_leases(current(), scope, right))
-        try:
-            grant, session = self._grant_of(scope)
-            if any_scope:
-                self.territory.require_right(grant.principal, right)
-            else:
-                self.territory.require(grant.principal, right, *self._targets(scope))
-        except (NotAuthenticated, NotPermitted) as error:
-            self._tell(scope, error)
-            raise
+        grant, session = self._grant_of(scope)
+        if any_scope:
+            self.territory.require_right(grant.principal, right)
+        else:
+            self.territory.require(grant.principal, right, *self._targets(scope))
         use = _use_of(scope, right)
-        origin = _with_leases(current(), scope, right)
+        origin = _in_the_name_of(grant.principal, _with_leases(current(), scope, right), scope)
         passage = _Counted(grant.principal, origin, self._usages, use)
-        scope[CALLER] = passage.caller
         if use is Use.SUBSCRIBER:
             passage.holds = lambda: self._holds(grant, session)
         return passage
+
+    def _let_stop(self, scope: Scope) -> Passage:
+        """Let in who has a good credential: with each of them everything may be stopped.
+
+        So nothing else is looked at, and no fault of the gateway itself can refuse a stop there.
+        """
+        if self.is_open:
+            return _Of(EVERYBODY, current())
+        grant, _ = self._grant_of(scope)
+        return _Of(grant.principal, _in_the_name_of(grant.principal, current(), scope))
 
     @property
     def keys(self) -> KeyStore | None:
@@ -312,9 +327,12 @@ def session_cookie(scope: Scope) -> str:
     return "__Host-mg-session" if is_secure(scope) else "mg-session"
 
 
+def _in_the_name_of(principal: Principal, origin: Origin, scope: Scope) -> Origin:
+    scope[CALLER] = caller = f"{principal.name} ({origin.caller})"
+    return Origin(caller, origin.request_id, origin.key, origin.work, origin.claim)
+
+
 def _use_of(scope: Scope, right: Right) -> Use:
-    if right is Right.STOP:
-        return Use.STOP
     if right is Right.OPERATE:
         return Use.REQUEST if scope["path"].endswith(_HEARTBEAT) else Use.MOVE
     listens = scope["type"] == "websocket" or scope["path"].endswith(_STREAM)

@@ -50,7 +50,6 @@ CALLER: Final = "motion-gateway.caller"
 """Stands in the scope of a request whose sender has shown a good key: the key's name, and its address."""
 SIGN_IN: Final = "/sign-in"
 """The page that takes a key from somebody with a browser."""
-_NOTHING_SENT: Final = "; nothing was sent."
 
 _STATUS: Final[Mapping[type[GatewayError], int]] = {
     NotAuthenticated: 401,
@@ -202,12 +201,14 @@ def _tell_how_to_stop(request: Request, problem: Problem) -> None:
         path, how, how_ja = f"{of}/stop", "stop with the default mode, decelerating", STOP_ONE
     else:
         return
-    advice, advice_ja = f"send POST {path} without a body to {how}", how_ja.format(path=path)
-    problem.detail = problem.detail.replace(_NOTHING_SENT, f"; nothing was stopped: {advice}.")
-    problem.detail = problem.detail.replace(MOTOR["no"], f"何も停止していません。{advice_ja}")
-    at_once_ja = f"すぐに POST {path} を送信してください。危険な場合は非常停止回路を使用してください。"
-    at_once = f"POST {path} at once; in danger use the hardware stop."
-    problem.remedy = at_once_ja if wants_japanese(request) else at_once
+    if wants_japanese(request):
+        problem.detail += f"何も停止していません。{how_ja.format(path=path)}"
+        problem.remedy = (
+            f"すぐに POST {path} を送信してください。危険な場合は非常停止回路を使用してください。"
+        )
+    else:
+        problem.detail += f" Nothing was stopped: send POST {path} without a body to {how}."
+        problem.remedy = f"POST {path} at once; in danger use the hardware stop."
 
 
 def wants_japanese(request: Request) -> bool:

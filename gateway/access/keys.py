@@ -272,6 +272,9 @@ class KeyStore:
             self._keys = {key.prefix: key for key in self._read().keys}
         except KeyFault as error:
             log.warning("The keys stay as they were: %s", error)
+        except Exception:
+            self._seen = None
+            log.exception("The keys stay as they were, and are read again")
 
     def _read(self) -> _File:
         try:

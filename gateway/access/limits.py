@@ -11,7 +11,6 @@ from gateway.access.errors import LimitReached
 class Use(Enum):
     """What a request takes up."""
 
-    STOP = auto()
     REQUEST = auto()
     MOVE = auto()
     SUBSCRIBER = auto()
@@ -57,8 +56,6 @@ class Usages:
 
         :raises LimitReached: the key has as many already; nothing was sent.
         """
-        if use is Use.STOP:
-            return
         usage = self._of.get(key)
         if usage is None:
             usage = self._of[key] = _Usage(self._limits.moves_per_s, self._clock())
@@ -67,8 +64,7 @@ class Usages:
 
     def end(self, key: str, use: Use) -> None:
         """A request that was begun is over."""
-        if use is not Use.STOP:
-            self._of[key].add(use, -1)
+        self._of[key].add(use, -1)
 
     def _require_room(self, usage: _Usage, use: Use) -> None:
         limits = self._limits

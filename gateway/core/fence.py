@@ -32,6 +32,7 @@ class Event(Enum):
     ASKED = "fence handed to the port"
     ECHO = "its own number came back"
     SILENCE = "no echo in time, or a refusal"
+    NO_TIME = "no echo in time, and others are waited for"
     WITNESS = "another can be asked"
     NOBODY = "nobody else can be asked"
     STRAY = "reply that nothing under way claims"
@@ -71,6 +72,7 @@ _RULED_OUT: Mapping[Event, Cell] = {
     Event.ASKED: "a fence is asked only when it is due",
     Event.ECHO: "no fence is under way",
     Event.SILENCE: "no fence is under way",
+    Event.NO_TIME: "no fence is under way",
     Event.WITNESS: "no witness is being looked for",
     Event.NOBODY: "no witness is being looked for",
     Event.STRAY: "nothing is heard while a witness is being looked for",
@@ -92,6 +94,7 @@ def _asked(asked: State, failed: Step) -> dict[Event, Cell]:
         ASKED=Step(asked),  # the port did not take the last one
         ECHO=Step(State.IN_STEP, Action.SETTLE),
         SILENCE=failed,
+        NO_TIME=Step(State.SILENT, Action.GIVE_UP),
         STRAY=Step(asked, Action.CONSIDER),
     )
 

@@ -8,6 +8,7 @@ was held up for longer than its lease writes nothing. Stops and reads need none.
 import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Final, Literal, Protocol
 
 from pydantic import Field
@@ -16,13 +17,15 @@ from gateway.core.errors import GatewayError, NotAllowed, NotFound, NotSent
 from gateway.core.exchange import Exchange
 from gateway.core.loop_watch import boot_time
 from gateway.core.origin import Claim
-from gateway.core.own_faults import survived
+from gateway.core.own_faults import insist, survived
 from gateway.core.parts import Part
 from gateway.core.records import Record
 from protocols.table import Effect
 
 LONGEST_S: Final = 30.0
 """No lease lasts longer without being renewed."""
+
+WAKE: Final = "the end of a lease"
 
 Mode = Literal["off", "optional", "required"]
 End = Literal["released", "expired", "taken_over", "broken"]
@@ -134,7 +137,7 @@ class Leases:
             self._end(other, "taken_over")
         held = _Held(scope, subject, parts, holder, token, ttl_s, self.clock() + ttl_s)
         self._held[held.id] = held
-        self._wait()
+        insist(WAKE, self._wait)
         self.on_taken(held.subject, self._told(held))
         return self._told_to_holder(held)
 
@@ -276,17 +279,17 @@ class Leases:
             self._timer = None
         if self._held:
             rest_s = min(held.until for held in self._held.values()) - self.clock()
-            self._timer = asyncio.get_running_loop().call_later(max(rest_s, 0.001), self._wake)
+            self._timer = asyncio.get_running_loop().call_later(max(rest_s, 0.001), insist, WAKE, self._wake)
 
     def _wake(self) -> None:
-        survived("the end of a lease", self.expire)
+        survived(WAKE, self.expire)
         self._wait()
 
     def _end(self, held: _Held, why: End) -> None:
         """The only place where a lease ends."""
         told = self._told(held)
         del self._held[held.id]
-        self.on_end(held.subject, told, why, held.parts)
+        insist(f"the end of {held.id}", partial(self.on_end, held.subject, told, why, held.parts))
 
     def _find(self, lease_id: str) -> _Held:
         self.expire()

@@ -9,6 +9,7 @@ from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import AsyncIterator, Callable, Coroutine, Iterable, Iterator
 from contextlib import asynccontextmanager, contextmanager
+from functools import partial
 from math import inf
 from typing import Any, Generic, Protocol, TypeVar
 
@@ -19,7 +20,7 @@ from gateway.core.journal.intents import Intents
 from gateway.core.lanes import Lane
 from gateway.core.line_state import LineState
 from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
-from gateway.core.own_faults import carry_on
+from gateway.core.own_faults import carry_on, survived
 from gateway.core.sequence_lock import SequenceLock, Series, all_held
 from gateway.core.session import Session
 from gateway.core.trace_filter import FrameSubject
@@ -126,7 +127,9 @@ class PortLoop(ABC):
     # life
 
     def start(self) -> None:
-        """Begin to open the port, and to open it again whenever it is lost."""
+        """Begin, once, to open the port, and to open it again whenever it is lost."""
+        if self._tasks:
+            return
         self._loop = asyncio.get_running_loop()
         with acting(SET_UP):
             self._tasks = [self._begun(self._keep_open())]
@@ -564,7 +567,9 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """Settle all that waits for a port that has gone, and forget what was half read."""
         self._reader = self._new_reader()
         unsent = Cancelled(f"Line {self.id} went down: {reason}. Nothing was sent.", "Try again later.")
-        self._session.break_off(
-            NoReply(f"Line {self.id} was lost before the reply came: {reason}.", remedy), unsent
+        lost = NoReply(f"Line {self.id} was lost before the reply came: {reason}.", remedy)
+        survived(
+            f"the end of line {self.id}",
+            partial(self._session.break_off, lost, unsent),
+            partial(self._cancel_held, lambda _: True, unsent),
         )
-        self._cancel_held(lambda _: True, unsent)

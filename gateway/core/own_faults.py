@@ -5,6 +5,8 @@ import logging
 from collections.abc import Awaitable, Callable, Iterable
 from typing import Final, TypeVar
 
+from gateway.core.errors import GatewayError
+
 log = logging.getLogger(__name__)
 
 T = TypeVar("T")
@@ -54,6 +56,24 @@ def survived(what: str, *deeds: Callable[[], object]) -> None:
             log.exception("%s has met a fault of the gateway itself", what)
 
 
+async def seen_to(what: str, *deeds: Callable[[], Awaitable[object]]) -> None:
+    """Wait for all of these in turn: a fault in one is logged, and keeps none of the others from it."""
+    for deed in deeds:
+        try:
+            await deed()
+        except Exception:
+            log.exception("%s has met a fault of the gateway itself", what)
+
+
+def safely(what: str, question: Callable[[], T], otherwise: T) -> T:
+    """Ask; after a fault it is taken to be as it does the least harm."""
+    try:
+        return question()
+    except Exception:
+        log.exception("%s has met a fault of the gateway itself", what)
+        return otherwise
+
+
 def all_of(deeds: Iterable[Callable[[], T]]) -> list[T]:
     """Do all of these; the first error is raised when all are done."""
     results: list[T] = []
@@ -72,6 +92,17 @@ def twice(what: str, deed: Callable[[], T]) -> T:
     """Do what may be done twice: after a fault at once again, and what that raises is passed on."""
     try:
         return deed()
+    except GatewayError:  # a refusal, and no fault
+        raise
     except Exception:
         log.exception("%s has met a fault of the gateway itself, and is done again", what)
         return deed()
+
+
+async def once_more(what: str, deed: Callable[[], Awaitable[object]]) -> None:
+    """Wait for what may be done twice: after a fault at once again, and what that raises is passed on."""
+    try:
+        await deed()
+    except Exception:
+        log.exception("%s has met a fault of the gateway itself, and is done again", what)
+        await deed()

@@ -5,9 +5,13 @@ from collections import deque
 from collections.abc import AsyncIterator, Callable, Iterable
 from contextlib import AsyncExitStack, asynccontextmanager
 from contextvars import ContextVar
+from functools import partial
 
 from gateway.core.errors import Expired
 from gateway.core.lanes import Lane, require_room
+from gateway.core.own_faults import insist
+
+RELEASE = "the release of a sequence lock"
 
 
 class Series:
@@ -58,12 +62,17 @@ class SequenceLock:
         if self._taken:
             await self._wait(lane, expires_at)
         self._taken = True
-        self.holder = series or Series()
-        before = _SERIES.set(self.holder)
+        self.holder = mine = series or Series()
+        before = _SERIES.set(mine)
         try:
-            yield self.holder
+            yield mine
         finally:
             _SERIES.reset(before)
+            insist(RELEASE, partial(self._release, mine))
+
+    def _release(self, mine: Series | None) -> None:
+        """Pass it on; once, though after a fault of the gateway itself it is tried again."""
+        if self._taken and self.holder is mine:
             self._pass_on()
 
     async def _wait(self, lane: Lane, expires_at: float | None) -> None:
@@ -84,7 +93,7 @@ class SequenceLock:
 
     def _give_up(self, turn: "asyncio.Future[None]", queue: "deque[asyncio.Future[None]]") -> None:
         if not turn.cancelled():
-            self._pass_on()
+            insist(RELEASE, partial(self._release, self.holder))
         elif turn in queue:
             queue.remove(turn)
 
@@ -98,7 +107,7 @@ class SequenceLock:
                     turn.set_result(None)
                     return
         self._taken, self.holder = False, None
-        self.on_free()
+        insist("what waits for a sequence lock", self.on_free)
 
 
 @asynccontextmanager

@@ -124,6 +124,10 @@ class Session(ABC, Generic[X, F]):
         """A frame has been handed to the port: what has to wait for its reply."""
         return Awaited.BESIDE if exchange.lane in STOPS else Awaited.FIRST
 
+    def must_choose(self) -> bool:
+        """Whether something may keep what waits from being written now: it is asked for each then."""
+        return bool(self._sent)
+
     def may_follow(self, _exchange: X) -> bool:
         """Whether it may be written now, before the replies to what is under way."""
         return True
@@ -135,6 +139,10 @@ class Session(ABC, Generic[X, F]):
     def is_answered_in_order(self, exchange: X) -> bool:
         """Whether its reply comes before that to a later fence, and is known to be its own."""
         return exchange.lane not in STOPS
+
+    def has_time(self) -> bool:
+        """Whether the target that the fences ask may have all its tries; nobody else is waited for."""
+        return True
 
     @abstractmethod
     def witness_failed(self) -> bool:
@@ -222,7 +230,7 @@ class Session(ABC, Generic[X, F]):
         if self._awaiting is not None or (self._sent and any(map(self.holds_up, self._sent))):
             return self._interjected() if self.interject_stops else None
         if ready and self._fence.in_step and not self._urgent:
-            wanted = self.scheduler.next_wanted(now, self.may_follow if self._sent else None)
+            wanted = self.scheduler.next_wanted(now, self.may_follow if self.must_choose() else None)
             if wanted is None or wanted.lane in STOPS or not self.wants_fence(wanted, now):
                 return wanted
             return self._interposed(wanted, now, self.scheduler.put_back)
@@ -444,7 +452,7 @@ class Session(ABC, Generic[X, F]):
 
     def _fence_failed(self) -> None:
         self._fence_query = None
-        action = self._fence.take(Event.SILENCE)
+        action = self._fence.take(Event.SILENCE if self.has_time() else Event.NO_TIME)
         if action is Action.GIVE_UP:
             found = self.witness_failed()
             action = self._fence.take(Event.WITNESS if found else Event.NOBODY)

@@ -48,6 +48,8 @@ class Commander:
         """Whether the last answer was an error that stands: behind it an older refusal may still wait."""
         self.on_error: Callable[[str], Awaitable[None]] = _unheeded
         """Called with every error of the system that is read, with the sequence lock held."""
+        self.on_told: Callable[[str, int], object] = lambda _error, _asked_after: None
+        """Called with each answer of ERR, whoever has asked, and what `FicsLine.unheard` was then."""
         self.on_alarm: Callable[[], object] = lambda: None
         """Called when a motion was refused because of an error that is not read yet."""
 
@@ -164,6 +166,7 @@ class Commander:
         self._asked_after = asked_after
         error = reply.error if isinstance(reply, CurrentError) else "E00"
         self._older_may_hide = lookup(error).kind is ErrorKind.FICS
+        self.on_told(error, asked_after)
         await self._heed(error)
         return error
 

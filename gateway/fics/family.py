@@ -25,7 +25,7 @@ from gateway.core.family import (
 from gateway.core.kept_works import KeptWorks
 from gateway.core.lanes import Lane
 from gateway.core.move_log import MoveLog
-from gateway.core.own_faults import all_of
+from gateway.core.own_faults import all_of, safely, seen_to, survived, twice
 from gateway.core.parts import Part
 from gateway.core.restore_record import Restore
 from gateway.core.restores import Restores
@@ -127,9 +127,9 @@ class Fics(Family):
 
     async def remove(self, line: FicsLine) -> None:
         """Close a line, and forget its robot."""
-        (robot,) = (robot for robot in self.robots() if robot.line is line)
-        await robot.close()
-        del self._robots[robot.id], self._tables[robot.id]
+        for robot in [it for it in self.robots() if it.line is line]:
+            await robot.close()
+            del self._robots[robot.id], self._tables[robot.id]
 
     def _publish_restore(self, what: str, restore: Restore) -> None:
         self.site.events.publish(f"robot.restore.{what}", restore.target, restore, correlation=restore.id)
@@ -276,8 +276,10 @@ class Fics(Family):
     ) -> list["asyncio.Task[Any]"]:
         """Stop what jogs, or everything that moves."""
         robots = [robot for robot in self.robots() if is_within(robot.line.id, robot.id, within)]
-        all_of(partial(robot.jogs.end_all, "stopped") for robot in robots)
-        moving = [robot for robot in robots if everything and robot.moving]
+        what = "the end of motion"
+        moving = [it for it in robots if everything and safely(what, partial(_moves, it), otherwise=True)]
+        ending = (partial(robot.jogs.end_all, "stopped") for robot in robots)
+        survived(what, *(partial(twice, what, end) for end in ending))
         return all_of(partial(robot.stop, "decelerate") for robot in moving)
 
     async def at_rest(self) -> None:
@@ -302,11 +304,14 @@ class Fics(Family):
 
     async def let_go(self) -> None:
         """Give the waiters for moves what is known now."""
-        await self.restores.close()
+        await seen_to("the end of long work", self.restores.close)
         self.moves.let_go()
 
     async def close(self) -> None:
         """End all work and close the lines."""
-        for robot in self.robots():
-            await robot.close()
-        await self.moves.close()
+        robots = (robot.close for robot in self.robots())
+        await seen_to("the end of all robots", *robots, self.moves.close)
+
+
+def _moves(robot: Robot) -> bool:
+    return bool(robot.moving)

@@ -42,7 +42,8 @@ class MotionState:
         """The units that stood still when last asked; nothing was sent since that could move them."""
         self.tables_change = asyncio.Lock()
         """Held from a change of a table of positions until it is read back: nothing moves meanwhile."""
-        self._stops = 0
+        self.stops = 0
+        """How many are not confirmed yet, or not recorded."""
 
     @property
     def moving(self) -> bool | None:
@@ -52,7 +53,7 @@ class MotionState:
     @property
     def stopping(self) -> bool:
         """Whether a stop is not confirmed yet."""
-        return self._stops > 0
+        return self.stops > 0
 
     @property
     def jogs(self) -> bool:
@@ -111,17 +112,9 @@ class MotionState:
 
     # stops
 
-    def begin_stop(self) -> None:
-        """A stop begins: nothing moves before it is confirmed and recorded."""
-        self._stops += 1
-
     def confirm_stop(self) -> None:
         """All units were seen to stand still."""
         self.foreign = False
-
-    def end_stop(self) -> None:
-        """A stop is confirmed and recorded, or given up."""
-        self._stops -= 1
 
     # what is refused meanwhile
 

@@ -38,9 +38,9 @@ from gateway.fics.motion_state import Tell
 from gateway.fics.motions import Accepted, Motions, in_time
 from gateway.fics.move_record import RobotMove
 from gateway.fics.proofs import Finding
-from gateway.fics.stops import OF_THE_END_BEFORE
 from gateway.fics.targets import require_known, target_of
 from gateway.fics.units import RobotUnit
+from gateway.fics.upload_state import OF_AN_END_IN_VAIN
 from protocols.fics.homing import HomeRobot
 from protocols.fics.link import Failure, Refusal
 from protocols.fics.moves import MoveToPosition
@@ -327,7 +327,7 @@ class MoveRun:
         if await self._lost_power():
             return
         told = await self._motions.errors.poll()
-        if self._left == self._line.unheard and told in OF_THE_END_BEFORE:
+        if self._left == self._line.unheard and told in OF_AN_END_IN_VAIN:
             self._power_kept = True
             self._move.evidence.append(
                 f"The refusal {told} was left unread, and no loss of power has cleared it."

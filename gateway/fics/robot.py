@@ -8,7 +8,7 @@ from typing import Any
 from gateway.core.errors import InvalidRequest
 from gateway.core.events import Data, Event
 from gateway.core.lanes import Lane
-from gateway.core.own_faults import all_of, survived
+from gateway.core.own_faults import all_of, seen_to, survived
 from gateway.core.stops import StopMode
 from gateway.fics.asking import Answers, Asking, answered_now, deadline_of
 from gateway.fics.axes import UnitAxes, unit_of
@@ -102,11 +102,8 @@ class Robot:
 
     async def close(self) -> None:
         """Stop what jogs, give up repeating stops, and close the line; moves run on in the robot."""
-        await self.jogs.close()
-        await self.stops.close()
-        await self.errors.close()
-        await self.line.close()
-        await self.asking.close()
+        work = self.jogs, self.stops, self.errors, self.line, self.asking
+        await seen_to(f"the end of {self.id}", *(it.close for it in work))
 
     # what it is now
 

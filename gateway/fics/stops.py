@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import partial
 from typing import Any
 
@@ -9,7 +10,7 @@ from pydantic import Field
 
 from gateway.core.errors import GatewayError, NotSent
 from gateway.core.lanes import Lane
-from gateway.core.own_faults import all_of, carry_on, survived, twice
+from gateway.core.own_faults import all_of, carry_on, insist, seen_to, survived, twice
 from gateway.core.records import Record, request_id_field
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState, StopsUnderWay
 from gateway.core.waiting import happens
@@ -23,8 +24,6 @@ from gateway.fics.motion_state import Tell
 from gateway.fics.motions import Motions
 from gateway.fics.system_errors import SystemErrors
 from gateway.fics.units import RobotUnit
-from gateway.fics.upload_state import NO_UPLOAD
-from protocols.fics.errors import ErrorKind, lookup
 from protocols.fics.link import Failure, Refusal
 from protocols.fics.row import BLOCK_ERRORS, UPLOAD_ERROR, Block, FicsCommand
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
@@ -32,10 +31,10 @@ from protocols.fics.system import HostMode
 
 STOPPING_ALREADY = "E04"
 """The refusal of a stop while another is under way (C-HOST manual 2-12)."""
+REFUSALS = (BLOCK_ERRORS[Block.TERMINAL_EDITS], UPLOAD_ERROR, STOPPING_ALREADY)
+"""How a stop can be refused; any other error is that of something else (C-HOST manual 1-7, 2-12)."""
 BRAKES_FOR_S = 0.05
 """Between two looks at motors that may brake: in less, a slow one would not change what it displays."""
-OF_THE_END_BEFORE = (NO_UPLOAD, BLOCK_ERRORS[Block.MOTION])
-"""How the end of an upload is refused that was sent to be sure; motion keeps no stop (C-HOST manual 1-7)."""
 
 
 class RobotStopReport(Record):
@@ -61,6 +60,7 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
         self._jogs = jogs
         self._new = partial(_RobotStop, units, motions.line, motions.errors, motions.commander.bits, tell)
         self._running: dict[StopMode, _RobotStop] = {}
+        motions.commander.on_told = self._hear_error
 
     def stop(self, mode: StopMode) -> "asyncio.Task[RobotStopReport]":
         """Stop all axes; a stop is queued before this returns, and nothing older is sent after it.
@@ -83,17 +83,26 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
 
     def _begin(self, mode: StopMode) -> None:
         stop = self._new(mode)
-        self._motion.begin_stop()
         what = f"stop {stop.report.robot_id}"
         task = asyncio.create_task(self._see_through(stop), name=what)
         self._running[mode], self._tasks[stop] = stop, task
-        task.add_done_callback(lambda _: self._over(stop))
+        self._motion.stops = len(self._tasks)
+        task.add_done_callback(lambda _: insist(f"the end of {what}", partial(self._over, stop)))
         survived(f"the {what}", stop.submit, partial(stop.publish, "requested"))  # its task repeats it
+
+    def _hear_error(self, error: str, asked_after: int) -> None:
+        """In Ver.2 a refusal is told only to who asks for the error next: each stop hears of its own."""
+        if self._line.mode != HostMode.VER_2:
+            return
+        judged = [stop for stop in self._tasks if stop.is_judged_by(asked_after)]
+        one_brakes = any(stop.mode == "decelerate" for stop in judged)
+        for stop in judged:
+            stop.hear_error(error, one_brakes=one_brakes)
 
     def _over(self, stop: "_RobotStop") -> None:
         """Forget a stop, which a gateway that closes may not even have begun to see through."""
-        del self._tasks[stop]
-        self._motion.end_stop()
+        self._tasks.pop(stop, None)
+        self._motion.stops = len(self._tasks)
         self._forget(stop)
 
     def _forget(self, stop: "_RobotStop") -> None:
@@ -112,10 +121,9 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
         """
         what = f"the stop of {stop.report.robot_id}"
         await carry_on(what, stop.see_through)
-        self._forget(stop)
-        told = self._jogs.robot_stands_still, partial(stop.publish, "confirmed")
-        survived(what, self._motion.confirm_stop, *told)
-        await self._errors.poll()
+        forgotten, told = partial(self._forget, stop), partial(stop.publish, "confirmed")
+        survived(what, forgotten, self._motion.confirm_stop, self._jogs.robot_stands_still, told)
+        await seen_to(what, self._errors.poll)
         await happens(self._motion.idle, RECORD_WITHIN_S)
 
 
@@ -136,7 +144,8 @@ class _RobotStop(Stopping):
         self._units, self._line, self._errors, self._bits, self._tell = units, line, errors, bits, tell
         self._refusal: str | None = None
         """The error the robot refused it with, last."""
-        self._times_written = 0
+        self._said_at = self._judged_at = 0
+        """What `FicsLine.unheard` was when it was written last, and of which writing the robot has told."""
         self._not_still = {unit.number: f"Unit {unit.number} has not been asked yet." for unit in units}
         """Units that were not seen to stand still, and why."""
         self._places: dict[int, Places] = {}
@@ -161,7 +170,7 @@ class _RobotStop(Stopping):
         future.add_done_callback(lambda outcome: self._note(outcome.result()))
 
     def _note_written(self, now: float) -> None:
-        self._times_written += 1
+        self._said_at = self._line.unheard
         self.note_written(now)
 
     def _note(self, outcome: Outcome) -> None:
@@ -169,16 +178,19 @@ class _RobotStop(Stopping):
             return
         if isinstance(outcome, Answered):
             if outcome.confirmed:
-                self.report.state, self._refusal = "acknowledged", None
+                self._acknowledged()
         elif isinstance(outcome, Refusal | Failure):
             self._refused(outcome.error)
         else:
             self.note_not_sent(outcome)
 
+    def _acknowledged(self) -> None:
+        self.report.state, self._refusal = "acknowledged", None
+
     def _refused(self, error: str) -> None:
-        repeated = self._times_written > 1 and self._refusal is None
-        if error == STOPPING_ALREADY and repeated and self.mode == "decelerate":
-            self.report.state = "acknowledged"  # the robot brakes since it was sent first
+        stops = self.mode == "decelerate" or self.report.state == "acknowledged"
+        if error == STOPPING_ALREADY and stops:  # the robot does what it is told, since an earlier one
+            self._acknowledged()
             return
         self.report.state = "refused"
         if error == UPLOAD_ERROR:
@@ -192,11 +204,22 @@ class _RobotStop(Stopping):
         """In Ver.2 a refusal has to be asked for, before anything else is said that could be refused."""
         if self._line.mode != HostMode.VER_2:
             return
-        try:
-            error = await self._errors.take(Lane.STOP)
-        except GatewayError:
+        with suppress(GatewayError):
+            await self._errors.take(Lane.STOP)
+
+    def is_judged_by(self, asked_after: int) -> bool:
+        """Whether the error that was asked for after so much would be that of its last writing."""
+        return self.report.state != "confirmed" and self._judged_at < self._said_at <= asked_after
+
+    def hear_error(self, error: str, *, one_brakes: bool) -> None:
+        """Heed what a robot in Ver.2 tells after it was written; with it maybe `one` that `brakes`.
+
+        Of such two only that one is refused with certainty because a stop is under way.
+        """
+        self._judged_at = self._said_at
+        if error == STOPPING_ALREADY and one_brakes and self.mode == "immediate":
             return
-        if lookup(error).kind is ErrorKind.COMMUNICATION and error not in OF_THE_END_BEFORE:
+        if error in REFUSALS:
             self._refused(error)
         else:
             self._note_no_refusal()

@@ -8,11 +8,13 @@ from typing import Any
 from gateway.fics.exchange import Outcome
 from protocols.fics.link import Refusal
 from protocols.fics.positions import BeginPositionUpload, EndPositionUpload
-from protocols.fics.row import UPLOAD_ERROR, Block, FicsCommand
+from protocols.fics.row import BLOCK_ERRORS, UPLOAD_ERROR, Block, FicsCommand
 from protocols.fics.system import HostMode
 
 NO_UPLOAD = "E08"
 """The refusal of a position where no upload is open (C-HOST manual 2-12); that of POF 2 is an assumption."""
+OF_AN_END_IN_VAIN = (NO_UPLOAD, BLOCK_ERRORS[Block.MOTION])
+"""How the end of an upload is refused where none is open, or the robot moves (C-HOST manual 1-7)."""
 
 
 class UploadState:

@@ -1,8 +1,12 @@
 """Commands of the tables: the effect of each decides how it is carried out."""
 
+from collections.abc import Awaitable
+from functools import partial
+
 from gateway.core.errors import NotAllowed
 from gateway.core.move_record import START_WITHIN_S
 from gateway.core.origin import Origin
+from gateway.core.own_faults import twice
 from gateway.core.rights import RIGHT_OF
 from gateway.core.targets import Answer, AnyCommand, Result
 from gateway.operations.caller import for_caller, require
@@ -25,13 +29,17 @@ async def do(
     :raises GatewayError: it was not carried out, or nobody knows; the error says which.
     """
     require(plant, RIGHT_OF[command.effect], target)
-    addressed = plant.target(target)
     if command.effect is Effect.STOP:
-        return await addressed.stop_by(command)
+        return await twice("a stop", partial(_stop_by, plant, target, command))
+    addressed = plant.target(target)
     if not command.starts_motion():
         return await addressed.ask(command)
     plant.require_unlatched(addressed.address)
     return await addressed.start_and_wait(command, wait_s, start_within_s)
+
+
+def _stop_by(plant: Plant, target: str, command: AnyCommand) -> Awaitable[Result]:
+    return plant.target(target).stop_by(command)
 
 
 async def ask(plant: Plant, caller: Origin, target: str, command: AnyCommand) -> Answer:

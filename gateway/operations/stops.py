@@ -1,6 +1,7 @@
 """Software stops: ahead of everything, repeated until standstill is proved."""
 
 import asyncio
+from collections.abc import Awaitable
 from functools import partial
 
 from gateway.core.family import Family
@@ -18,7 +19,7 @@ async def stop(plant: Plant, target: str, mode: StopMode) -> Stopped:
 
     :raises GatewayError: there is no such target.
     """
-    return await plant.target(target).stop(mode)
+    return await twice("a stop", partial(_begin_one, plant, target, mode))
 
 
 @needs(Right.STOP, whole_plant=True)
@@ -26,6 +27,10 @@ async def stop_all(plant: Plant, mode: StopMode) -> Stopped:
     """Stop everything; the frames are queued before anything is awaited."""
     stopped = await asyncio.gather(*twice("a stop", partial(_begin_all, plant, mode)))
     return Stopped({name: those for it in stopped for name, those in it.reports.items()})
+
+
+def _begin_one(plant: Plant, target: str, mode: StopMode) -> Awaitable[Stopped]:
+    return plant.target(target).stop(mode)
 
 
 def _begin_all(plant: Plant, mode: StopMode) -> "list[asyncio.Future[Stopped]]":

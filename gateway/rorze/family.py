@@ -27,7 +27,7 @@ from gateway.core.kept_works import KeptWorks
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.origin import RESTART, acting
-from gateway.core.own_faults import survived
+from gateway.core.own_faults import safely, seen_to, survived
 from gateway.core.parts import Part
 from gateway.core.restore_record import Restore
 from gateway.core.restores import Restores
@@ -162,6 +162,7 @@ class Rorze(Family):
         )
         line.on_message = partial(self._on_message, line)
         line.on_change = partial(self._on_change, line)
+        line.note_proofs(partial(self.stops.others_prove, line))
         self.lines[line.id] = line
         for it in table.bodies:
             self._add_body(line, table, it)
@@ -207,7 +208,7 @@ class Rorze(Family):
         for body in [it for it in self._events if it.line is line]:
             del self._events[body]
         for of_line in (self.lines, self.sweeps, self._health, self._tables):
-            del of_line[line.id]
+            of_line.pop(line.id, None)
 
     def _configure_group(self, group: Group) -> None:
         self._add_group(group)
@@ -577,8 +578,13 @@ class Rorze(Family):
     ) -> list["asyncio.Task[Any]"]:
         """Stop what jogs or would never end, or everything that moves."""
         meant = (body for body in self.bodies() if is_within(body.line.id, body.address, within))
-        bodies = [it for it in meant if (everything and it.moving) or self._never_ends(it)]
+        must_end = partial(self._must_end, everything=everything)
+        bodies = [it for it in meant if safely("the end of motion", partial(must_end, it), otherwise=True)]
         return [self.stops.stop(bodies, "decelerate")] if bodies else []
+
+    def _must_end(self, body: Body, *, everything: bool) -> bool:
+        """Whether it is to be stopped; where nobody can tell, too."""
+        return bool(everything and body.moving) or self._never_ends(body)
 
     def _never_ends(self, body: Body) -> bool:
         """Whether its last move must not go on unattended, and nobody has seen its end."""
@@ -605,22 +611,15 @@ class Rorze(Family):
 
     async def let_go(self) -> None:
         """Give the waiters for moves what is known now."""
-        await self.scans.close()
-        await self.restores.close()
-        await self.uploads.close()
-        await self.runs.close()
-        self.moves.let_go()
-        self.scara_moves.let_go()
+        what = "the end of long work"
+        await seen_to(what, self.scans.close, self.restores.close, self.uploads.close, self.runs.close)
+        survived(what, self.moves.let_go, self.scara_moves.let_go)
 
     async def close(self) -> None:
         """End all work and close the lines."""
-        await self.jogs.close()
-        await self.stops.close()
-        for line in self.lines.values():
-            await line.close()
-        await self.scans.close()
-        await self.scara_moves.close()
-        await self.moves.close()
+        lines = (line.close for line in self.lines.values())
+        work = self.scans.close, self.scara_moves.close, self.moves.close
+        await seen_to("the end of all lines", self.jogs.close, self.stops.close, *lines, *work)
 
 
 T = TypeVar("T", Body, Group)

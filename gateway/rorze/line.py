@@ -153,6 +153,19 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         return self._session.silent
 
     @property
+    def mute(self) -> set[int]:
+        """The bodies that did not answer their last stop."""
+        return self._session.mute
+
+    def note_proofs(self, others_prove: Callable[[int], bool]) -> None:
+        """Learn how to see that others than a body, who answer, have yet to tell whether they stand."""
+        self._session.others_prove = others_prove
+
+    def is_asked_later(self, body: int) -> bool:
+        """Whether a body that may be dead has to wait for such others."""
+        return self._session.is_asked_later(body)
+
+    @property
     def unasked(self) -> Set[int]:
         """Those of the silent who only count as silent because nobody on the line was heard."""
         return self._unasked

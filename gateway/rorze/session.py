@@ -70,6 +70,10 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         self.introducer = introducer
         self.silent: set[int] = set()
         """Those, and the one that seems to be silent while the line is still being fenced."""
+        self.mute: set[int] = set()
+        """Those who did not answer their last stop."""
+        self.others_prove: Callable[[int], bool] = lambda _body: False
+        """Asked with a body: have others, who answer, yet to tell whether their stops have worked?"""
         self.last_error_at: float | None = None
         self.on_online: Callable[[int], None] = lambda _body: None
         self.on_offline: Callable[[int, bool], None] = lambda _body, _asked: None
@@ -144,11 +148,24 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     def holds_up(self, sent: RorzeExchange) -> bool:
         """Only a link that takes one frame at a time has to wait for what the dead do not say."""
-        return not self.interject_stops or sent.target not in self.offline
+        return not (self.interject_stops and (sent.target in self.offline or sent.target in self.mute))
+
+    def must_choose(self) -> bool:
+        """Nothing else keeps it while all answer."""
+        return bool(self._sent or self.mute)
 
     def may_follow(self, exchange: RorzeExchange) -> bool:
-        """Replies have no numbers: of equal body and code there is one under way."""
+        """Replies have no numbers: of equal body and code there is one under way.
+
+        Who may be dead is asked after those who are yet to prove that they stand; its stops go on.
+        """
+        if exchange.lane not in STOPS and self.is_asked_later(exchange.target):
+            return False
         return all(exchange.key != sent.key for sent in self._sent)
+
+    def is_asked_later(self, body: int) -> bool:
+        """Whether it may be dead, and others who answer have yet to tell whether they stand."""
+        return body in self.mute and self.others_prove(body)
 
     def wants_fence(self, exchange: RorzeExchange, now: float) -> bool:
         """Before what a copy would answer, and before what is bracketed."""
@@ -191,6 +208,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         """A body has answered: it is there, unless all it says for a while is @4C."""
         self.note_reply(exchange, frame, now)
         body = exchange.target
+        self.mute.discard(body)
         if _evades(frame) and body <= LAST_BODY:
             self._was_evasive(body, now)
             return
@@ -206,6 +224,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         for answer in answers:
             if not _evades(answer):
                 self._evasive_since.pop(answer.body, None)
+                self.mute.discard(answer.body)
                 if answer.body in self.silent or answer.body in self.offline:
                     self.offline.discard(answer.body)
                     self.silent.discard(answer.body)
@@ -270,8 +289,10 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
     def was_missed(self, exchange: RorzeExchange, now: float) -> None:
         """The silence of a body that may well be absent tells nothing of the line."""
         is_probe = exchange.self_identifying and exchange is not self._fence_query
-        if not is_probe and exchange.target not in self.offline:
+        if not is_probe and exchange.target not in self.offline and exchange.target not in self.mute:
             self._erred(now)
+        if exchange.lane in STOPS and exchange.target <= LAST_BODY:
+            self.mute.add(exchange.target)
 
     def _erred(self, now: float) -> None:
         """A reply was missing or garbled."""
@@ -308,13 +329,21 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     def latest_first(self, bodies: Iterable[int]) -> list[int]:
         """Order bodies by how well they can witness that the line still works."""
-        return sorted(bodies, key=lambda it: self._heard_at.get(it, -inf), reverse=True)
+        return sorted(
+            bodies, key=lambda it: (it not in self.mute, self._heard_at.get(it, -inf)), reverse=True
+        )
 
     def _fence_failed(self) -> None:
         """A body that answers neither a question nor a fence on a clean line is silent."""
         if self._was_clean and self._suspect is not None and self._suspect.target == self._fence_body:
             self._call_silent(self._fence_body, asked=True)
         super()._fence_failed()
+
+    def has_time(self) -> bool:
+        """On a clean line who has not answered before holds nobody up who is yet to prove that he stands."""
+        body = self._fence_body
+        seems_dead = self._was_clean and (body in self.silent or body in self.mute)
+        return not (seems_dead and self.others_prove(body))
 
     def witness_failed(self) -> bool:
         """Take the witness for dead, and choose the one heard last of those that are not."""
@@ -371,6 +400,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         super().break_off(lost, unsent)
         self._copies.forget(LINK_MASTER)  # set up anew, maybe without bodies that could prove anything
         self._be_lenient()
+        self.mute.clear()
         self._evasive_since.clear()
         self.offline |= self.silent  # nobody finds out any more, but the probes
 

@@ -15,6 +15,8 @@ from gateway.rorze.session import SILENT_BODIES
 QUIET_TIMEOUTS = 2
 """Where many stops are due, a line is silent on which nobody was heard for so many times as long as a reply
 may take."""
+MORE_THAN_A_FUSE = 12
+"""So many bodies that fall silent at once do not hang on one fuse."""
 CHECK_S = 0.5
 """A silent line is listened to this often."""
 PROOF_BYTES, PROOF_EXCHANGES = 140, 6
@@ -88,8 +90,13 @@ class SilentLines:
         self._events.publish("line.stops.unconfirmed", f"/lines/{line.id}", facts)
 
     def _many_are_due(self, line: Line) -> bool:
-        """Whether more stops are due than may hang on one fuse."""
-        return sum(stop.is_due() for stop in self._stops_on(line)) >= SILENT_BODIES
+        """Whether so many stops are due that their line is the cause, and not a fuse.
+
+        Where others live, who are not asked while the silent are fenced, it takes more of them to say so.
+        """
+        due = {stop.body.number for stop in self._stops_on(line) if stop.is_due()}
+        others_live = not set(line.bodies) <= due | line.silent | line.mute
+        return len(due) >= (MORE_THAN_A_FUSE if others_live else SILENT_BODIES)
 
     async def close(self) -> None:
         """Listen no longer."""

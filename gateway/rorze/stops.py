@@ -1,7 +1,7 @@
 """Software stops: sent ahead of everything, repeated, believed only when the controller stands still."""
 
 import asyncio
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import Any
@@ -12,7 +12,7 @@ from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSen
 from gateway.core.events import EventHub
 from gateway.core.lanes import Lane
 from gateway.core.origin import working
-from gateway.core.own_faults import all_of, carry_on, survived, twice
+from gateway.core.own_faults import all_of, carry_on, insist, safely, survived, twice
 from gateway.core.records import Record, request_id_field
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, REPEAT_S, Stopping, StopState, StopsUnderWay
 from gateway.core.stops import StopMode as StopMode
@@ -33,6 +33,8 @@ ATTEMPT_FRAMES = 2
 """An attempt to stop a body that does not answer: the stop, and the end of the program."""
 STOP_BYTES = 8
 """Of a stop, or the end of a program; replies go the other way meanwhile."""
+GOES_FIRST = 2
+"""Who does not answer is asked behind the proofs of others for so many times as long as these may take."""
 CLOCK_S = 0.001
 """A timer may be early by so much."""
 UNKNOWN_CODE = "0x49"
@@ -79,8 +81,9 @@ class Stops(StopsUnderWay["_BodyStop"]):
         running = twice("a stop", partial(self._stop, list(bodies), mode))
         return asyncio.create_task(self._report(running), name="stop report")
 
-    def _stop(self, bodies: Iterable[Body], mode: StopMode) -> "list[_BodyStop]":
-        wanted = self._with_interpolation_partners(bodies)
+    def _stop(self, bodies: Sequence[Body], mode: StopMode) -> "list[_BodyStop]":
+        partners = partial(self._with_interpolation_partners, bodies)
+        wanted = safely("a stop", partners, otherwise=list(bodies))
         new = [body for body in wanted if (body, mode) not in self._running]
         all_of(
             [
@@ -103,6 +106,11 @@ class Stops(StopsUnderWay["_BodyStop"]):
     def on_line(self, line: Line) -> bool:
         """Whether a stop of any body of a line is not confirmed yet."""
         return any(stop.body.line is line for stop in self._tasks)
+
+    def others_prove(self, line: Line, body: int) -> bool:
+        """Whether others on a line, who answer, have yet to tell whether they stand, and how a move ended."""
+        stops = (stop for stop in self._tasks if stop.body.line is line and stop.body.number != body)
+        return any(stop.goes_first() for stop in stops)
 
     def _unconfirmed_on(self, line: Line) -> "list[_BodyStop]":
         return [stop for stop in self._running.values() if stop.body.line is line]
@@ -151,7 +159,7 @@ class Stops(StopsUnderWay["_BodyStop"]):
         task = asyncio.create_task(self._see_through(stop), name=f"stop {body.address}")
         self._running[body, mode], self._tasks[stop] = stop, task
         body.being_stopped = True
-        task.add_done_callback(lambda _: self._over(stop))
+        task.add_done_callback(lambda _: insist("the end of a stop", partial(self._over, stop)))
         begun = (stop.submit, partial(stop.publish, "requested"), partial(self.on_begin, body))
         survived(f"the stop of {body.address}", *begun)  # it is repeated by its task
 
@@ -161,7 +169,7 @@ class Stops(StopsUnderWay["_BodyStop"]):
 
     def _over(self, stop: "_BodyStop") -> None:
         """Forget a stop, which a gateway that closes may not even have begun to see through."""
-        del self._tasks[stop]
+        self._tasks.pop(stop, None)
         self._forget(stop)
         stop.body.being_stopped = self.under_way(stop.body)
 
@@ -251,6 +259,9 @@ class _BodyStop(Stopping):
         if self.report.state == "confirmed":  # the end of a program would end the next move
             return
         self._answers = not isinstance(outcome, NoReply)
+        if not self._answers:
+            self._why = f"{self.body.address} does not answer the stop."
+            self.tell()
         if isinstance(outcome, Answered):
             self.report.state = "acknowledged"
         if isinstance(outcome, NotSent):
@@ -291,7 +302,8 @@ class _BodyStop(Stopping):
         pause_s = max(super().pause_s(took_s), 2 * attempts_s - took_s)
         if self._answers or line.interject_stops:
             return pause_s
-        return max(pause_s, 2 * len(line.offline) * ATTEMPT_FRAMES * line.reply_timeout_s - took_s)
+        silent = line.offline | line.mute if line.is_asked_later(self.body.number) else line.offline
+        return max(pause_s, 2 * len(silent) * ATTEMPT_FRAMES * line.reply_timeout_s - took_s)
 
     # seeing
 
@@ -300,6 +312,8 @@ class _BodyStop(Stopping):
         self._most = max(self._most, len(self._company_of(self.body)))
         await _over(self._stop)
         await _over(self._end)
+        if self.body.line.is_asked_later(self.body.number):
+            return False
         try:
             self._why = await self._why_not_still()
         except GatewayError as error:
@@ -314,10 +328,18 @@ class _BodyStop(Stopping):
 
     def has_had_no_turn(self) -> bool:
         """Whether others on its line have their proofs first, for as long as the wire needs for all."""
+        may_be = self._answers and not self._refuted and self.report.state == "acknowledged"
+        return may_be and self._in_time() and not is_silent(self.body.line)
+
+    def goes_first(self) -> bool:
+        """Whether its body answers, and is asked before those who do not; not for ever, for they may live."""
+        answers = self._answers and self.report.state in ("acknowledged", "confirmed")
+        return answers and self._in_time(GOES_FIRST)
+
+    def _in_time(self, times: int = 1) -> bool:
+        """Whether it began no longer ago than the wire needs for the proofs of all, or so many times that."""
         needed_s = max(CONFIRM_WITHIN_S, proofs_s(self.body.line, self._most))
-        in_time = asyncio.get_running_loop().time() - self._began_at < needed_s
-        may_be = in_time and self._answers and not self._refuted and self.report.state == "acknowledged"
-        return may_be and not is_silent(self.body.line)
+        return asyncio.get_running_loop().time() - self._began_at < times * needed_s
 
     @property
     def began_at(self) -> float:

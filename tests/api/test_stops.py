@@ -2,6 +2,8 @@
 
 import pytest
 
+from gateway.core.errors import Ambiguous, GatewayError, InvalidRequest, NotFound
+from gateway.plant import Plant
 from tests.api.stand import RELATIVE, Stand, on_stand
 
 JSON = {"Content-Type": "application/json"}
@@ -69,12 +71,13 @@ def test_a_refused_stop_says_that_nothing_was_stopped_and_what_stops(
         answer = await stand.client.request(method, path, content=content, headers=JSON)
         assert (answer.status_code, len(stand.frames())) == (status, sent)
         problem = answer.json()
-        assert f"; nothing was stopped: send POST {stops} without a body to stop" in problem["detail"]
+        assert f" Nothing was stopped: send POST {stops} without a body to stop" in problem["detail"]
         assert problem["remedy"] == f"POST {stops} at once; in danger use the hardware stop."
 
         answer = await stand.client.request(method, path, content=content, headers=JSON | JAPANESE)
         problem = answer.json()
         assert "何も停止していません。" in problem["detail"]
+        assert problem["detail"].endswith("送信してください。")
         assert f"本文なしで POST {stops} を送信してください。" in problem["detail"]
         assert f"すぐに POST {stops} を送信してください。" in problem["remedy"]
 
@@ -89,14 +92,14 @@ async def test_the_stop_of_an_address_that_cannot_be_or_a_jog_that_is_not_says_h
 ) -> None:
     for path in ("/robots/r1/units/zz/stop", "/bodies/3F/jogs/gone/stop"):
         answer = await stand.post(path)
-        assert "; nothing was stopped: send POST /stop without a body" in answer.json()["detail"]
+        assert " Nothing was stopped: send POST /stop without a body" in answer.json()["detail"]
 
 
 @on_stand({"arm": [{"id": "3F"}], "rail": [{"id": "3F"}]})
 async def test_a_stop_of_an_address_that_two_lines_have_says_how_to_stop_both(stand: Stand) -> None:
     answer = await stand.post("/bodies/3F/stop")
     assert answer.status_code == 409
-    assert "; nothing was stopped: send POST /stop without a body" in answer.json()["detail"]
+    assert " Nothing was stopped: send POST /stop without a body" in answer.json()["detail"]
 
 
 @on_stand()
@@ -114,3 +117,23 @@ async def test_a_group_is_stopped_by_one_frame_and_then_one_for_each(stand: Stan
     stops = [frame for frame in stand.frames() if frame.endswith("5IS")]
     assert answer.json()["confirmed"] is True
     assert stops[:3] == ["&805IS", "&005IS", "&3F5IS"]
+
+
+@pytest.mark.parametrize("kind", [NotFound, Ambiguous, InvalidRequest])
+def test_whatever_the_words_of_a_refusal_it_says_that_nothing_was_stopped(
+    kind: type[GatewayError], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise kind("That is not possible here. Nothing was sent.")
+
+    @on_stand()
+    async def story(stand: Stand) -> None:
+        monkeypatch.setattr(Plant, "target", refuse)
+        answer = await stand.post("/bodies/3F/stop")
+        assert answer.json()["detail"].startswith(
+            "That is not possible here. Nothing was sent. Nothing was stopped: send POST "
+        )
+        answer = await stand.client.post("/bodies/3F/stop", headers=JAPANESE)
+        assert "何も停止していません。" in answer.json()["detail"]
+
+    story()

@@ -1,9 +1,14 @@
 """A fault of the gateway itself, at any place, leaves nobody waiting and no motor without its stop."""
 
 import asyncio
+from contextlib import suppress
 
 import pytest
 
+from gateway.access.territory import Territory
+from gateway.config import parse
+from gateway.core.admission import Admission
+from gateway.core.alarms import Alarms
 from gateway.core.events import EventHub
 from gateway.core.gate import Gate
 from gateway.core.leases import Holder, Leases
@@ -12,9 +17,10 @@ from gateway.core.load import Load
 from gateway.core.loop_watch import SUSPENDED_S
 from gateway.core.move_record import MoveStatus
 from gateway.core.move_tasks import MoveTasks
-from gateway.core.origin import Origin
+from gateway.core.origin import Claim, Origin
 from gateway.core.parts import Part
 from gateway.core.scheduler import Scheduler
+from gateway.core.sequence_lock import SequenceLock
 from gateway.core.session import Session
 from gateway.core.stops import Stopping
 from gateway.fics.asking import Asking
@@ -26,25 +32,31 @@ from gateway.fics.move_runs import MoveRun
 from gateway.fics.power import Power
 from gateway.fics.selection import Selection
 from gateway.fics.stops import RobotStops, _RobotStop
+from gateway.fics.system_errors import SystemErrors
 from gateway.operations.stops import stop_all
+from gateway.plant import Plant
 from gateway.rorze import moves
 from gateway.rorze.bodies import Body
 from gateway.rorze.body_watch import BodyWatch
 from gateway.rorze.family import Rorze
 from gateway.rorze.jogs import BodyJogRequest
 from gateway.rorze.line import Line
+from gateway.rorze.mark import Mark
 from gateway.rorze.move_proof import MoveProof
 from gateway.rorze.moves import Moves
+from gateway.rorze.poll_intervals import Health
 from gateway.rorze.session import RorzeSession
 from gateway.rorze.stops import Stops, _BodyStop
+from gateway.wind_down import WindDown
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
 from protocols.fics.system import GetSystemVersion
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
 from tests.fics_plants import fics_rig
-from tests.own_faults import Place, fail_once, named
-from tests.plants import Rig, in_virtual_time, rig
+from tests.own_faults import Place, fail_always, fail_once, named
+from tests.plants import Rig, configuration, in_virtual_time, rig
+from transports.recorder import Recorder
 
 LONG = MoveClockwise(distance=20_000)
 SHORT = MoveClockwise(distance=300)
@@ -92,9 +104,13 @@ async def is_itself(it: Rig) -> None:
         (Stops, "_forbid_what_waits"),
         (Stops, "_groups_within"),
         (Stops, "_begin"),
+        (Stops, "_over"),
+        (Stops, "_forget"),
+        (Stops, "under_way"),
         (_BodyStop, "submit"),
         (_BodyStop, "withdraw"),
         (MoveTasks, "add"),
+        (Recorder, "record"),
     ],
     ids=named,
 )
@@ -132,7 +148,13 @@ async def test_a_fault_amid_moves_and_stops_of_bodies_is_survived(
         (Stopping, "_is_proved"),
         (Stopping, "tell"),
         (RobotStops, "_begin"),
+        (RobotStops, "_over"),
+        (RobotStops, "_forget"),
         (_RobotStop, "submit"),
+        (SequenceLock, "_pass_on"),
+        (SequenceLock, "_release"),
+        (SystemErrors, "poll"),
+        (Recorder, "record"),
         (Jogs, "robot_stops"),
         (MotionState, "confirm_stop"),
         (Accepted, "was_refused"),
@@ -285,9 +307,18 @@ async def test_a_loss_of_power_is_known_in_spite_of_a_fault(
     [
         (Rorze, "end_motion"),
         (Rorze, "at_rest"),
+        (Rorze, "let_go"),
+        (Rorze, "_never_ends"),
         (Stops, "_begin"),
+        (Stops, "_with_interpolation_partners"),
         (Fics, "end_motion"),
+        (Fics, "let_go"),
         (LineDriver, "revoke"),
+        (Admission, "end"),
+        (WindDown, "_end_motion"),
+        (WindDown, "_name_what_moves"),
+        (WindDown, "done"),
+        (EventHub, "publish"),
     ],
     ids=named,
 )
@@ -302,6 +333,87 @@ async def test_what_would_never_end_is_stopped_at_the_end_in_spite_of_a_fault(
         await it.plant.wind_down()
         assert failed
         assert not any(axis.motor.moving for axis in it.machine.axes.values())
+
+
+@pytest.mark.parametrize(
+    "place", [(Rorze, "_never_ends"), (Stops, "_with_interpolation_partners")], ids=named
+)
+@in_virtual_time
+async def test_at_the_end_a_fault_that_lasts_leaves_nothing_going(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with rig(groups={}) as it:
+        for body in it.plant.bodies():
+            await it.plant.moves.start(body, ENDLESS)
+        fail_always(monkeypatch, place)
+        await it.plant.wind_down()
+        assert not any(axis.motor.moving for axis in it.machine.axes.values())
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        (WindDown, "_wind_down"),
+        (Stops, "close"),
+        (Moves, "close"),
+        (Leases, "close"),
+        (Plant, "_unwatch"),
+        (Fics, "close"),
+    ],
+    ids=named,
+)
+@in_virtual_time
+async def test_a_fault_amid_the_end_leaves_no_motor_going_and_no_line_open(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with rig(groups={}) as it:
+        for body in it.plant.bodies():
+            await it.plant.moves.start(body, ENDLESS)
+        failed = fail_once(monkeypatch, place)
+        await it.plant.wind_down()
+        await it.plant.close()
+        assert failed
+        assert not any(axis.motor.moving for axis in it.machine.axes.values())
+        assert it.plant.line("line1").state == "down"
+
+
+@in_virtual_time
+async def test_a_trace_that_fails_for_good_keeps_no_line_from_its_work(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async with rig(groups={}) as it:
+        fail_always(monkeypatch, (Recorder, "record"))
+        await is_itself(it)
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        (BodyWatch, "_look"),
+        (BodyWatch, "_pause_s"),
+        (Health, "next_poll"),
+        (Health, "turn"),
+        (Body, "poll"),
+        (Mark, "tend"),
+        (Alarms, "note_ends"),
+    ],
+    ids=named,
+)
+@in_virtual_time
+async def test_bodies_are_looked_after_in_spite_of_a_fault(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with rig(groups={}) as it:
+        failed = fail_once(monkeypatch, place)
+        await asyncio.sleep(60.0)
+        assert failed
+        it.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
+        await asyncio.sleep(8.0)
+        assert not it.body().online
+        it.machine.switch_body(0x3F, on=True, now=asyncio.get_running_loop().time())
+        await asyncio.sleep(AGAIN_S)
+        assert it.body().online
+        assert it.body().power.cycled
 
 
 @pytest.mark.parametrize(
@@ -321,7 +433,15 @@ async def test_what_jogs_after_a_suspension_is_stopped_in_spite_of_a_fault(
 
 
 @pytest.mark.parametrize(
-    "place", [(Rorze, "end_motion"), (Leases, "_told"), (EventHub, "publish"), (Stops, "_begin")], ids=named
+    "place",
+    [
+        (Rorze, "end_motion"),
+        (Leases, "_told"),
+        (Leases, "_end"),
+        (EventHub, "publish"),
+        (Stops, "_begin"),
+    ],
+    ids=named,
 )
 @in_virtual_time
 async def test_what_would_never_end_is_stopped_with_its_lease_in_spite_of_a_fault(
@@ -337,6 +457,67 @@ async def test_what_would_never_end_is_stopped_with_its_lease_in_spite_of_a_faul
         await asyncio.sleep(5.0)
         assert failed
         assert not it.axis().motor.moving
+
+
+@pytest.mark.parametrize("what", ["renewal", "takeover"])
+@pytest.mark.parametrize("name", ["_find", "_told", "_told_to_holder", "_end", "_wait", "_wake", "expire"])
+@in_virtual_time
+async def test_what_would_never_end_is_stopped_in_the_end_though_a_lease_meets_a_fault(
+    what: str, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with rig(groups={}) as it:
+        it.plant.leases.clock = asyncio.get_running_loop().time
+        part, leases = Part(it.body().line.id, it.body().address), it.plant.leases
+        await it.plant.moves.start(it.body(), ENDLESS)
+        held = await leases.take("3F", "/bodies/3F", [part], Holder("a", "a"), 2.0, over=False)
+        fail_once(monkeypatch, (Leases, name))
+        with suppress(ZeroDivisionError):
+            if what == "renewal":
+                leases.renew(held.lease, Claim((held.token,), (), "a"))
+            else:
+                await leases.take("3F", "/bodies/3F", [part], Holder("b", "b"), 2.0, over=True)
+        await asyncio.sleep(6.0)
+        assert not it.axis().motor.moving
+        assert leases.all() == []
+        await is_itself(it)
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        (LineDriver, "retire"),
+        (LineDriver, "close"),
+        (LineDriver, "start"),
+        (Plant, "_unwatch"),
+        (Plant, "_build"),
+        (Plant, "_open_port"),
+        (Plant, "_start"),
+        (Rorze, "remove"),
+        (Rorze, "add"),
+        (Rorze, "watches"),
+        (Territory, "forget"),
+        (EventHub, "publish"),
+    ],
+    ids=named,
+)
+@in_virtual_time
+async def test_a_reload_that_meets_a_fault_leaves_every_line_at_work(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lines = ("line1", "line2")
+    async with rig(lines=lines, bodies=(0x00, 0x3F), groups={}) as it:
+        table = configuration(lines, (0x00, 0x3F), {})
+        other = parse(table.replace('id = "line2"', 'id = "line2"\nlate_reply_s = 1.5'), "other.toml")
+        await it.plant.moves.start(it.body("line1.3F"), ENDLESS)
+        failed = fail_once(monkeypatch, place)
+        await it.plant.reload(other)
+        await asyncio.sleep(5.0)
+        assert failed
+        assert it.machines["line1"].axes[0x3F].motor.moving
+        assert it.plant.line("line2").late_reply_s == 1.5
+        reports = await it.plant.stops.stop(it.plant.bodies(), "immediate")
+        assert [report.state for report in reports] == ["confirmed"] * 4
+        assert all(body.moving is False for body in it.plant.bodies())
 
 
 @pytest.mark.parametrize("place", [(Rorze, "stop_all"), (Fics, "stop_all")], ids=named)

@@ -8,6 +8,7 @@ from tempfile import NamedTemporaryFile
 
 import pytest
 
+from gateway import port_scans as port_scan_module
 from gateway.access.errors import NotPermitted
 from gateway.access.principal import EVERYBODY, Principal, asking
 from gateway.access.roles import Role
@@ -17,11 +18,12 @@ from gateway.core.origin import Origin
 from gateway.fics.config import Line as FicsLine
 from gateway.operations import port_scans
 from gateway.operations.configuration import add_line, reload
-from gateway.port_scans import PortScan, require_device
+from gateway.port_scans import PortScan, PortScans, require_device
 from simulator.fics.layout import Layout
 from simulator.fics.line import build_line as build_robot
 from simulator.rorze.line import build_line
 from tests.open_access import OPEN
+from tests.own_faults import Place, fail_once, named
 from tests.plants import Wire, in_virtual_time
 from tests.simulated_line import SimulatedCable, Unplugged
 from tests.tested_plant import TestedPlant
@@ -196,3 +198,18 @@ async def test_serial_ports_are_listed_with_the_lines_that_have_them(
             ("/dev/ttyUSB0", None),
             ("/dev/ttyUSB1", "line1"),
         ]
+
+
+@pytest.mark.parametrize(
+    "place", [(port_scan_module, "search"), (PortScans, "_ended"), (PortScans, "_tables")], ids=named
+)
+@in_virtual_time
+async def test_a_scan_that_meets_a_fault_of_the_gateway_itself_keeps_nobody_from_another(
+    place: Place, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    async with hall(tmp_path) as it:
+        failed = fail_once(monkeypatch, place)
+        await it.scan(CELL)
+        await asyncio.sleep(1.0)
+        assert failed
+        assert (await it.scan(CELL)).status == "finished"

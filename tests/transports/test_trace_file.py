@@ -10,7 +10,7 @@ from typing_extensions import Buffer
 
 from transports import trace_file
 from transports.recorder import RECORD_BYTES
-from transports.trace import NOBODY, TraceEntry
+from transports.trace import NOBODY, Record, TraceEntry
 from transports.trace_file import FileRing, TraceFile
 
 # A file that opens and always answers "no space left on device".
@@ -140,3 +140,24 @@ def test_a_disk_that_is_too_slow_costs_the_oldest_records(
     entries = [TraceEntry.model_validate_json(line) for line in path.read_bytes().splitlines()]
     assert [entry.monotonic_ns for entry in entries] == list(range(15, 25))
     assert file.dropped == 15
+
+
+def test_a_record_that_cannot_be_told_costs_itself_and_not_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = TraceFile(tmp_path / "trace.jsonl")
+    good = TraceEntry.of
+    left = [1]
+
+    def fail_once(record: Record) -> TraceEntry:
+        if left:
+            left.pop()
+            raise ZeroDivisionError
+        return good(record)
+
+    monkeypatch.setattr(TraceEntry, "of", fail_once)
+    for data in (b"first", b"second"):
+        file.put((1, 1, "rx", data, *NOBODY))
+    file.close()
+    assert file.dropped == 1
+    assert b"second" in (tmp_path / "trace.jsonl").read_bytes()

@@ -184,5 +184,5 @@ async def test_a_body_that_comes_in_several_types_is_told_its_members(stand: Sta
 async def test_what_is_hardly_like_a_name_was_not_meant_by_it(stand: Stand) -> None:
     answer = await stand.post("/stop", {"bodies": ["3F"]})
     assert answer.json()["detail"].startswith(
-        "bodies: is not known here (known are mode); nothing was stopped"
+        "bodies: is not known here (known are mode); nothing was sent. Nothing was stopped"
     )

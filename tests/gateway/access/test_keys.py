@@ -11,6 +11,7 @@ import pytest
 
 from gateway.access.keys import FILE, RECHECK_S, Key, KeyFault, KeyStore
 from gateway.access.roles import Role
+from tests.own_faults import fail_once
 
 
 class Clock:
@@ -34,6 +35,18 @@ def verified(store: KeyStore, token: str) -> Key:
     key = store.verify(token)
     assert key is not None
     return key
+
+
+def test_after_a_fault_of_the_gateway_itself_the_file_is_read_again(
+    store: KeyStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    old = store.create("mes", Role.OPERATOR)
+    new = KeyStore(tmp_path / "data").create("scada", Role.OPERATOR)
+    failed = fail_once(monkeypatch, (KeyStore, "_read"))
+    assert store.verify(new) is None
+    assert failed
+    verified(store, old)
+    verified(store, new)
 
 
 def test_a_key_is_known_again(store: KeyStore) -> None:

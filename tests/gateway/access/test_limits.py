@@ -29,7 +29,6 @@ def test_what_is_over_makes_room(use: Use) -> None:
         with pytest.raises(LimitReached, match="has 2"):
             usages.begin("a", use)
         begin(stack, usages, use, 2, "b")
-        begin(stack, usages, Use.STOP, 100)
     with ExitStack() as stack:
         begin(stack, usages, use, 2)
 

@@ -9,7 +9,9 @@ from gateway.core.stops import CONFIRM_WITHIN_S, HURRY_S, StopMode
 from gateway.fics.errors import RobotBusy
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute, MoveRelative
-from protocols.fics.speeds import SetMaximumSpeeds, SetSpeedPercent
+from protocols.fics.speeds import SetDecelerationTimes, SetMaximumSpeeds, SetSpeedPercent
+from simulator.fics.actions import Code
+from simulator.fics.settings import RobotSettings
 from tests.fics_plants import FicsRig, fics_rig
 from tests.plants import in_virtual_time
 
@@ -22,6 +24,14 @@ async def under_way(rig: FicsRig) -> str:
     await rig.move(HomeRobot())
     await rig.robot.ask(SLOW, 1)
     return (await rig.start(LONG)).id
+
+
+async def fast(rig: FicsRig) -> None:
+    """Home the robot, and let it come up to a speed from which it brakes for long."""
+    await rig.move(HomeRobot())
+    await rig.robot.ask(SetDecelerationTimes(times_ms=[3000] * 3), 1)
+    await rig.start(LONG)
+    await asyncio.sleep(0.4)
 
 
 @in_virtual_time
@@ -82,6 +92,86 @@ async def test_in_mode_2_a_stop_that_is_refused_stays_refused_until_a_repetition
         rig.edit(False)
         await asyncio.sleep(1)
         assert report.state == "confirmed"
+
+
+@in_virtual_time
+async def test_in_mode_2_of_two_refused_stops_each_stays_refused_until_a_repetition_is_not() -> None:
+    async with fics_rig(mode=2) as rig:
+        await under_way(rig)
+        rig.edit(True)
+        reports = [await rig.robot.stop("decelerate"), await rig.robot.stop("immediate")]
+        for _ in range(50):
+            assert [report.state for report in reports] == ["refused", "refused"]
+            await asyncio.sleep(0.017)
+        rig.edit(False)
+        await asyncio.sleep(1.0)
+        assert [report.state for report in reports] == ["confirmed", "confirmed"]
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+@pytest.mark.parametrize("elsewhere", [True, False], ids=["somebody else", "the gateway"])
+def test_a_robot_that_brakes_already_has_not_refused_to(mode: int, elsewhere: bool) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            await fast(rig)
+            if elsewhere:
+                rig.touch(lambda fics, now: fics.brake(now))
+            report = await rig.robot.stop("decelerate")
+            assert report.state == "confirmed"
+            assert rig.types("robot.stop.refused") == []
+
+    story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_what_brakes_again_after_somebody_has_edited_is_not_refused_any_more(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            await fast(rig)
+            stopping = rig.robot.stop("decelerate")
+            await asyncio.sleep(0.1)
+            rig.edit(True)
+            await asyncio.sleep(0.3)
+            rig.edit(False)
+            await stopping
+            assert [event.data["error"] for event in rig.events("robot.stop.refused")] == ["E03"]
+
+    story()
+
+
+@pytest.mark.parametrize("error", [Code.NO_MACRO, Code.RANGE, Code.ALARM])
+@in_virtual_time
+async def test_in_mode_2_the_refusal_of_another_command_is_not_that_of_a_stop(error: Code) -> None:
+    async with fics_rig(mode=2) as rig:
+        await rig.move(HomeRobot())
+        rig.touch(lambda fics, _: setattr(fics, "refusal", error))
+        assert (await rig.robot.stop("decelerate")).state == "confirmed"
+        assert rig.types("robot.stop") == ["robot.stop.requested", "robot.stop.confirmed"]
+
+
+@in_virtual_time
+async def test_in_mode_2_a_stop_hears_of_its_refusal_whoever_asks_for_the_error() -> None:
+    async with fics_rig(mode=2) as rig:
+        await under_way(rig)
+        rig.edit(True)
+        stopping = rig.robot.stop("immediate")
+        await asyncio.gather(rig.robot.errors.poll(), stopping)
+        assert (await stopping).state == "refused"
+
+
+@in_virtual_time
+async def test_an_immediate_stop_that_was_acknowledged_is_not_refused_by_its_repetition() -> None:
+    settings = RobotSettings(stop_while_braking="refused", emergency_stop="brakes")
+    async with fics_rig(prepare=lambda machine: setattr(machine.robot, "settings", settings)) as rig:
+        await fast(rig)
+        immediate = rig.robot.stop("immediate")
+        await asyncio.sleep(0.01)
+        decelerate = rig.robot.stop("decelerate")
+        assert (await immediate).state in ("acknowledged", "confirmed")
+        await decelerate
+        assert rig.types("robot.stop.refused") == []
 
 
 @in_virtual_time

@@ -510,6 +510,99 @@ def test_a_stop_that_may_be_in_vain_does_not_follow_another_at_once(it: Bench) -
     assert it.next() == "04 5IS", "a new one does"
 
 
+def stop_in_vain(it: Bench, body: int = 2) -> None:
+    """A stop is not answered."""
+    it.ask(STOP, body)
+    it.next()
+    it.fall_silent()
+
+
+@pytest.mark.parametrize("lane", [Lane.VERIFY, Lane.READ, Lane.BACKGROUND, Lane.COMMAND])
+def test_who_does_not_answer_a_stop_is_asked_behind_those_who_prove_theirs(it: Bench, lane: Lane) -> None:
+    stop_in_vain(it)
+    prove = [3]
+    it.session.others_prove = lambda body: body not in prove
+    it.ask(MOVE if lane is Lane.COMMAND else READ, 2, lane=lane)
+    assert it.next() == ""
+    it.ask(READ, 3, lane=Lane.BACKGROUND)
+    assert it.next() == "03 6PD"
+    it.answer()
+    it.ask(STOP, 2)
+    assert it.next() == "02 5IS", "stops go on"
+    it.hear(Answer(2, "5IS", ""))
+    assert it.next().startswith("02"), "it answers, and is asked as any other"
+
+
+def test_who_does_not_answer_a_stop_is_asked_when_nobody_proves_his_any_more(it: Bench) -> None:
+    stop_in_vain(it)
+    it.session.others_prove = lambda _: True
+    it.ask(READ, 2)
+    assert it.next() == ""
+    it.session.others_prove = lambda _: False
+    assert it.next() == "02 6PD"
+
+
+def test_nobody_waits_twice_for_the_reply_to_a_stop_that_is_repeated_in_vain(it: Bench) -> None:
+    it.ask(STOP, 2)
+    it.next()
+    it.ask(READ, 3)
+    assert it.next() == ""
+    it.fall_silent()
+    it.ask(STOP, 2)
+    assert it.next() == "02 5IS"
+    assert it.next() == "03 6PD"
+
+
+def test_a_member_that_tells_something_in_the_reply_of_its_group_is_asked_as_any_other(it: Bench) -> None:
+    stop_in_vain(it)
+    it.session.groups[0x80] = [2, 3]
+    it.ask(GetControllerStatus(), 0x80)
+    it.next()
+    it.hear(GroupAnswer(0x80, "9CD", {2: Answer(2, "9CD", "H00"), 3: Answer(3, "9CD", "H00")}))
+    assert it.session.mute == set()
+
+
+@pytest.mark.parametrize("others_prove", [True, False])
+def test_while_others_prove_their_stops_one_fence_in_vain_is_enough(it: Bench, others_prove: bool) -> None:
+    it.session.others_prove = lambda _: others_prove
+    it.ask(READ, 3)
+    it.next()
+    it.answer()
+    read = it.ask(READ, 2)
+    it.next()
+    it.fall_silent()
+    assert it.next() == "fence 02 3ND"
+    it.fall_silent()
+    assert it.next() == ("fence 03 3ND" if others_prove else "fence 02 3ND")
+    assert it.session.offline == ({2} if others_prove else set())
+    assert not read.done()
+    if others_prove:
+        it.answer()
+        assert isinstance(read.result(), NoReply)
+
+
+def test_who_does_not_answer_a_stop_is_the_last_to_witness_anything(it: Bench) -> None:
+    for body in (3, 4, 5):
+        it.ask(READ, body)
+        it.next()
+        it.answer()
+        it.now += 0.1
+    stop_in_vain(it, 5)
+    assert it.session.latest_first([3, 4, 5]) == [4, 3, 5]
+
+
+def test_one_body_that_answers_no_stop_makes_no_bad_line(it: Bench) -> None:
+    told = told_silent(it)
+    stop_in_vain(it)
+    stop_in_vain(it)
+    it.ask(READ)
+    it.next()
+    for _ in range(2):
+        it.fall_silent()
+        it.next()
+    assert told == [2]
+
+
 def test_stops_and_probes_for_a_silent_body_stay_in_the_queue(it: Bench) -> None:
     it.ask(MOVE)
     it.next()

@@ -88,6 +88,30 @@ async def test_a_body_that_is_silent_alone_is_an_alarm_of_its_own() -> None:
         assert (alarm.cause, alarm.subject) == ("body.stop.unconfirmed", "/bodies/line1.03")
 
 
+@pytest.mark.parametrize("after_s", [0.05, 1.0])
+@pytest.mark.parametrize("stop_mode", ["interject", "after_reply"])
+@in_virtual_time
+async def test_three_that_die_on_one_fuse_are_alarms_of_their_own_while_others_live(
+    stop_mode: str, after_s: float
+) -> None:
+    async with rig(bodies=FIVE, groups={}, baud=9600, options=f'stop_mode = "{stop_mode}"') as it:
+        for body in it.plant.bodies():
+            await start(it, MoveClockwise(distance="endless"), body.address)
+        await asyncio.sleep(0.5)
+        stopping = it.plant.stops.stop(it.plant.bodies(), "immediate")
+        await asyncio.sleep(after_s)
+        for number in (2, 3, 4):
+            it.machine.switch_body(number, on=False, now=now())
+        await stopping
+        await it.plant.stops.stop(it.plant.bodies(), "immediate")
+        await asyncio.sleep(20.0)
+        assert causes(it)["line.stops.unconfirmed"] == 0
+        alarms = [one for one in it.plant.alarms.standing() if one.cause == "body.stop.unconfirmed"]
+        assert {one.subject for one in alarms if one.ended_at is None} == {
+            f"/bodies/line1.0{number}" for number in (2, 3, 4)
+        }
+
+
 @in_virtual_time
 async def test_a_line_on_which_nobody_was_ever_heard_is_silent_since_the_first_stop() -> None:
     async with rig(bodies=FIVE, present=[], groups={}, beginning=True) as it:

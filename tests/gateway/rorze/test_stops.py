@@ -441,6 +441,56 @@ async def test_where_silence_holds_up_everybody_the_dead_leave_half_of_the_time(
             assert any("5IS" in frame for frame in it.wire.frames(sent))
 
 
+@pytest.mark.parametrize("dead_for_s", [0.0, 0.2, 0.6, 1.0])
+@pytest.mark.parametrize("dead", [0x00, 0x3F])
+@pytest.mark.parametrize("mode", ["immediate", "decelerate"])
+@in_virtual_time
+async def test_one_dead_body_keeps_nobody_else_from_being_confirmed_in_time(
+    mode: StopMode, dead: int, dead_for_s: float
+) -> None:
+    async with rig(groups={}, baud=9600) as it:
+        await moving(it, "00", "01", "3F")
+        it.machine.switch_body(dead, on=False, now=now())
+        await asyncio.sleep(dead_for_s)
+        reports = await it.plant.stops.stop(it.plant.bodies(), mode)
+        silent = f"line1.{dead:02X}"
+        assert [report.body_id for report in reports if report.state != "confirmed"] == [silent]
+        told = [event.subject for event in it.events() if event.type.endswith("unconfirmed")]
+        assert told == [f"/bodies/{silent}"]
+
+
+@pytest.mark.parametrize("stop_mode", ["interject", "after_reply"])
+@in_virtual_time
+async def test_who_does_not_answer_the_stop_is_asked_nothing_before_the_others_are_confirmed(
+    stop_mode: str,
+) -> None:
+    async with rig(groups={}, baud=9600, options=f'stop_mode = "{stop_mode}"') as it:
+        await moving(it, "00", "01", "3F")
+        it.machine.switch_body(0x3F, on=False, now=now())
+        sent = len(it.wire.sent)
+        stopping = it.plant.stops.stop(it.plant.bodies(), "immediate")
+        await until(lambda: it.types().count("body.stop.confirmed") == 2)
+        asked = [frame for frame in it.wire.frames(sent) if frame.startswith("&3F")]
+        assert {frame[3:6] for frame in asked} <= {"5IS", "UES"}
+        [silent] = [report for report in await stopping if report.state != "confirmed"]
+        assert silent.detail == (
+            "line1.3F does not answer the stop. Standstill is not confirmed: use the hardware stop."
+        )
+        await asyncio.sleep(10.0)
+        assert not it.body("3F").online
+
+
+@in_virtual_time
+async def test_a_body_whose_first_stop_was_lost_gets_it_again_while_others_are_asked() -> None:
+    async with rig(groups={}, baud=9600) as it:
+        await moving(it, "00", "01", "3F")
+        stopping = it.plant.stops.stop(it.plant.bodies(), "immediate")
+        await it.wire.begun("&3F5IS")
+        it.machine.faults.set(Switch(Fault.LOST, Direction.REQUESTS, next_frames=1))
+        assert {report.state for report in await stopping} == {"confirmed"}
+        assert not it.axis().motor.moving
+
+
 @in_virtual_time
 async def test_the_dead_that_come_back_are_stopped_at_once_however_many_they_were() -> None:
     settings = LinkSettings(interjection="drop")
