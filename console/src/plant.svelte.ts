@@ -8,6 +8,7 @@ import {
   type Group,
   type Identity,
   type Line,
+  NoAnswer,
   Refused,
   type Robot,
   type Scara,
@@ -24,6 +25,9 @@ const PERIOD_MS = 2000;
 const SETTLE_MS = 250;
 /** What is older than this is not fresh. */
 const STALE_MS = 5000;
+/** A value that is older than this is shown with its age. */
+const OLD_MS = 3000;
+const TICK_MS = 500;
 const KEPT_EVENTS = 1000;
 const PAGE = 1000;
 const PAGES = 10;
@@ -54,7 +58,7 @@ class Plant {
   moves = $state.raw<Record<string, AnyMove>>({});
   /** The newest events, newest first. */
   events = $state.raw<Event[]>([]);
-  /** When the gateway last told anything; 0 before it did. */
+  /** When the gateway was asked for what it has told last; 0 before it did. */
   heardAt = $state(0);
   /** When an event came last, or the stream was opened. */
   eventAt = $state(0);
@@ -62,14 +66,18 @@ class Plant {
   signedOut = $state(false);
   now = $state(Date.now());
 
+  /** When the bodies were asked for. */
+  #bodiesAt = 0;
   #cursor = "";
   #settling: ReturnType<typeof setTimeout> | undefined;
   #knowsEnds = false;
   #reading = false;
+  /** Whether the last reading was not answered: what has cut it off may have cut off streams, too. */
+  #missed = false;
   /** What is to be read next. */
   readonly #wanted = new Set<Part>();
   readonly #readers: Record<Part, () => Promise<unknown>> = {
-    bodies: async () => (this.bodies = (await gateway.http.GET("/bodies")).data?.bodies ?? []),
+    bodies: () => this.#readBodies(),
     lines: async () => (this.lines = (await gateway.http.GET("/lines")).data?.lines ?? []),
     groups: async () => (this.groups = (await gateway.http.GET("/groups")).data?.groups ?? []),
     robots: async () => (this.robots = (await gateway.http.GET("/robots")).data?.robots ?? []),
@@ -83,7 +91,8 @@ class Plant {
 
   start(): void {
     leases.start();
-    setInterval(() => (this.now = Date.now()), 500);
+    setInterval(() => this.#tick(), TICK_MS);
+    document.addEventListener("visibilitychange", () => this.#tick());
     setInterval(() => this.readSoon(), PERIOD_MS);
     void this.read();
     new Live<Event[]>({
@@ -125,6 +134,21 @@ class Plant {
     return this.lines.find((line) => line.line_id === id);
   }
 
+  /** Whether what was told of something then is how it is now. */
+  isPresent(target: Target, at: number): boolean {
+    return this.fresh && target.online && this.isNew(at);
+  }
+
+  isNew(at: number): boolean {
+    return this.now - at < OLD_MS;
+  }
+
+  /** When the position of a body was read, on this machine's clock, which the gateway's need not follow. */
+  positionAt({ position_read_at, last_heard_at, known_age_s }: Body): number {
+    const heardAt = this.#bodiesAt - (known_age_s ?? 0) * 1000;
+    return heardAt - (Date.parse(last_heard_at ?? "") - Date.parse(position_read_at ?? ""));
+  }
+
   /** Read again, with whatever else is asked for until then. */
   readSoon(parts: readonly Part[] = ALL): void {
     for (const part of parts) this.#wanted.add(part);
@@ -141,8 +165,11 @@ class Plant {
     try {
       await this.#read();
       this.signedOut = false;
+      if (this.#missed) Live.beginAnew();
+      this.#missed = false;
     } catch (error) {
       if (!(error instanceof GatewayError)) throw error;
+      this.#missed = error instanceof NoAnswer;
       if (error instanceof Refused && error.status === 401) this.signedOut = true;
     } finally {
       this.#reading = false;
@@ -153,11 +180,26 @@ class Plant {
   async #read(): Promise<void> {
     this.identity ??= (await gateway.http.GET("/system/identity")).data;
     const parts = [...this.#wanted];
+    const askedAt = Date.now();
     this.#wanted.clear();
     await Promise.all(parts.map((part) => this.#readers[part]()));
-    this.now = this.heardAt = Date.now();
+    this.heardAt = askedAt;
+    this.#tick();
     await this.#readMoves();
     if (!this.#knowsEnds) await this.#readEnds();
+  }
+
+  async #readBodies(): Promise<void> {
+    const askedAt = Date.now();
+    this.bodies = (await gateway.http.GET("/bodies")).data?.bodies ?? [];
+    this.#bodiesAt = askedAt;
+  }
+
+  /** A page that has slept finds streams that look open, and may be dead. */
+  #tick(): void {
+    const now = Date.now();
+    if (now - this.now > STALE_MS) Live.beginAnew();
+    this.now = now;
   }
 
   /** How the last moves have ended, as far as the gateway still has it. */
@@ -197,14 +239,21 @@ class Plant {
   }
 
   #take(events: Event[]): void {
-    this.now = this.heardAt = this.eventAt = Date.now();
+    this.eventAt = Date.now();
+    this.#tick();
     this.events = [...events.toReversed(), ...this.events].slice(0, KEPT_EVENTS);
     for (const event of events) {
       this.#cursor = event.cursor;
       this.#note(moveOf(event));
-      if (event.type === "stream.gap") this.moves = {};
+      if (event.type === "stream.gap") this.#forgetMoves();
       this.readSoon(concernedBy(event.type));
     }
+  }
+
+  /** What came of them meanwhile is read. */
+  #forgetMoves(): void {
+    this.moves = {};
+    this.#knowsEnds = false;
   }
 
   #note(move: AnyMove | undefined): void {

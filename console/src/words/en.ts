@@ -29,7 +29,8 @@ export const en = {
   unknown: "unknown",
   yes: "yes",
   no: "no",
-  seconds: (value: number) => (value < 100 ? `${Math.round(value)} s` : `${Math.round(value / 60)} min`),
+  seconds: (value: number) =>
+    value < 100 ? `${Math.round(value)} s` : value < 6000 ? `${Math.round(value / 60)} min` : `${Math.round(value / 3600)} h`,
 
   stop: {
     all: "STOP ALL",
@@ -154,6 +155,7 @@ export const en = {
     noMove: "no move yet",
     pulses: (value: string) => `${value} pulses`,
     asOf: (age: string) => `read ${age} ago`,
+    lastKnown: (age: string) => `as last known, ${age} ago`,
     to: (target: string) => `to ${target}`,
     progress: "Way from start to target",
     units: (count: number) => `${count} units`,
@@ -251,7 +253,7 @@ export const en = {
     sensorsOf: "Sensors",
     statusOf: "Status",
     readStatus: "Read every two seconds while this page is open.",
-    noStatus: "Not read yet.",
+    noStatus: "Not known now.",
     clearStatus: "Clear status",
     clearStall: "Clear STALL",
     setPosition: "Set position",

@@ -30,7 +30,8 @@ export const ja: typeof en = {
   unknown: "不明",
   yes: "はい",
   no: "いいえ",
-  seconds: (value) => (value < 100 ? `${Math.round(value)} 秒` : `${Math.round(value / 60)} 分`),
+  seconds: (value) =>
+    value < 100 ? `${Math.round(value)} 秒` : value < 6000 ? `${Math.round(value / 60)} 分` : `${Math.round(value / 3600)} 時間`,
 
   stop: {
     all: "全停止",
@@ -154,6 +155,7 @@ export const ja: typeof en = {
     noMove: "動作なし",
     pulses: (value) => `${value} パルス`,
     asOf: (age) => `${age}前の値`,
+    lastKnown: (age) => `最後に分かった値（${age}前）`,
     to: (target) => `目標 ${target}`,
     progress: "始点から目標まで",
     units: (count) => `ユニット ${count}`,
@@ -251,7 +253,7 @@ export const ja: typeof en = {
     sensorsOf: "センサ",
     statusOf: "状態",
     readStatus: "このページを開いている間、2 秒ごとに読み出します。",
-    noStatus: "未読です。",
+    noStatus: "現在の状態は不明です。",
     clearStatus: "状態をクリア",
     clearStall: "脱調をクリア",
     setPosition: "位置を設定",
