@@ -354,6 +354,15 @@ def test_a_command_is_sent_by_hand_with_its_effect_and_right_beside_it(
     expect(form.get_by_label("Answer")).to_contain_text('"retries": 5')
 
 
+def test_the_hints_of_a_command_are_in_the_language_of_the_page(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/wire/line1", "ja")
+    form = console.page.locator("details", has_text="コマンドを送る")
+    form.locator("summary").click()
+    form.get_by_role("combobox").first.select_option("line1.00")
+    form.get_by_role("combobox").nth(1).select_option("set-homing-retries")
+    expect(form).to_contain_text("再試行回数。初期値は 0。")
+
+
 def test_the_wire_stands_still_while_it_is_read_and_goes_on_with_what_came(
     plant: Plant, open_console: Open
 ) -> None:
