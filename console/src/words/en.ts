@@ -84,6 +84,7 @@ export const en = {
     empty: "Nothing is entered.",
     running: "Its program runs.",
     unchanged: "Nothing is changed.",
+    busy: "It is being done already: wait for its answer.",
     leased: (holder: string) => `${holder} has leased it: only they may move it.`,
   },
 
@@ -91,6 +92,7 @@ export const en = {
     take: "Take control",
     giveBack: "Give back control",
     mine: "You have control.",
+    lost: (what: string) => `You have lost control of ${what}.`,
     of: (holder: string) => `${holder} has control.`,
   },
 
@@ -104,6 +106,8 @@ export const en = {
     done: (what: string) => `${what}: done.`,
     started: (what: string) => `${what}: under way.`,
     failed: (what: string) => `${what}: not done.`,
+    unanswered: (what: string) => `${what}: no answer yet.`,
+    unansweredWhy: "The connection to the gateway is lost. Whether it was done is not known: look before you repeat it.",
     moved: { no: "Nothing moved.", yes: "The motor moved.", unknown: "Whether the motor moved is not known." } as Record<
       string,
       string

@@ -85,6 +85,7 @@ export const ja: typeof en = {
     error: "ロボットにエラーが出ています。先にリセットしてください。",
     empty: "入力がありません。",
     running: "プログラムが実行中です。",
+    busy: "すでに実行中です。応答を待ってください。",
     unchanged: "変更はありません。",
     leased: (holder) => `${holder} が操作権を持っています。動かせるのはその人だけです。`,
   },
@@ -92,6 +93,7 @@ export const ja: typeof en = {
   lease: {
     take: "操作権を取る",
     giveBack: "操作権を返す",
+    lost: (what) => `${what} の操作権を失いました。`,
     mine: "操作権を持っています。",
     of: (holder) => `${holder} が操作権を持っています。`,
   },
@@ -103,6 +105,8 @@ export const ja: typeof en = {
     done: (what) => `${what}: 完了しました。`,
     started: (what) => `${what}: 実行中です。`,
     failed: (what) => `${what}: 実行されませんでした。`,
+    unanswered: (what) => `${what}: まだ応答がありません。`,
+    unansweredWhy: "ゲートウェイとの接続が切れました。実行されたかどうかは分かりません。もう一度行う前に確認してください。",
     moved: {
       no: "何も動いていません。",
       yes: "モータは動きました。",
