@@ -27,6 +27,8 @@ const SETTLE_MS = 250;
 const STALE_MS = 5000;
 /** A value that is older than this is shown with its age. */
 const OLD_MS = 3000;
+/** The same of what stands still: on a line of 120 bodies at 9600 baud its turn comes every six seconds. */
+const OLD_AT_REST_MS = 10_000;
 const TICK_MS = 500;
 const KEPT_EVENTS = 1000;
 const PAGE = 1000;
@@ -136,7 +138,8 @@ class Plant {
 
   /** Whether what was told of something then is how it is now. */
   isPresent(target: Target, at: number): boolean {
-    return this.fresh && target.online && this.isNew(at);
+    const oldMs = target.moving === false ? OLD_AT_REST_MS : OLD_MS;
+    return this.fresh && target.online && this.now - at < oldMs;
   }
 
   isNew(at: number): boolean {
