@@ -91,6 +91,24 @@ def test_nothing_ever_covers_the_stop(plant: Plant, open_console: Open, size: tu
     assert console.page.evaluate(beyond) == 0
 
 
+def test_whom_a_stop_has_not_reached_is_read_to_the_end_on_a_phone(plant: Plant, open_console: Open) -> None:
+    bodies = [
+        {"body_id": f"line1.{number:02X}", "state": "sent", "detail": "It moves."} for number in range(120)
+    ]
+    console = open_console(plant.url, tablet=True)
+    console.page.set_viewport_size({"width": 390, "height": 844})
+    console.page.route(
+        "**/stop", lambda route: route.fulfill(json={"confirmed": False, "bodies": bodies, "robots": []})
+    )
+    console.button("STOP ALL").click()
+    console.shows("NOT CONFIRMED: use the hardware stop if anything moves.")
+    last = console.page.get_by_text("line1.77: sent, not confirmed It moves.")
+    last.scroll_into_view_if_needed()
+    expect(last).to_be_in_viewport()
+    expect(console.button("STOP ALL")).to_be_in_viewport()
+    assert console.page.evaluate(HITS_STOP)
+
+
 def test_what_a_finger_presses_is_big_enough(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/axis/line1.3F", tablet=True)
     for name in ("STOP ALL", "Go", "Home", "Jog +, hold"):
