@@ -18,6 +18,8 @@ export interface Listener<T> {
   opened?: () => void;
   closed?: (invalid: boolean) => void;
   told: (message: T) => void;
+  /** A stream that never rests is dead when it has been silent for so long. */
+  restless?: number;
 }
 
 /** Follows a stream until it is ended, over broken connections too. */
@@ -27,6 +29,7 @@ export class Live<T> {
   readonly #listener: Listener<T>;
   #socket: WebSocket | undefined;
   #timer: ReturnType<typeof setTimeout> | undefined;
+  #watch: ReturnType<typeof setTimeout> | undefined;
   #failures = 0;
 
   constructor(listener: Listener<T>) {
@@ -54,6 +57,7 @@ export class Live<T> {
   /** A socket that is left has nothing more to say, however long its end takes. */
   #leave(): void {
     clearTimeout(this.#timer);
+    clearTimeout(this.#watch);
     if (!this.#socket) return;
     this.#socket.onopen = this.#socket.onmessage = this.#socket.onclose = null;
     this.#socket.close();
@@ -68,13 +72,23 @@ export class Live<T> {
     this.#socket = socket;
     socket.onopen = () => {
       this.#failures = 0;
+      this.#listen();
       this.#listener.opened?.();
     };
-    socket.onmessage = ({ data }) => this.#listener.told(JSON.parse(data as string) as T);
+    socket.onmessage = ({ data }) => {
+      this.#listen();
+      this.#listener.told(JSON.parse(data as string) as T);
+    };
     socket.onclose = ({ code }) => {
       this.#listener.closed?.(code === CLOSE_INVALID);
       this.#later();
     };
+  }
+
+  #listen(): void {
+    clearTimeout(this.#watch);
+    const { restless } = this.#listener;
+    if (restless) this.#watch = setTimeout(() => this.#reopen(), restless);
   }
 
   #later(): void {

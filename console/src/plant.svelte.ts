@@ -23,13 +23,15 @@ import { EVENTS, Live } from "./live.ts";
 const PERIOD_MS = 2000;
 /** Events that come together are followed by one reading. */
 const SETTLE_MS = 250;
-/** What is older than this is not fresh. */
-const STALE_MS = 5000;
+/** What was asked for longer ago than this is not fresh. */
+const STALE_MS = 6000;
 /** A value that is older than this is shown with its age. */
 const OLD_MS = 3000;
 /** The same of what stands still: on a line of 120 bodies at 9600 baud its turn comes every six seconds. */
 const OLD_AT_REST_MS = 10_000;
 const TICK_MS = 500;
+/** An event may come so many readings after what it tells of. */
+const LATE_READINGS = 3;
 const KEPT_EVENTS = 1000;
 const PAGE = 1000;
 const PAGES = 10;
@@ -76,6 +78,8 @@ class Plant {
   #reading = false;
   /** Whether the last reading was not answered: what has cut it off may have cut off streams, too. */
   #missed = false;
+  /** Readings, one after the other, that had an end of a move which no event has told. */
+  #untold = 0;
   /** What is to be read next. */
   readonly #wanted = new Set<Part>();
   readonly #readers: Record<Part, () => Promise<unknown>> = {
@@ -168,7 +172,8 @@ class Plant {
     try {
       await this.#read();
       this.signedOut = false;
-      if (this.#missed) Live.beginAnew();
+      this.#untold = this.#missesAnEnd() ? this.#untold + 1 : 0;
+      if (this.#missed || this.#untold === LATE_READINGS) Live.beginAnew();
       this.#missed = false;
     } catch (error) {
       if (!(error instanceof GatewayError)) throw error;
@@ -190,6 +195,14 @@ class Plant {
     this.#tick();
     await this.#readMoves();
     if (!this.#knowsEnds) await this.#readEnds();
+  }
+
+  /** Whether a move is over, and its stream has not said so. */
+  #missesAnEnd(): boolean {
+    return this.bodies.some(({ body_id, move_id }) => {
+      const move = this.moves[body_id];
+      return move !== undefined && move.ended_at === null && move.id !== move_id;
+    });
   }
 
   async #readBodies(): Promise<void> {

@@ -19,6 +19,8 @@ export interface UnitSample extends Told {
 }
 
 const KEPT_MS = 20_000;
+/** Each motor that can be asked tells its place more often. */
+const DEAD_MS = 20_000;
 
 class Samples {
   #pending: Record<string, Sample> = {};
@@ -64,6 +66,7 @@ class Samples {
       ...EVENTS,
       query: () => plant.identity && this.#query(rate, one),
       told: (events) => events.forEach((event) => this.#take(event, one)),
+      restless: DEAD_MS,
     });
     return () => live.end();
   }

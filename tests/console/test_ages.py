@@ -5,7 +5,7 @@ import signal
 from collections.abc import Callable, Iterator
 
 import pytest
-from playwright.sync_api import Locator, WebSocket, expect
+from playwright.sync_api import Locator, WebSocket, WebSocketRoute, expect
 
 from tests.console.browser import Console, Plant, plant_in
 from tests.e2e.processes import LONGEST_WAIT_S, until
@@ -136,6 +136,29 @@ def test_a_page_that_has_slept_shows_nothing_as_of_now_before_it_has_asked(
     expect(console.page.locator(".banner")).to_have_count(0)
     is_of_now(tile.locator(".place"))
     assert len(sockets) >= before + 2, "streams that may be dead are opened anew"
+
+
+def test_streams_that_have_died_without_a_word_are_opened_anew(dying: Plant, open_console: Open) -> None:
+    """All else is answered: only what was open already says nothing any more."""
+    console = open_console(dying.url)
+    carried: list[WebSocketRoute] = []
+    dead: list[WebSocketRoute] = []
+
+    def carry(socket: WebSocketRoute) -> None:
+        carried.append(socket)
+        server = socket.connect_to_server()
+        server.on_message(lambda message: None if socket in dead else socket.send(message))
+
+    console.page.route_web_socket("**/events?*", carry)
+    console.page.reload()
+    tile = console.page.get_by_role("link", name="line1.3F")
+    move = dying.gateway.moving("3F", FAR)
+    expect(tile).to_contain_text("relative: moves")
+    dead.extend(carried)
+    dying.gateway.http.post("/stop").raise_for_status()
+    dying.gateway.ended("3F", move["id"])
+    expect(tile).to_contain_text("relative: stopped")
+    expect(tile).not_to_contain_text("as last known")
 
 
 def test_after_a_crash_of_the_gateway_a_tile_follows_the_move_that_goes_on(
