@@ -18,7 +18,7 @@ export interface Listener<T> {
   opened?: () => void;
   closed?: (invalid: boolean) => void;
   told: (message: T) => void;
-  /** A stream that never rests is dead when it has been silent for so long. */
+  /** The silence after which a stream that never rests is dead. */
   restless?: number;
 }
 

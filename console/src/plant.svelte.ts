@@ -140,7 +140,7 @@ class Plant {
     return this.lines.find((line) => line.line_id === id);
   }
 
-  /** Whether what was told of something then is how it is now. */
+  /** Whether something is now as it was told at that time. */
   isPresent(target: Target, at: number): boolean {
     const oldMs = target.moving === false ? OLD_AT_REST_MS : OLD_MS;
     return this.fresh && target.online && this.now - at < oldMs;

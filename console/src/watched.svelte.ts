@@ -3,7 +3,7 @@
 import { every } from "./reading.ts";
 import { plant } from "./plant.svelte.ts";
 
-/** An answer may take so long. */
+/** The time that an answer may take. */
 const PATIENCE_MS = 3000;
 
 export class Watched<T> {

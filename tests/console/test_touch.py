@@ -91,7 +91,9 @@ def test_nothing_ever_covers_the_stop(plant: Plant, open_console: Open, size: tu
     assert console.page.evaluate(beyond) == 0
 
 
-def test_whom_a_stop_has_not_reached_is_read_to_the_end_on_a_phone(plant: Plant, open_console: Open) -> None:
+def test_the_list_of_unconfirmed_stops_is_read_to_its_end_on_a_phone(
+    plant: Plant, open_console: Open
+) -> None:
     bodies = [
         {"body_id": f"line1.{number:02X}", "state": "sent", "detail": "It moves."} for number in range(120)
     ]
