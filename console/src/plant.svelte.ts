@@ -80,6 +80,8 @@ class Plant {
   #missed = false;
   /** Readings, one after the other, that had an end of a move which no event has told. */
   #untold = 0;
+  /** Moves that are under way and were read before the stream was open: what came between is in neither. */
+  #doubted = new Set<string>();
   /** What is to be read next. */
   readonly #wanted = new Set<Part>();
   readonly #readers: Record<Part, () => Promise<unknown>> = {
@@ -107,6 +109,7 @@ class Plant {
       opened: () => {
         this.streaming = true;
         this.eventAt = Date.now();
+        this.#doubted = new Set(Object.values(this.moves).filter((it) => it.ended_at === null).map((it) => it.id));
         void this.read();
       },
       closed: () => (this.streaming = false),
@@ -199,10 +202,9 @@ class Plant {
 
   /** Whether a move is over, and its stream has not said so. */
   #missesAnEnd(): boolean {
-    return this.bodies.some(({ body_id, move_id }) => {
-      const move = this.moves[body_id];
-      return move !== undefined && move.ended_at === null && move.id !== move_id;
-    });
+    const units = this.robots.flatMap((robot) => robot.units.map((unit) => unit.move_id));
+    const current = new Set([...this.bodies, ...this.scaras].map((it) => it.move_id).concat(units));
+    return Object.values(this.moves).some((move) => move.ended_at === null && !current.has(move.id));
   }
 
   async #readBodies(): Promise<void> {
@@ -231,27 +233,37 @@ class Plant {
     }
   }
 
-  /** Moves that began before this page was opened. */
+  /** Moves that began before this page was opened, and those of which no event tells the end. */
   async #readMoves(): Promise<void> {
     const { http } = gateway;
-    for (const { body_id, move_id } of this.bodies) {
-      if (!move_id || this.moves[body_id]?.id === move_id) continue;
+    for (const { body_id, move_id: current } of this.bodies) {
+      const move_id = this.#unread(body_id, current);
+      if (!move_id) continue;
       const path = { body_id, move_id };
       const { data } = await http.GET("/bodies/{body_id}/moves/{move_id}", { params: { path } });
       this.#note(data);
     }
-    for (const { robot_id, number, move_id } of this.robots.flatMap((robot) => robot.units)) {
-      if (!move_id || this.moves[`${robot_id}/units/${number}`]?.id === move_id) continue;
+    for (const { robot_id, number, move_id: current } of this.robots.flatMap((robot) => robot.units)) {
+      const move_id = this.#unread(`${robot_id}/units/${number}`, current);
+      if (!move_id) continue;
       const path = { robot_id, unit: number, move_id };
       const { data } = await http.GET("/robots/{robot_id}/units/{unit}/moves/{move_id}", { params: { path } });
       this.#note(data);
     }
-    for (const { scara_id, move_id } of this.scaras) {
-      if (!move_id || this.moves[scara_id]?.id === move_id) continue;
+    for (const { scara_id, move_id: current } of this.scaras) {
+      const move_id = this.#unread(scara_id, current);
+      if (!move_id) continue;
       const path = { scara_id, move_id };
       const { data } = await http.GET("/scaras/{scara_id}/moves/{move_id}", { params: { path } });
       this.#note(data);
     }
+  }
+
+  /** The move to be read, of the one that is under way now and the newest that is known. */
+  #unread(address: string, current: string | null): string | null {
+    const known = this.moves[address];
+    if (current) return known?.id === current && !this.#doubted.delete(current) ? null : current;
+    return this.#untold >= LATE_READINGS && known?.ended_at === null ? known.id : null;
   }
 
   #take(events: Event[]): void {

@@ -502,6 +502,7 @@ def test_a_speed_set_is_changed_and_its_curve_drawn(plant: Plant, open_console: 
     console.shows("s in all")
     console.page.get_by_label("Maximum speed").fill("12000")
     console.button("Save speed set 30").click()
+    console.shows("Save speed set 30: done.")
     console.shows("12000 pulse/s at most")
     assert plant.gateway.get("/bodies/01/speed-sets/30")["maximum_speed_pps"] == 12_000
 
