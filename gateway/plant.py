@@ -44,6 +44,7 @@ from gateway.rorze.position_uploads import TableUploads
 from gateway.rorze.positions import PositionReadings
 from gateway.snapshot import taking
 from gateway.wind_down import SUBJECT, WindDown
+from protocols.wording import as_given
 from transports import Transport, create
 from transports.recorder import Recorded, Recorder
 from transports.trace_file import TraceFile
@@ -338,7 +339,7 @@ class Plant:
         """
         if line_id not in self._ports:
             raise NotFound(
-                f"There is no line {line_id}; {there_are(self._ports)}; nothing was sent.",
+                f"There is no line {as_given(line_id)}; {there_are(self._ports)}; nothing was sent.",
                 "GET /lines lists them.",
             )
         return self._ports[line_id]
@@ -366,7 +367,7 @@ class Plant:
         for family in self.families.values():
             if collection in family.collections:
                 return family.target(collection, names)
-        raise NotFound(f"There is no {path}; nothing was sent.")
+        raise NotFound(f"There is no {as_given(path)}; nothing was sent.")
 
     def named(self, address: str) -> Target:
         """Find what an address names, in whatever collection it stands.
@@ -378,7 +379,7 @@ class Plant:
             for collection in family.collections:
                 with suppress(NotFound):
                     return family.target(collection, address.split("/"))
-        raise NotFound(f"There is nothing of the address {address}; nothing was sent.")
+        raise NotFound(f"There is nothing of the address {as_given(address)}; nothing was sent.")
 
     def require_unlatched(self, address: str) -> None:
         """Refuse to move what alarms keep from moving, where the configuration lets them.

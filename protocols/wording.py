@@ -10,6 +10,7 @@ from pydantic_core.core_schema import ErrorType
 
 MOST_SHOWN = 40
 """Characters of what was given that a sentence repeats."""
+_PLAIN: Final = re.compile(rf"[\w./-]{{1,{MOST_SHOWN}}}", re.ASCII)
 _SIMILAR: Final = 0.65
 """What is less like a name than this was not meant by it: `bodies` is 0.6 like `mode`."""
 
@@ -110,6 +111,11 @@ def shown(given: object) -> str | None:
         return repr(given[:MOST_SHOWN] + "...")
     text = repr(given)
     return text if isinstance(given, str) or len(text) <= MOST_SHOWN else text[:MOST_SHOWN] + "..."
+
+
+def as_given(name: str) -> str:
+    """Write a name that nobody knows: in quotes where it is blank, or its end could not be seen."""
+    return name if _PLAIN.fullmatch(name) else str(shown(name))
 
 
 def unknown(name: str, known: Collection[str], listed: Collection[str] | None = None) -> str:

@@ -1,5 +1,6 @@
 """Results of operations as responses."""
 
+from collections.abc import Sequence
 from typing import Annotated, Any, Final
 
 from fastapi import Request, Response
@@ -9,6 +10,7 @@ from api.common.problems import Problem, instance_of, problem_of, wants_japanese
 from api.common.requests import age_ms_of, content_response, json_response, wait_headers
 from gateway.core.errors import GatewayError
 from gateway.core.move_record import Move
+from gateway.core.stops import Report
 from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Result, Stopped
 from gateway.fics.stops import RobotStopReport
 from gateway.rorze.stops import StopReport
@@ -70,8 +72,7 @@ def render(request: Request, result: Result | BaseModel, waited_s: float = 0.0) 
         case Opened():
             return json_response(result.session, 201, {"Location": result.path})
         case Stopped():
-            reports = {"bodies": [], "robots": [], **result.reports}
-            return content_response({"confirmed": result.confirmed, **reports})
+            return _stopped(request, result)
         case _:
             return json_response(result)
 
@@ -93,6 +94,16 @@ def _member(request: Request, body_id: str, reply: Reply | GatewayError) -> dict
         return {"body_id": body_id, "reply": reply, "error": None}
     problem = problem_of(reply, instance_of(request), japanese=wants_japanese(request))
     return {"body_id": body_id, "reply": None, "error": problem}
+
+
+def _stopped(request: Request, result: Stopped) -> Response:
+    """Tell how far stops have come, in the language of who asked."""
+    reports: dict[str, Sequence[Report]] = {"bodies": [], "robots": [], **result.reports}
+    headers = {"Vary": "Accept-Language"}
+    if wants_japanese(request):
+        reports = {what: [it.in_japanese() for it in those] for what, those in reports.items()}
+        headers["Content-Language"] = "ja"
+    return content_response({"confirmed": result.confirmed, **reports}, headers=headers)
 
 
 def _begun(begun: Begun, waited_s: float) -> Response:

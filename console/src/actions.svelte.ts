@@ -34,9 +34,24 @@ class Notices {
 
 export const notices = new Notices();
 
+/** What was asked for and is not answered yet. */
+const waiting = new Set<{ what: string }>();
+
+/** Say of what is not answered that it may be done or not. */
+export function tellUnanswered(): void {
+  const { notices: said } = words();
+  for (const { what } of waiting) notices.add(false, said.unanswered(what), said.unansweredWhy);
+}
+
+leases.onLost = ({ scope }, { detail, remedy, requestId }) => {
+  notices.add(false, words().lease.lost(scope), `${detail} ${remedy}`.trim(), requestId);
+};
+
 /** Do it, and tell what came of it; quietly, tell only what went wrong. */
 export async function perform(what: string, deed: Deed, quiet = false): Promise<unknown> {
   const { notices: said } = words();
+  const asked = { what };
+  waiting.add(asked);
   try {
     const done = await deed(patient);
     if (!quiet) notices.add(true, isUnderWay(done) ? said.started(what) : said.done(what));
@@ -45,6 +60,7 @@ export async function perform(what: string, deed: Deed, quiet = false): Promise<
     tellFailure(what, error);
     return undefined;
   } finally {
+    waiting.delete(asked);
     plant.readSoon();
   }
 }

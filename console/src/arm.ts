@@ -1,7 +1,8 @@
 /** How the arm of a SCARA robot stands: in millimetres, counted from the base. */
 
 import type { Schemas, Scara } from "./gateway.ts";
-import { samples } from "./samples.svelte.ts";
+import { plant } from "./plant.svelte.ts";
+import { type Sample, samples } from "./samples.svelte.ts";
 
 export interface Point {
   x: number;
@@ -16,10 +17,11 @@ export interface FingerPlace extends Point {
 const MICROMETRES = 1000;
 const THOUSANDTHS = 1000;
 
-/** Where the axes are, in pulses; undefined while one is not known. */
-export function pulsesOf({ axes }: Scara): number[] | undefined {
-  const told = axes.map(({ body_id, position }) => samples.of(body_id)?.pulses ?? position);
-  return told.every((it) => it !== null) ? told : undefined;
+/** Where the axes are; undefined while that of one is not known. */
+export function samplesOf({ axes }: Scara): Sample[] | undefined {
+  const bodies = axes.map(({ body_id }) => plant.body(body_id));
+  const told = bodies.map((body) => body && samples.of(body));
+  return told.every((it) => it !== undefined) ? told : undefined;
 }
 
 export function placeIn({ x, y, angle }: Schemas["ScaraPlace"]): FingerPlace {

@@ -1,6 +1,6 @@
 /** Where the finger of a SCARA robot is: as the gateway works it out from the newest positions; nothing is sent. */
 
-import { type FingerPlace, placeIn, pulsesOf } from "./arm.ts";
+import { type FingerPlace, placeIn, samplesOf } from "./arm.ts";
 import { GatewayError, gateway } from "./gateway.ts";
 import { plant } from "./plant.svelte.ts";
 import { every } from "./reading.ts";
@@ -10,6 +10,8 @@ const PERIOD_MS = 200;
 export class Finger {
   place = $state.raw<FingerPlace>();
   pulses = $state.raw<number[]>();
+  /** When the oldest position was told that it is worked out from. */
+  at = $state(0);
   /** Why its place is not known. */
   trouble = $state("");
 
@@ -20,13 +22,15 @@ export class Finger {
 
   async #look(scara_id: string): Promise<void> {
     const scara = plant.scara(scara_id);
-    const pulses = scara && pulsesOf(scara);
+    const told = scara && samplesOf(scara);
+    const pulses = told?.map((it) => it.pulses);
     if (!pulses) {
       this.place = undefined;
     } else if (String(pulses) !== String(this.pulses)) {
       await this.#calculate(scara_id, pulses);
     }
     this.pulses = pulses;
+    this.at = Math.min(...(told ?? []).map((it) => it.at));
   }
 
   async #calculate(scara_id: string, pulses: number[]): Promise<void> {

@@ -13,6 +13,8 @@ const HEADER = "Lease-Token";
 class Leases {
   #all = $state.raw<Lease[]>([]);
   #mine = $state.raw<Taken[]>([]);
+  /** Called with each lease of this page that is over against its will. */
+  onLost: (taken: Taken, refusal: Refused) => void = () => undefined;
 
   start(): void {
     setInterval(() => this.#mine.forEach((taken) => void quietly(() => this.#renew(taken))), (TTL_S * 1000) / RENEWALS);
@@ -51,13 +53,19 @@ class Leases {
     };
   }
 
-  async #renew({ lease }: Taken): Promise<void> {
+  async #renew(taken: Taken): Promise<void> {
+    const { lease } = taken;
     try {
       await gateway.http.POST("/leases/{lease_id}/renew", { params: { path: { lease_id: lease } } });
     } catch (error) {
-      if (error instanceof Refused) this.#keep(this.#mine.filter((taken) => taken.lease !== lease));
+      if (error instanceof Refused && this.#mine.includes(taken)) this.#lose(taken, error);
       throw error;
     }
+  }
+
+  #lose(taken: Taken, refusal: Refused): void {
+    this.#keep(this.#mine.filter((it) => it !== taken));
+    this.onLost(taken, refusal);
   }
 
   #keep(mine: Taken[]): void {

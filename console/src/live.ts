@@ -18,25 +18,50 @@ export interface Listener<T> {
   opened?: () => void;
   closed?: (invalid: boolean) => void;
   told: (message: T) => void;
+  /** The silence after which a stream that never rests is dead. */
+  restless?: number;
 }
 
 /** Follows a stream until it is ended, over broken connections too. */
 export class Live<T> {
+  /** All that are not ended. */
+  static readonly #all = new Set<Live<never>>();
   readonly #listener: Listener<T>;
   #socket: WebSocket | undefined;
   #timer: ReturnType<typeof setTimeout> | undefined;
+  #watch: ReturnType<typeof setTimeout> | undefined;
   #failures = 0;
-  #ended = false;
 
   constructor(listener: Listener<T>) {
     this.#listener = listener;
+    Live.#all.add(this);
     this.#open();
   }
 
+  /** Open all of them anew: a connection that died without a word looks like one that has nothing to tell. */
+  static beginAnew(): void {
+    for (const live of Live.#all) live.#reopen();
+  }
+
   end(): void {
-    this.#ended = true;
+    Live.#all.delete(this);
+    this.#leave();
+  }
+
+  #reopen(): void {
+    this.#leave();
+    this.#listener.closed?.(false);
+    this.#open();
+  }
+
+  /** A socket that is left has nothing more to say, however long its end takes. */
+  #leave(): void {
     clearTimeout(this.#timer);
-    this.#socket?.close();
+    clearTimeout(this.#watch);
+    if (!this.#socket) return;
+    this.#socket.onopen = this.#socket.onmessage = this.#socket.onclose = null;
+    this.#socket.close();
+    this.#socket = undefined;
   }
 
   #open(): void {
@@ -47,18 +72,26 @@ export class Live<T> {
     this.#socket = socket;
     socket.onopen = () => {
       this.#failures = 0;
+      this.#listen();
       this.#listener.opened?.();
     };
-    socket.onmessage = ({ data }) => this.#listener.told(JSON.parse(data as string) as T);
+    socket.onmessage = ({ data }) => {
+      this.#listen();
+      this.#listener.told(JSON.parse(data as string) as T);
+    };
     socket.onclose = ({ code }) => {
-      if (this.#ended) return;
       this.#listener.closed?.(code === CLOSE_INVALID);
       this.#later();
     };
   }
 
+  #listen(): void {
+    clearTimeout(this.#watch);
+    const { restless } = this.#listener;
+    if (restless) this.#watch = setTimeout(() => this.#reopen(), restless);
+  }
+
   #later(): void {
-    if (this.#ended) return;
     const pause = PAUSES_MS[Math.min(this.#failures++, PAUSES_MS.length - 1)];
     this.#timer = setTimeout(() => this.#open(), pause);
   }

@@ -1,5 +1,8 @@
 /** The parameters of a command, as fields to be filled in. */
 
+import { hints } from "./words/hints.ts";
+import { language, named } from "./words/index.svelte.ts";
+
 export interface Field {
   name: string;
   description: string;
@@ -31,7 +34,7 @@ export function fieldsOf(parameters: Schema): Field[] {
     const one = alone(schema);
     return {
       name,
-      description: schema.description?.replaceAll("`", "") ?? "",
+      description: told(schema.description ?? ""),
       required: parameters.required?.includes(name) ?? false,
       kind: one.type === "integer" || one.type === "number" ? "number" : one.type === "string" ? "text" : "json",
       choices: one.type === "boolean" ? ["true", "false"] : one.enum?.map(String),
@@ -39,6 +42,12 @@ export function fieldsOf(parameters: Schema): Field[] {
       most: one.maximum ?? after(one.exclusiveMaximum, -1),
     };
   });
+}
+
+/** In the language of the page, where that has it. */
+function told(description: string): string {
+  const said = language.now === "ja" ? named(hints, description) : description;
+  return said.replaceAll("`", "");
 }
 
 /** What is sent for what somebody has typed; nothing for nothing. What is no JSON is a text: the gateway says what it takes. */

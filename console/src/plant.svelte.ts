@@ -8,6 +8,7 @@ import {
   type Group,
   type Identity,
   type Line,
+  NoAnswer,
   Refused,
   type Robot,
   type Scara,
@@ -22,8 +23,15 @@ import { EVENTS, Live } from "./live.ts";
 const PERIOD_MS = 2000;
 /** Events that come together are followed by one reading. */
 const SETTLE_MS = 250;
-/** What is older than this is not fresh. */
-const STALE_MS = 5000;
+/** What was asked for longer ago than this is not fresh. */
+const STALE_MS = 6000;
+/** A value that is older than this is shown with its age. */
+const OLD_MS = 3000;
+/** The same of what stands still: on a line of 120 bodies at 9600 baud its turn comes every six seconds. */
+const OLD_AT_REST_MS = 10_000;
+const TICK_MS = 500;
+/** An event may come so many readings after what it tells of. */
+const LATE_READINGS = 3;
 const KEPT_EVENTS = 1000;
 const PAGE = 1000;
 const PAGES = 10;
@@ -54,7 +62,7 @@ class Plant {
   moves = $state.raw<Record<string, AnyMove>>({});
   /** The newest events, newest first. */
   events = $state.raw<Event[]>([]);
-  /** When the gateway last told anything; 0 before it did. */
+  /** When the gateway was asked for what it has told last; 0 before it did. */
   heardAt = $state(0);
   /** When an event came last, or the stream was opened. */
   eventAt = $state(0);
@@ -62,14 +70,22 @@ class Plant {
   signedOut = $state(false);
   now = $state(Date.now());
 
+  /** When the bodies were asked for. */
+  #bodiesAt = 0;
   #cursor = "";
   #settling: ReturnType<typeof setTimeout> | undefined;
   #knowsEnds = false;
   #reading = false;
+  /** Whether the last reading was not answered: what has cut it off may have cut off streams, too. */
+  #missed = false;
+  /** Readings, one after the other, that had an end of a move which no event has told. */
+  #untold = 0;
+  /** Moves that are under way and were read before the stream was open: what came between is in neither. */
+  #doubted = new Set<string>();
   /** What is to be read next. */
   readonly #wanted = new Set<Part>();
   readonly #readers: Record<Part, () => Promise<unknown>> = {
-    bodies: async () => (this.bodies = (await gateway.http.GET("/bodies")).data?.bodies ?? []),
+    bodies: () => this.#readBodies(),
     lines: async () => (this.lines = (await gateway.http.GET("/lines")).data?.lines ?? []),
     groups: async () => (this.groups = (await gateway.http.GET("/groups")).data?.groups ?? []),
     robots: async () => (this.robots = (await gateway.http.GET("/robots")).data?.robots ?? []),
@@ -83,7 +99,8 @@ class Plant {
 
   start(): void {
     leases.start();
-    setInterval(() => (this.now = Date.now()), 500);
+    setInterval(() => this.#tick(), TICK_MS);
+    document.addEventListener("visibilitychange", () => this.#tick());
     setInterval(() => this.readSoon(), PERIOD_MS);
     void this.read();
     new Live<Event[]>({
@@ -92,6 +109,7 @@ class Plant {
       opened: () => {
         this.streaming = true;
         this.eventAt = Date.now();
+        this.#doubted = new Set(Object.values(this.moves).filter((it) => it.ended_at === null).map((it) => it.id));
         void this.read();
       },
       closed: () => (this.streaming = false),
@@ -125,6 +143,22 @@ class Plant {
     return this.lines.find((line) => line.line_id === id);
   }
 
+  /** Whether something is now as it was told at that time. */
+  isPresent(target: Target, at: number): boolean {
+    const oldMs = target.moving === false ? OLD_AT_REST_MS : OLD_MS;
+    return this.fresh && target.online && this.now - at < oldMs;
+  }
+
+  isNew(at: number): boolean {
+    return this.now - at < OLD_MS;
+  }
+
+  /** When the position of a body was read, on this machine's clock, which the gateway's need not follow. */
+  positionAt({ position_read_at, last_heard_at, known_age_s }: Body): number {
+    const heardAt = this.#bodiesAt - (known_age_s ?? 0) * 1000;
+    return heardAt - (Date.parse(last_heard_at ?? "") - Date.parse(position_read_at ?? ""));
+  }
+
   /** Read again, with whatever else is asked for until then. */
   readSoon(parts: readonly Part[] = ALL): void {
     for (const part of parts) this.#wanted.add(part);
@@ -141,8 +175,12 @@ class Plant {
     try {
       await this.#read();
       this.signedOut = false;
+      this.#untold = this.#missesAnEnd() ? this.#untold + 1 : 0;
+      if (this.#missed || this.#untold === LATE_READINGS) Live.beginAnew();
+      this.#missed = false;
     } catch (error) {
       if (!(error instanceof GatewayError)) throw error;
+      this.#missed = error instanceof NoAnswer;
       if (error instanceof Refused && error.status === 401) this.signedOut = true;
     } finally {
       this.#reading = false;
@@ -153,11 +191,33 @@ class Plant {
   async #read(): Promise<void> {
     this.identity ??= (await gateway.http.GET("/system/identity")).data;
     const parts = [...this.#wanted];
+    const askedAt = Date.now();
     this.#wanted.clear();
     await Promise.all(parts.map((part) => this.#readers[part]()));
-    this.now = this.heardAt = Date.now();
+    this.heardAt = askedAt;
+    this.#tick();
     await this.#readMoves();
     if (!this.#knowsEnds) await this.#readEnds();
+  }
+
+  /** Whether a move is over, and its stream has not said so. */
+  #missesAnEnd(): boolean {
+    const units = this.robots.flatMap((robot) => robot.units.map((unit) => unit.move_id));
+    const current = new Set([...this.bodies, ...this.scaras].map((it) => it.move_id).concat(units));
+    return Object.values(this.moves).some((move) => move.ended_at === null && !current.has(move.id));
+  }
+
+  async #readBodies(): Promise<void> {
+    const askedAt = Date.now();
+    this.bodies = (await gateway.http.GET("/bodies")).data?.bodies ?? [];
+    this.#bodiesAt = askedAt;
+  }
+
+  /** A page that has slept finds streams that look open, and may be dead. */
+  #tick(): void {
+    const now = Date.now();
+    if (now - this.now > STALE_MS) Live.beginAnew();
+    this.now = now;
   }
 
   /** How the last moves have ended, as far as the gateway still has it. */
@@ -173,38 +233,55 @@ class Plant {
     }
   }
 
-  /** Moves that began before this page was opened. */
+  /** Moves that began before this page was opened, and those of which no event tells the end. */
   async #readMoves(): Promise<void> {
     const { http } = gateway;
-    for (const { body_id, move_id } of this.bodies) {
-      if (!move_id || this.moves[body_id]?.id === move_id) continue;
+    for (const { body_id, move_id: current } of this.bodies) {
+      const move_id = this.#unread(body_id, current);
+      if (!move_id) continue;
       const path = { body_id, move_id };
       const { data } = await http.GET("/bodies/{body_id}/moves/{move_id}", { params: { path } });
       this.#note(data);
     }
-    for (const { robot_id, number, move_id } of this.robots.flatMap((robot) => robot.units)) {
-      if (!move_id || this.moves[`${robot_id}/units/${number}`]?.id === move_id) continue;
+    for (const { robot_id, number, move_id: current } of this.robots.flatMap((robot) => robot.units)) {
+      const move_id = this.#unread(`${robot_id}/units/${number}`, current);
+      if (!move_id) continue;
       const path = { robot_id, unit: number, move_id };
       const { data } = await http.GET("/robots/{robot_id}/units/{unit}/moves/{move_id}", { params: { path } });
       this.#note(data);
     }
-    for (const { scara_id, move_id } of this.scaras) {
-      if (!move_id || this.moves[scara_id]?.id === move_id) continue;
+    for (const { scara_id, move_id: current } of this.scaras) {
+      const move_id = this.#unread(scara_id, current);
+      if (!move_id) continue;
       const path = { scara_id, move_id };
       const { data } = await http.GET("/scaras/{scara_id}/moves/{move_id}", { params: { path } });
       this.#note(data);
     }
   }
 
+  /** The move to be read, of the one that is under way now and the newest that is known. */
+  #unread(address: string, current: string | null): string | null {
+    const known = this.moves[address];
+    if (current) return known?.id === current && !this.#doubted.delete(current) ? null : current;
+    return this.#untold >= LATE_READINGS && known?.ended_at === null ? known.id : null;
+  }
+
   #take(events: Event[]): void {
-    this.now = this.heardAt = this.eventAt = Date.now();
+    this.eventAt = Date.now();
+    this.#tick();
     this.events = [...events.toReversed(), ...this.events].slice(0, KEPT_EVENTS);
     for (const event of events) {
       this.#cursor = event.cursor;
       this.#note(moveOf(event));
-      if (event.type === "stream.gap") this.moves = {};
+      if (event.type === "stream.gap") this.#forgetMoves();
       this.readSoon(concernedBy(event.type));
     }
+  }
+
+  /** What came of them meanwhile is read. */
+  #forgetMoves(): void {
+    this.moves = {};
+    this.#knowsEnds = false;
   }
 
   #note(move: AnyMove | undefined): void {

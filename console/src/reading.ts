@@ -2,7 +2,7 @@
 
 import { untrack } from "svelte";
 
-import { GatewayError } from "./gateway.ts";
+import { GatewayError, Refused } from "./gateway.ts";
 import { plant } from "./plant.svelte.ts";
 
 /** Read once. */
@@ -15,14 +15,24 @@ export async function quietly(read: () => Promise<unknown>): Promise<void> {
 }
 
 /** Read now and every so often, while somebody looks and the gateway is there; gives how to end it. */
-export function every(periodMs: number, read: () => Promise<unknown>): () => void {
+export function every(periodMs: number, read: () => Promise<unknown>, gone: (refusal: Refused) => void = () => undefined): () => void {
   let isReading = false;
   async function look(): Promise<void> {
     if (isReading || document.hidden || !plant.fresh) return;
     isReading = true;
-    await quietly(read).finally(() => (isReading = false));
+    await quietly(() => orGone(read, gone)).finally(() => (isReading = false));
   }
   untrack(() => void look());
   const timer = setInterval(() => void look(), periodMs);
   return () => clearInterval(timer);
+}
+
+/** A gateway that has begun anew may know nothing of what was followed. */
+async function orGone(read: () => Promise<unknown>, gone: (refusal: Refused) => void): Promise<void> {
+  try {
+    await read();
+  } catch (error) {
+    if (error instanceof Refused && error.status === 404) gone(error);
+    throw error;
+  }
 }

@@ -1,18 +1,26 @@
 /** Live positions: the newest of each motor, and those of the last 20 s. */
 
-import type { Axes, Event } from "./gateway.ts";
+import { type Axes, type Body, type Event, type Robot, gateway } from "./gateway.ts";
 import { EVENTS, Live } from "./live.ts";
 import { plant } from "./plant.svelte.ts";
 import { addressOf } from "./told.ts";
 
-export interface Sample {
-  pulses: number;
-  /** When it was told, on this machine's clock. */
+/** Something that was told, and when, on this machine's clock. */
+interface Told {
   at: number;
 }
 
+export interface Sample extends Told {
+  pulses: number;
+}
+
+export interface UnitSample extends Told {
+  axes: Axes;
+}
+
 const KEPT_MS = 20_000;
-const OLD_MS = 3000;
+/** Each motor that can be asked tells its place more often. */
+const DEAD_MS = 20_000;
 
 class Samples {
   #pending: Record<string, Sample> = {};
@@ -20,19 +28,33 @@ class Samples {
   /** What comes within this time is shown together. */
   #gatherMs = 0;
   #newest = $state.raw<Record<string, Sample>>({});
-  #axes = $state.raw<Record<string, Axes>>({});
+  #units = $state.raw<Record<string, UnitSample>>({});
   /** The samples of one motor, oldest first; not reactive, the plot looks when it draws. */
   readonly trail: Sample[] = [];
 
-  /** The newest sample of a motor, unless there is something newer; without a connection there is not. */
-  of(address: string): Sample | undefined {
-    const sample = this.#newest[address];
-    return sample && (!plant.fresh || plant.now - sample.at < OLD_MS) ? sample : undefined;
+  /** Where a body was when that was told last; what the gateway does not know any more is forgotten. */
+  of(body: Body): Sample | undefined {
+    const sample = this.#newest[body.body_id];
+    if (body.position === null) return sample && plant.isNew(sample.at) ? sample : undefined;
+    const at = plant.positionAt(body);
+    return sample && sample.at > at ? sample : { pulses: body.position, at };
   }
 
   /** Where the axes of a unit were when its robot last acted on it. */
-  axesOf(address: string): Axes | undefined {
-    return this.#axes[address];
+  ofUnit(address: string): UnitSample | undefined {
+    return this.#units[address];
+  }
+
+  /** Ask once for units that have not told yet where they are: only that which a robot acts on is followed. */
+  async readUnits({ robot_id, units }: Robot): Promise<void> {
+    for (const { number } of units) {
+      const address = `${robot_id}/units/${number}`;
+      if (this.#units[address]) continue;
+      const at = Date.now();
+      const params = { path: { robot_id, unit: number } };
+      const { data } = await gateway.http.GET("/robots/{robot_id}/units/{unit}/position", { params });
+      if (data) this.#noteUnit(address, { axes: data.axes, at });
+    }
   }
 
   /** Follow all motors, or one of them, so many times a second; gives how to end it. */
@@ -44,6 +66,7 @@ class Samples {
       ...EVENTS,
       query: () => plant.identity && this.#query(rate, one),
       told: (events) => events.forEach((event) => this.#take(event, one)),
+      restless: DEAD_MS,
     });
     return () => live.end();
   }
@@ -56,7 +79,11 @@ class Samples {
     const { pulses, axes } = event.data as { pulses?: number; axes?: Axes };
     const address = addressOf(event);
     if (pulses !== undefined) this.#note(address, pulses, one);
-    if (axes) this.#axes = { ...this.#axes, [address]: axes };
+    if (axes) this.#noteUnit(address, { axes, at: Date.now() });
+  }
+
+  #noteUnit(address: string, sample: UnitSample): void {
+    this.#units = { ...this.#units, [address]: sample };
   }
 
   #note(address: string, pulses: number, one?: string): void {

@@ -21,6 +21,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from gateway.access.principal import Principal
 from gateway.access.roles import Role
 from gateway.core.records import Record
+from protocols.wording import as_given
 
 log = logging.getLogger(__name__)
 
@@ -248,7 +249,7 @@ class KeyStore:
         with self._changing() as file:
             good = [key for key in file.keys if key.name == name and key.is_good_at(now)]
             if not good:
-                raise KeyFault(f"There is no good key {name}.")
+                raise KeyFault(f"There is no good key {as_given(name)}.")
             file.keys = [it.model_copy(update={"revoked": now}) if it in good else it for it in file.keys]
 
     # the file

@@ -20,6 +20,7 @@ from gateway.core.next_calls import ALARMS, NextCall, filled_in, post
 from gateway.core.origin import current
 from gateway.core.records import Record
 from gateway.core.rights import Right
+from protocols.wording import as_given
 
 HISTORY: Final = 1000
 """Alarms that are over and reset are kept until so many newer ones exist."""
@@ -294,7 +295,7 @@ class Alarms:
             if alarm.id == alarm_id:
                 self._note_end(found := alarm)
         if found is None:
-            detail = f"There is no alarm {alarm_id}, or it is no longer kept."
+            detail = f"There is no alarm {as_given(alarm_id)}, or it is no longer kept."
             raise NotFound(detail, "GET /alarms lists them.", [ALARMS])
         return found
 

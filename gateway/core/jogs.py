@@ -7,6 +7,7 @@ from pydantic import Field
 
 from gateway.core.errors import GatewayError, NotFound
 from gateway.core.records import Record
+from protocols.wording import as_given
 
 HEARTBEAT_S: Final = 0.5
 """The longest time between two heartbeats; after it the motor is stopped."""
@@ -74,6 +75,6 @@ class JogOver(GatewayError):
 def no_such_jog(jog_id: str) -> NotFound:
     """The error where nobody remembers a session."""
     return NotFound(
-        f"There is no JOG session {jog_id}; nothing was sent.",
+        f"There is no JOG session {as_given(jog_id)}; nothing was sent.",
         "Read the status: what it moved may stand still.",
     )

@@ -21,6 +21,7 @@ from gateway.core.own_faults import insist, survived
 from gateway.core.parts import Part
 from gateway.core.records import Record
 from protocols.table import Effect
+from protocols.wording import as_given
 
 LONGEST_S: Final = 30.0
 """No lease lasts longer without being renewed."""
@@ -295,7 +296,7 @@ class Leases:
         self.expire()
         if lease_id not in self._held:
             raise NotFound(
-                f"There is no lease {lease_id}, or it is over.",
+                f"There is no lease {as_given(lease_id)}, or it is over.",
                 "GET /leases lists those that last; what moves goes on to its end. Take a new one.",
             )
         return self._held[lease_id]

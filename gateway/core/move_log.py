@@ -11,6 +11,7 @@ from gateway.core.errors import NotFound
 from gateway.core.ids import sorted_by_time
 from gateway.core.move_record import MoveRecord
 from gateway.core.waiting import happens
+from protocols.wording import as_given
 
 HISTORY = 1000
 """Finished moves that are kept, for all bodies or all robots together."""
@@ -61,7 +62,8 @@ class MoveLog(Generic[M]):
         move = self._moves.get(move_id)
         if move is None:
             raise NotFound(
-                f"There is no move {move_id}; finished moves are kept until {HISTORY} newer ones exist.",
+                f"There is no move {as_given(move_id)}; "
+                f"finished moves are kept until {HISTORY} newer ones exist.",
                 "The list of moves of the same body or unit has those that are kept.",
             )
         return move

@@ -3,10 +3,13 @@
 import asyncio
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Generic, Literal, Protocol, TypeVar
+from typing import Generic, Literal, NamedTuple, Protocol, Self, TypeVar
 
-from gateway.core.errors import GatewayError
+from pydantic import PrivateAttr
+
+from gateway.core.errors import GatewayError, NotSent
 from gateway.core.own_faults import insist
+from gateway.core.records import Record
 from gateway.core.waiting import happens
 
 StopMode = Literal["decelerate", "immediate"]
@@ -22,6 +25,27 @@ CONFIRM_WITHIN_S = 2.0
 RECORD_WITHIN_S = 1.0
 """A move that was stopped is recorded within this; if not, the next one does not wait any longer."""
 UNCONFIRMED = "Standstill is not confirmed: use the hardware stop."
+UNCONFIRMED_JA = "静止を確認できていません。ハードウェアの停止を使ってください。"
+
+
+class Said(NamedTuple):
+    """A sentence in both languages."""
+
+    en: str
+    ja: str
+
+    @classmethod
+    def unknown(cls, what: "Said", error: GatewayError) -> Self:
+        """Nobody knows whether something stands still, and why it has not told.
+
+        That nothing was sent is true of the question, but people would take it for the stop.
+        """
+        if isinstance(error, NotSent):
+            en, ja = "it cannot be asked.", "問い合わせることができません。"
+        else:
+            en, ja = error.detail, error.detail_ja or f"（{error.detail}）"
+        said_en = f"Nobody knows whether {what.en} stands still: {en}"
+        return cls(said_en, f"{what.ja}が静止しているかどうか分かりません。{ja}")
 
 
 class Report(Protocol):
@@ -29,6 +53,26 @@ class Report(Protocol):
 
     state: StopState
     detail: str | None
+
+    def note_japanese(self, detail: str | None) -> None:
+        """Take `detail` in Japanese, too."""
+
+    def in_japanese(self) -> Self:
+        """The same for people who read Japanese."""
+
+
+class BilingualReport(Record):
+    """A report whose `detail` there is in Japanese, too."""
+
+    _detail_ja: str | None = PrivateAttr(None)
+
+    def note_japanese(self, detail: str | None) -> None:
+        """Take it."""
+        self._detail_ja = detail
+
+    def in_japanese(self) -> Self:
+        """The same for people who read Japanese."""
+        return self.model_copy(update={"detail": self._detail_ja})
 
 
 class Stopping(ABC):
@@ -42,7 +86,7 @@ class Stopping(ABC):
         self._report = report
         self._began_at = asyncio.get_running_loop().time()
         self._overdue = False
-        self._trouble: str | None = None
+        self._trouble: Said | None = None
         """Why it was not sent."""
         self._at_once = asyncio.Event()
 
@@ -61,7 +105,7 @@ class Stopping(ABC):
         """Count all replies on its line."""
 
     @abstractmethod
-    def why_not(self) -> Sequence[str]:
+    def why_not(self) -> Sequence[Said]:
         """Tell what keeps it from being confirmed."""
 
     @abstractmethod
@@ -82,7 +126,8 @@ class Stopping(ABC):
                 self._repeat()
         finally:
             self._warning.cancel()
-        self._report.state, self._report.detail = "confirmed", None
+        self._report.state = "confirmed"
+        self._explain(())
 
     def repeat_at_once(self) -> None:
         """Send the next repetition now: it will arrive."""
@@ -147,7 +192,8 @@ class Stopping(ABC):
     def note_not_sent(self, error: GatewayError) -> None:
         """It could not be put on the wire; what was sent before stays sent."""
         if self._report.state in ("requested", "not_sent"):
-            self._report.state, self._trouble = "not_sent", error.detail
+            ja = error.detail_ja or f"停止を送信できませんでした。（{error.detail}）"
+            self._report.state, self._trouble = "not_sent", Said(error.detail, ja)
             self.tell()
 
     def calls_for_hardware(self) -> bool:
@@ -158,8 +204,12 @@ class Stopping(ABC):
         """Write into the report why it is not confirmed."""
         reasons = [self._trouble] if self._trouble else [*self.why_not()]
         if self.calls_for_hardware():
-            reasons.append(UNCONFIRMED)
-        self._report.detail = " ".join(reasons) or None
+            reasons.append(Said(UNCONFIRMED, UNCONFIRMED_JA))
+        self._explain(reasons)
+
+    def _explain(self, reasons: Sequence[Said]) -> None:
+        self._report.detail = " ".join(it.en for it in reasons) or None
+        self._report.note_japanese("".join(it.ja for it in reasons) or None)
 
 
 S = TypeVar("S", bound=Stopping)

@@ -15,6 +15,7 @@ from gateway.core.records import Record
 from gateway.core.stops import Report, StopMode
 from gateway.core.waiting import together
 from protocols.table import Command, Reply
+from protocols.wording import as_given
 
 R = TypeVar("R", bound=Reply)
 
@@ -145,7 +146,7 @@ class Target(ABC):
 
         :raises NotFound: nothing is kept of it.
         """
-        raise NotFound(f"{self.address} keeps no samples of a move {move_id}.")
+        raise NotFound(f"{self.address} keeps no samples of a move {as_given(move_id)}.")
 
     async def stop(self, mode: StopMode) -> Stopped:
         """Stop it; every stop frame is queued before anything is awaited."""

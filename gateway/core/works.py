@@ -9,6 +9,7 @@ from math import inf
 from typing import Any, ClassVar, Final, Generic, NamedTuple, Protocol, TypeVar
 
 from gateway.core.errors import NotFound
+from protocols.wording import as_given
 
 log = logging.getLogger(__name__)
 
@@ -99,7 +100,7 @@ class Works(Generic[W]):
         """
         found = self.find(subject, record_id)
         if found is None:
-            raise NotFound(f"{subject} has no {self._what} {record_id}, or it is no longer kept.")
+            raise NotFound(f"{subject} has no {self._what} {as_given(record_id)}, or it is no longer kept.")
         await self.wait(found, timeout_s)
         return found
 

@@ -52,6 +52,7 @@ from gateway.fics.watch import watch
 from protocols.fics.commands import ROWS, Row, of_the_robot
 from protocols.fics.jog import StartJog
 from protocols.fics.row import WhenAnswered
+from protocols.wording import as_given
 from transports.base import Transport
 
 ROBOT = Place("/robots/{robot_id}", RobotMove)
@@ -147,7 +148,7 @@ class Fics(Family):
         """
         if robot_id not in self._robots:
             raise NotFound(
-                f"There is no robot {robot_id}; {there_are(self._robots)}; nothing was sent.",
+                f"There is no robot {as_given(robot_id)}; {there_are(self._robots)}; nothing was sent.",
                 "GET /robots lists them.",
             )
         return self._robots[robot_id]
@@ -159,7 +160,7 @@ class Fics(Family):
         if not of_robot:
             return RobotTarget(robot, self.moves)
         if len(of_robot) != 2 or of_robot[0] != "units" or not of_robot[1].isdecimal():
-            raise NotFound(f"There is no /{collection}/{'/'.join(names)}; nothing was sent.")
+            raise NotFound(f"There is no {as_given('/'.join(('', collection, *names)))}; nothing was sent.")
         return UnitTarget(robot, robot.unit(int(of_robot[1])), self.moves)
 
     def link_of(self, line_id: str) -> Target:

@@ -8,11 +8,20 @@ from typing import Any
 
 from pydantic import Field
 
-from gateway.core.errors import GatewayError, NotSent
+from gateway.core.errors import GatewayError
 from gateway.core.lanes import Lane
 from gateway.core.own_faults import all_of, carry_on, insist, seen_to, survived, twice
-from gateway.core.records import Record, request_id_field
-from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState, StopsUnderWay
+from gateway.core.records import request_id_field
+from gateway.core.stops import (
+    CONFIRM_WITHIN_S,
+    RECORD_WITHIN_S,
+    BilingualReport,
+    Said,
+    StopMode,
+    Stopping,
+    StopState,
+    StopsUnderWay,
+)
 from gateway.core.waiting import happens
 from gateway.fics.axes import Places, at_rest
 from gateway.fics.bits import Bits
@@ -37,7 +46,7 @@ BRAKES_FOR_S = 0.05
 """Between two looks at motors that may brake: in less, a slow one would not change what it displays."""
 
 
-class RobotStopReport(Record):
+class RobotStopReport(BilingualReport):
     """How far the stop of a robot has come."""
 
     robot_id: str
@@ -146,7 +155,7 @@ class _RobotStop(Stopping):
         """The error the robot refused it with, last."""
         self._said_at = self._judged_at = 0
         """What `FicsLine.unheard` was when it was written last, and of which writing the robot has told."""
-        self._not_still = {unit.number: f"Unit {unit.number} has not been asked yet." for unit in units}
+        self._not_still = {unit.number: _not_asked(unit) for unit in units}
         """Units that were not seen to stand still, and why."""
         self._places: dict[int, Places] = {}
         """Where the motors of a unit stood when they were last asked."""
@@ -243,14 +252,14 @@ class _RobotStop(Stopping):
                 await asyncio.sleep(pause_s)
         return True
 
-    def _saw(self, unit: RobotUnit, why_not_still: str | None) -> None:
+    def _saw(self, unit: RobotUnit, why_not_still: Said | None) -> None:
         if why_not_still is None:
             self._not_still.pop(unit.number, None)
         else:
             self._not_still[unit.number] = why_not_still
         self.tell()
 
-    async def _why_not_still(self, unit: RobotUnit) -> str | None:
+    async def _why_not_still(self, unit: RobotUnit) -> Said | None:
         """Why a unit cannot be called standing still; None if it says itself that it does.
 
         In an emergency stop in which the axes may brake, the motors have to be where they were before.
@@ -261,12 +270,11 @@ class _RobotStop(Stopping):
         except UnitMissing:
             return None  # the robot itself says that nothing is there to move
         except GatewayError as error:
-            before = " It stood still when it was last asked." if unit.stood_still else ""
-            reason = "it cannot be asked." if isinstance(error, NotSent) else error.detail
-            return f"Nobody knows whether unit {unit.number} stands still: {reason}{before}"
+            said = Said.unknown(Said(f"unit {unit.number}", f"ユニット{unit.number} "), error)
+            return _once_still(said) if unit.stood_still else said
         stood = self._places.get(unit.number, places) == places
         self._places[unit.number] = places
-        return None if stood and at_rest(axes) else f"Unit {unit.number} has not come to rest."
+        return None if stood and at_rest(axes) else _not_at_rest(unit)
 
     def reply_count(self) -> int:
         """All of its line, which is the robot's alone."""
@@ -274,9 +282,9 @@ class _RobotStop(Stopping):
 
     # telling
 
-    def why_not(self) -> list[str]:
+    def why_not(self) -> list[Said]:
         """The refusal, and what each unit has told."""
-        refusal = [] if self._refusal is None else [f"The robot refused the stop with {self._refusal}."]
+        refusal = [] if self._refusal is None else [_refused_with(self._refusal)]
         return [*refusal, *self._not_still.values()]
 
     def calls_for_hardware(self) -> bool:
@@ -291,3 +299,23 @@ class _RobotStop(Stopping):
     def publish(self, what: str, **more: str) -> None:
         """Tell everybody how far it has come."""
         self._tell(f"robot.stop.{what}", {**self.report.model_dump(), **more})
+
+
+def _once_still(unknown: Said) -> Said:
+    ja = f"{unknown.ja}最後に問い合わせたときは静止していました。"
+    return Said(f"{unknown.en} It stood still when it was last asked.", ja)
+
+
+def _not_asked(unit: RobotUnit) -> Said:
+    ja = f"ユニット{unit.number} にはまだ問い合わせていません。"
+    return Said(f"Unit {unit.number} has not been asked yet.", ja)
+
+
+def _not_at_rest(unit: RobotUnit) -> Said:
+    ja = f"ユニット{unit.number} がまだ静止していません。"
+    return Said(f"Unit {unit.number} has not come to rest.", ja)
+
+
+def _refused_with(error: str) -> Said:
+    ja = f"ロボットが停止をエラー {error} で拒否しました。"
+    return Said(f"The robot refused the stop with {error}.", ja)

@@ -6,6 +6,7 @@ from gateway.core.leases import Lease, Taken
 from gateway.core.rights import Right
 from gateway.operations.caller import claim, for_caller, holder, require
 from gateway.plant import Plant
+from protocols.wording import as_given
 
 
 @for_caller
@@ -65,6 +66,6 @@ def _path(plant: Plant, scope: str) -> str:
         return plant.named(scope).path
     except NotFound:
         raise NotFound(
-            f"There is no line, body, group or robot {scope}; nothing was leased.",
+            f"There is no line, body, group or robot {as_given(scope)}; nothing was leased.",
             "GET /lines, /bodies, /groups, /scaras and /robots list what there is.",
         ) from None

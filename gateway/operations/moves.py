@@ -12,6 +12,7 @@ from gateway.core.targets import AnyCommand, Result
 from gateway.operations.caller import for_caller, needs, require
 from gateway.operations.commands import ask
 from gateway.plant import Plant
+from protocols.wording import as_given
 
 
 @for_caller
@@ -60,7 +61,7 @@ async def get(plant: Plant, target: str, move_id: str, wait_s: float = 0.0) -> M
     addressed = plant.target(target)
     move: MoveRecord = addressed.log.get(move_id)
     if move.body_id != addressed.address:
-        raise NotFound(f"{addressed.address} has no move {move_id}.")
+        raise NotFound(f"{addressed.address} has no move {as_given(move_id)}.")
     await addressed.log.wait(move_id, wait_s)
     return move
 

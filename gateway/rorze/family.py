@@ -67,6 +67,7 @@ from protocols.rorze.errors import lookup
 from protocols.rorze.link import MoveEnded, StatusChanged, UnknownMessage, program_text
 from protocols.rorze.link_master import SetGroup
 from protocols.rorze.row import MODE_NAMES, LinkMasterCommand
+from protocols.wording import as_given
 from transports.base import Transport
 
 UNATTENDED: Final = ("continuous", "jog")
@@ -287,7 +288,7 @@ class Rorze(Family):
         found = self._scaras.get(scara_id.lower())
         if found is None:
             raise NotFound(
-                f"There is no SCARA robot {scara_id}; {there_are(self._scaras)}; nothing was sent.",
+                f"There is no SCARA robot {as_given(scara_id)}; {there_are(self._scaras)}; nothing was sent.",
                 "GET /scaras lists them.",
             )
         return found
@@ -640,7 +641,7 @@ def _find(things: dict[str, T], lines: Iterable[str], address: str, what: str) -
     if not found:
         listed = "GET /bodies" if what == "body" else "GET /groups"
         raise NotFound(
-            f"There is no {what} {address}; {there_are(things)}; nothing was sent.",
+            f"There is no {what} {as_given(address)}; {there_are(things)}; nothing was sent.",
             f"{listed} lists them; bodies have the numbers 00-77, groups 80-9E.",
         )
     if len(found) > 1:

@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
-from typing import Any
+from typing import Any, Final
 
 from pydantic import Field
 
@@ -13,8 +13,17 @@ from gateway.core.events import EventHub
 from gateway.core.lanes import Lane
 from gateway.core.origin import working
 from gateway.core.own_faults import all_of, carry_on, insist, safely, survived, twice
-from gateway.core.records import Record, request_id_field
-from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, REPEAT_S, Stopping, StopState, StopsUnderWay
+from gateway.core.records import request_id_field
+from gateway.core.stops import (
+    CONFIRM_WITHIN_S,
+    RECORD_WITHIN_S,
+    REPEAT_S,
+    BilingualReport,
+    Said,
+    Stopping,
+    StopState,
+    StopsUnderWay,
+)
 from gateway.core.stops import StopMode as StopMode
 from gateway.core.waiting import happens
 from gateway.rorze.bodies import PROGRAM_RUNS, Body, Group, R
@@ -39,9 +48,14 @@ CLOCK_S = 0.001
 """A timer may be early by so much."""
 UNKNOWN_CODE = "0x49"
 """A controller without user programs refuses the question for them so, or without a code."""
+NOT_AT_REST: Final = Said("The motor has not come to rest.", "モータがまだ静止していません。")
+PROGRAM_GOES_ON: Final = Said(
+    "A user program runs that could move the motor again.",
+    "モータを再び動かす可能性のあるユーザプログラムが実行中です。",
+)
 
 
-class StopReport(Record):
+class StopReport(BilingualReport):
     """How far the stop of one body has come."""
 
     body_id: str
@@ -224,7 +238,10 @@ class _BodyStop(Stopping):
         """Of the program."""
         self._answers = True
         """If not, the body may be dead, and nobody else need wait for it."""
-        self._why: str | None = f"{body.address} has not told yet whether its motor stands still."
+        self._why: Said | None = Said(
+            f"{body.address} has not told yet whether its motor stands still.",
+            f"{body.address} は、モータが静止しているかどうかをまだ返答していません。",
+        )
         self.tell()
 
     # sending
@@ -260,7 +277,8 @@ class _BodyStop(Stopping):
             return
         self._answers = not isinstance(outcome, NoReply)
         if not self._answers:
-            self._why = f"{self.body.address} does not answer the stop."
+            address = self.body.address
+            self._why = Said(f"{address} does not answer the stop.", f"{address} が停止に応答しません。")
             self.tell()
         if isinstance(outcome, Answered):
             self.report.state = "acknowledged"
@@ -317,9 +335,8 @@ class _BodyStop(Stopping):
         try:
             self._why = await self._why_not_still()
         except GatewayError as error:
-            # That nothing was sent is true of the question, but people would take it for the stop.
-            reason = "it cannot be asked." if isinstance(error, NotSent) else error.detail
-            self._why = f"Nobody knows whether the motor of {self.body.address} stands still: {reason}"
+            address = self.body.address
+            self._why = Said.unknown(Said(f"the motor of {address}", f"{address} のモータ"), error)
         else:
             self._answers = True
         self._refuted = self._why is not None
@@ -366,14 +383,14 @@ class _BodyStop(Stopping):
         """Ask it in one frame with those that are stopped with it."""
         return await self._sweep.ask_one(self.body, self._company_of(self.body), command, Lane.VERIFY)
 
-    async def _why_not_still(self) -> str | None:
+    async def _why_not_still(self) -> Said | None:
         if await self._runs_pulses():
-            return "The motor has not come to rest."
+            return NOT_AT_REST
         if await self._runs_program():
-            return "A user program runs that could move the motor again."
+            return PROGRAM_GOES_ON
         position = await self._position()
         if await self._runs_pulses():
-            return "The motor has not come to rest."
+            return NOT_AT_REST
         self.report.position = position
         return None
 
@@ -405,7 +422,7 @@ class _BodyStop(Stopping):
 
     # telling
 
-    def why_not(self) -> list[str]:
+    def why_not(self) -> list[Said]:
         """What the controller has answered, or why it has not."""
         return [self._why] if self._why else []
 

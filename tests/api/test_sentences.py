@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator
+from itertools import product
 from typing import Any, Final
 
 import httpx2
@@ -14,6 +15,7 @@ from tests.api.stand import Stand, on_stand
 MARKS: Final = re.compile(r"[.,;:?!]\s*[.,;:]|\s{2,}|\s[.,;:?]|。[.;。、]|[(（]\s|\s[)）]|\(\)|（）|^\s|\s$")
 """Two marks at one place, a mark after a blank, two blanks, and brackets around nothing."""
 NAMES: Final = {"body_id": "3F", "group_id": "80", "robot_id": "r1", "unit": "1", "line_id": "arm"}
+WRONG_NAMES: Final = ("zz", "%20", "%09.")
 WRONG_BODIES: Final = ("", "{", "[]", "null", '"x"', "{}", '{"nix":1}', '{"a":1,"a":2}', '{"a":1e999}')
 WRONG_VALUES: Final[tuple[Any, ...]] = (None, "zz", -1, 1e12, [], {}, True, 3.5)
 LONG: Final = ("/backup", "/stream", "/positions.csv", "/position-uploads")
@@ -32,8 +34,8 @@ def requests_of(app: FastAPI) -> Iterator[tuple[str, str, str]]:
         names = re.findall(r"\{(\w+)\}", path)
         good = path.format_map({name: NAMES.get(name, "1") for name in names})
         for method, operation in operations.items():
-            for name in names:
-                yield method, path.format_map({it: NAMES.get(it, "1") for it in names} | {name: "zz"}), "{}"
+            for name, wrong in product(names, WRONG_NAMES):
+                yield method, path.format_map({it: NAMES.get(it, "1") for it in names} | {name: wrong}), "{}"
             yield method, f"{good}?nix=1", ""
             for parameter in operation.get("parameters", ()):
                 if parameter["in"] == "query":

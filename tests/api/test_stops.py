@@ -111,6 +111,19 @@ async def test_a_stop_that_cannot_be_sent_is_never_called_confirmed(stand: Stand
 
 
 @on_stand()
+async def test_why_a_stop_is_not_confirmed_is_told_in_the_language_of_who_asks(stand: Stand) -> None:
+    stand.port.unplug()
+    english = await stand.post("/stop")
+    japanese = await stand.client.post("/stop", headers=JAPANESE)
+    assert "Content-Language" not in english.headers
+    assert japanese.headers["Content-Language"] == "ja"
+    assert english.json()["bodies"][0]["detail"].endswith("use the hardware stop.")
+    told = japanese.json()["bodies"][0]["detail"]
+    assert told.startswith("停止を送信できませんでした。（")
+    assert told.endswith("静止を確認できていません。ハードウェアの停止を使ってください。")
+
+
+@on_stand()
 async def test_a_group_is_stopped_by_one_frame_and_then_one_for_each(stand: Stand) -> None:
     await stand.client.put("/groups/80", json={"members": ["00", "3F"]})
     answer = await stand.post("/groups/80/stop", {"mode": "immediate"})

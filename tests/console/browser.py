@@ -44,6 +44,7 @@ class Plant:
     """A gateway with a line of three bodies, two of them a group, and a robot."""
 
     line: SimulatedLine
+    robot: SimulatedRobot
     gateway: Gateway
 
     @property
@@ -63,7 +64,7 @@ def plant_in(folder: Path, bodies: str = BODIES) -> Iterator[Plant]:
         config.write_text(text.replace("\n[access]", f"\n{cell}\n[access]"))
         gateway = Gateway(config).wait_until_ready()
         try:
-            yield Plant(line, gateway)
+            yield Plant(line, robot, gateway)
         finally:
             gateway.end()
             robot.program.end()

@@ -197,6 +197,22 @@ def test_a_unit_is_told_as_homed_while_the_robot_acts_on_another(demo: str, open
     expect(console.page.locator("tr", has_text="homing").first).not_to_contain_text("null")
 
 
+def test_where_a_robot_stands_is_read_once_a_page_is_loaded(demo: str, open_console: Open) -> None:
+    """Only the unit that a robot acts on is followed: the others tell it once."""
+    for unit in (2, 1):
+        home = f"{demo}/robots/r1/units/{unit}/moves"
+        httpx.post(
+            home, params={"wait": LONGEST_WAIT_S}, json={"kind": "home"}, timeout=90
+        ).raise_for_status()
+    console = open_console(demo)
+    axes = console.page.get_by_role("link", name="r1").locator(".number.row")
+    for unit in (0, 1):
+        expect(axes.nth(unit)).to_contain_text(re.compile(r"X -?[\d.]+ "))
+    console.go("#/robot/r1")
+    console.shows("Inputs 1:")
+    expect(console.page.get_by_role("region", name="Variables")).to_contain_text("read")
+
+
 def robot_moves(plant: Plant) -> list[dict[str, Any]]:
     return list(plant.gateway.get("/robots/r1/units/1/moves?limit=1000")["moves"])
 
@@ -338,6 +354,15 @@ def test_a_command_is_sent_by_hand_with_its_effect_and_right_beside_it(
     expect(form.get_by_label("Answer")).to_contain_text('"retries": 5')
 
 
+def test_the_hints_of_a_command_are_in_the_language_of_the_page(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/wire/line1", "ja")
+    form = console.page.locator("details", has_text="コマンドを送る")
+    form.locator("summary").click()
+    form.get_by_role("combobox").first.select_option("line1.00")
+    form.get_by_role("combobox").nth(1).select_option("set-homing-retries")
+    expect(form).to_contain_text("再試行回数。初期値は 0。")
+
+
 def test_the_wire_stands_still_while_it_is_read_and_goes_on_with_what_came(
     plant: Plant, open_console: Open
 ) -> None:
@@ -422,7 +447,6 @@ def test_a_page_shows_what_is_told_twice(plant: Plant, open_console: Open) -> No
     for path in ("posture", "audit*", "macros", "events*", "inputs", "outputs"):
         console.page.route(f"**/{path}", tell_twice)
     console.go("#/robot/r1")
-    console.page.get_by_role("region", name="Inputs").get_by_role("button", name="Read").first.click()
     expect(console.page.get_by_text("Inputs 1:")).to_have_count(2)
     console.go("#/system")
     expect(console.page.get_by_role("row", name="access.mode")).to_have_count(2)
@@ -478,6 +502,7 @@ def test_a_speed_set_is_changed_and_its_curve_drawn(plant: Plant, open_console: 
     console.shows("s in all")
     console.page.get_by_label("Maximum speed").fill("12000")
     console.button("Save speed set 30").click()
+    console.shows("Save speed set 30: done.")
     console.shows("12000 pulse/s at most")
     assert plant.gateway.get("/bodies/01/speed-sets/30")["maximum_speed_pps"] == 12_000
 

@@ -11,6 +11,12 @@ from tests.e2e.processes import until
 
 Open = Callable[..., Console]
 BESIDE_PX = 200
+HITS_STOP = """() => {
+    const stop = document.querySelector("header .stop"), box = stop.getBoundingClientRect();
+    const places = [[1, 1], [1, 9], [5, 5], [9, 1], [9, 9]];
+    return places.every(([x, y]) => stop ===
+        document.elementFromPoint(box.x + (box.width * x) / 10, box.y + (box.height * y) / 10));
+}"""
 
 
 class Finger:
@@ -67,6 +73,42 @@ def test_no_page_is_wider_than_a_tablet(plant: Plant, open_console: Open) -> Non
         expect(console.page.get_by_role("heading", level=1)).to_be_visible()
         beyond = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
         assert console.page.evaluate(beyond) == 0, path
+
+
+@pytest.mark.parametrize("size", [(390, 844), (844, 390), (800, 1000)])
+def test_nothing_ever_covers_the_stop(plant: Plant, open_console: Open, size: tuple[int, int]) -> None:
+    console = open_console(plant.url, "#/axis/line1.3F", tablet=True)
+    console.page.set_viewport_size({"width": size[0], "height": size[1]})
+    for name in ("Go", "Set position", "Change", "Faster", "Slower"):
+        console.button(name).click(force=True)
+    console.page.route("**/bodies", lambda route: route.abort())
+    console.shows("No connection to the gateway. What is shown is from")
+    console.page.evaluate("scrollTo(0, document.body.scrollHeight)")
+    console.page.keyboard.press("Tab")
+    console.page.get_by_text("Skip to the content").focus()
+    assert console.page.evaluate(HITS_STOP)
+    beyond = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
+    assert console.page.evaluate(beyond) == 0
+
+
+def test_the_list_of_unconfirmed_stops_is_read_to_its_end_on_a_phone(
+    plant: Plant, open_console: Open
+) -> None:
+    bodies = [
+        {"body_id": f"line1.{number:02X}", "state": "sent", "detail": "It moves."} for number in range(120)
+    ]
+    console = open_console(plant.url, tablet=True)
+    console.page.set_viewport_size({"width": 390, "height": 844})
+    console.page.route(
+        "**/stop", lambda route: route.fulfill(json={"confirmed": False, "bodies": bodies, "robots": []})
+    )
+    console.button("STOP ALL").click()
+    console.shows("NOT CONFIRMED: use the hardware stop if anything moves.")
+    last = console.page.get_by_text("line1.77: sent, not confirmed It moves.")
+    last.scroll_into_view_if_needed()
+    expect(last).to_be_in_viewport()
+    expect(console.button("STOP ALL")).to_be_in_viewport()
+    assert console.page.evaluate(HITS_STOP)
 
 
 def test_what_a_finger_presses_is_big_enough(plant: Plant, open_console: Open) -> None:

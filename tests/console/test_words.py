@@ -8,6 +8,8 @@ import pytest
 from gateway.access.posture import weakened
 from gateway.config import parse
 from gateway.event_types import EVENT_TYPES
+from protocols.fics.commands import ROWS
+from protocols.rorze.commands import COMMANDS
 from tests.console.console import CONSOLE
 
 PARTS: Final = re.compile(r"^    parts: \{\n(.*?)^    \}", re.MULTILINE | re.DOTALL)
@@ -55,6 +57,17 @@ def test_a_page_leaves_the_end_of_a_sentence_to_its_language() -> None:
     """After what is put in no full stop follows: Japanese has another."""
     texts = {it.name: it.read_text("utf-8").rpartition("</script>")[2] for it in PAGES}
     assert {name: found[0] for name, text in texts.items() if (found := FULL_STOP.findall(text))} == {}
+
+
+def test_every_hint_of_a_parameter_has_one_in_japanese() -> None:
+    known = (CONSOLE / "src" / "words" / "hints.ts").read_text("utf-8")
+    hints = {
+        it["description"]
+        for row in (*COMMANDS.values(), *ROWS)
+        for it in row.model_json_schema().get("properties", {}).values()
+        if "description" in it
+    }
+    assert [it for it in hints if f'"{it}":' not in known] == []
 
 
 def test_every_weakened_default_has_a_sentence_in_japanese() -> None:

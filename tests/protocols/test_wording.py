@@ -7,7 +7,7 @@ from pydantic import AwareDatetime, TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 from pydantic_core.core_schema import ErrorType
 
-from protocols.wording import MOST_SHOWN, expectation, sentence, shown, unknown
+from protocols.wording import MOST_SHOWN, as_given, expectation, sentence, shown, unknown
 
 THEIR_WORDS = ("Input", "input", "Value error", "Field", "Extra", "valid", "Unable", "permitted", "instance")
 
@@ -84,6 +84,11 @@ def test_what_was_given_is_shown_shortly_and_can_be_printed(given: object) -> No
     assert text is not None
     assert text.isprintable()
     assert len(text) <= 4 * (MOST_SHOWN + 8)
+
+
+def test_a_name_that_is_blank_is_quoted() -> None:
+    assert (as_given("line1.3F"), as_given(" "), as_given("")) == ("line1.3F", "' '", "''")
+    assert as_given("x" * 1000).endswith("...'")
 
 
 def test_a_name_nobody_knows_is_told_with_the_one_that_was_meant() -> None:

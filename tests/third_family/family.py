@@ -15,7 +15,7 @@ from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import START_WITHIN_S, MoveError, MoveRecord, MoveStatus
 from gateway.core.parts import Part
 from gateway.core.records import Record
-from gateway.core.stops import CONFIRM_WITHIN_S, StopMode, Stopping, StopState
+from gateway.core.stops import CONFIRM_WITHIN_S, BilingualReport, Said, StopMode, Stopping, StopState
 from gateway.core.targets import Answer, Begun, Opened, Stopped, Target, stopped
 from protocols.table import Effect
 from tests.third_family.rows import ROWS, GetPlace, Go, Halt
@@ -53,7 +53,7 @@ class ToyNow(Record):
     moving: bool | None
 
 
-class ToyStop(Record):
+class ToyStop(BilingualReport):
     """How far the stop of an axis has come."""
 
     toy_id: str
@@ -175,8 +175,8 @@ class ToyStopping(Stopping):
     def reply_count(self) -> int:
         return int(self._toy.line.counters["replies"])
 
-    def why_not(self) -> Sequence[str]:
-        return ["The axis has not come to rest."]
+    def why_not(self) -> Sequence[Said]:
+        return [Said("The axis has not come to rest.", "軸がまだ静止していません。")]
 
     def publish(self, what: str) -> None:
         self._toy._events.publish(f"toy.stop.{what}", self._toy.path, self._told.model_dump())

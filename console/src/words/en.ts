@@ -29,7 +29,8 @@ export const en = {
   unknown: "unknown",
   yes: "yes",
   no: "no",
-  seconds: (value: number) => (value < 100 ? `${Math.round(value)} s` : `${Math.round(value / 60)} min`),
+  seconds: (value: number) =>
+    value < 100 ? `${Math.round(value)} s` : value < 6000 ? `${Math.round(value / 60)} min` : `${Math.round(value / 3600)} h`,
 
   stop: {
     all: "STOP ALL",
@@ -83,6 +84,7 @@ export const en = {
     empty: "Nothing is entered.",
     running: "Its program runs.",
     unchanged: "Nothing is changed.",
+    busy: "It is being done already: wait for its answer.",
     leased: (holder: string) => `${holder} has leased it: only they may move it.`,
   },
 
@@ -90,6 +92,7 @@ export const en = {
     take: "Take control",
     giveBack: "Give back control",
     mine: "You have control.",
+    lost: (what: string) => `You have lost control of ${what}.`,
     of: (holder: string) => `${holder} has control.`,
   },
 
@@ -103,6 +106,8 @@ export const en = {
     done: (what: string) => `${what}: done.`,
     started: (what: string) => `${what}: under way.`,
     failed: (what: string) => `${what}: not done.`,
+    unanswered: (what: string) => `${what}: no answer yet.`,
+    unansweredWhy: "The connection to the gateway is lost. Whether it was done is not known: look before you repeat it.",
     moved: { no: "Nothing moved.", yes: "The motor moved.", unknown: "Whether the motor moved is not known." } as Record<
       string,
       string
@@ -154,6 +159,7 @@ export const en = {
     noMove: "no move yet",
     pulses: (value: string) => `${value} pulses`,
     asOf: (age: string) => `read ${age} ago`,
+    lastKnown: (age: string) => `as last known, ${age} ago`,
     to: (target: string) => `to ${target}`,
     progress: "Way from start to target",
     units: (count: number) => `${count} units`,
@@ -251,7 +257,7 @@ export const en = {
     sensorsOf: "Sensors",
     statusOf: "Status",
     readStatus: "Read every two seconds while this page is open.",
-    noStatus: "Not read yet.",
+    noStatus: "Not known now.",
     clearStatus: "Clear status",
     clearStall: "Clear STALL",
     setPosition: "Set position",

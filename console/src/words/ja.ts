@@ -30,7 +30,8 @@ export const ja: typeof en = {
   unknown: "不明",
   yes: "はい",
   no: "いいえ",
-  seconds: (value) => (value < 100 ? `${Math.round(value)} 秒` : `${Math.round(value / 60)} 分`),
+  seconds: (value) =>
+    value < 100 ? `${Math.round(value)} 秒` : value < 6000 ? `${Math.round(value / 60)} 分` : `${Math.round(value / 3600)} 時間`,
 
   stop: {
     all: "全停止",
@@ -84,6 +85,7 @@ export const ja: typeof en = {
     error: "ロボットにエラーが出ています。先にリセットしてください。",
     empty: "入力がありません。",
     running: "プログラムが実行中です。",
+    busy: "すでに実行中です。応答を待ってください。",
     unchanged: "変更はありません。",
     leased: (holder) => `${holder} が操作権を持っています。動かせるのはその人だけです。`,
   },
@@ -91,6 +93,7 @@ export const ja: typeof en = {
   lease: {
     take: "操作権を取る",
     giveBack: "操作権を返す",
+    lost: (what) => `${what} の操作権を失いました。`,
     mine: "操作権を持っています。",
     of: (holder) => `${holder} が操作権を持っています。`,
   },
@@ -102,6 +105,8 @@ export const ja: typeof en = {
     done: (what) => `${what}: 完了しました。`,
     started: (what) => `${what}: 実行中です。`,
     failed: (what) => `${what}: 実行されませんでした。`,
+    unanswered: (what) => `${what}: まだ応答がありません。`,
+    unansweredWhy: "ゲートウェイとの接続が切れました。実行されたかどうかは分かりません。もう一度行う前に確認してください。",
     moved: {
       no: "何も動いていません。",
       yes: "モータは動きました。",
@@ -154,6 +159,7 @@ export const ja: typeof en = {
     noMove: "動作なし",
     pulses: (value) => `${value} パルス`,
     asOf: (age) => `${age}前の値`,
+    lastKnown: (age) => `最後に分かった値（${age}前）`,
     to: (target) => `目標 ${target}`,
     progress: "始点から目標まで",
     units: (count) => `ユニット ${count}`,
@@ -251,7 +257,7 @@ export const ja: typeof en = {
     sensorsOf: "センサ",
     statusOf: "状態",
     readStatus: "このページを開いている間、2 秒ごとに読み出します。",
-    noStatus: "未読です。",
+    noStatus: "現在の状態は不明です。",
     clearStatus: "状態をクリア",
     clearStall: "脱調をクリア",
     setPosition: "位置を設定",

@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from gateway.core.errors import LineDown
-from gateway.core.stops import CONFIRM_WITHIN_S, HURRY_S, REPEAT_S, UNCONFIRMED, StopMode, Stopping
+from gateway.core.stops import CONFIRM_WITHIN_S, HURRY_S, REPEAT_S, UNCONFIRMED, Said, StopMode, Stopping
 from gateway.rorze.stops import StopReport
 from tests.gateway.rorze.far_end import until, virtual
 
@@ -34,8 +34,8 @@ class Scripted(Stopping):
     def reply_count(self) -> int:
         return int(now() * 1000) if self.others_are_heard else 0
 
-    def why_not(self) -> list[str]:
-        return ["It moves."]
+    def why_not(self) -> list[Said]:
+        return [Said("It moves.", "動いています。")]
 
     def publish(self, what: str) -> None:
         self.published.append((what, self.report.detail))
