@@ -264,7 +264,7 @@ def test_the_service_manager_hears_of_begin_life_and_end(installed: Installed, t
         told = {"NOTIFY_SOCKET": str(tmp_path / "notify"), "WATCHDOG_USEC": "60000000"}
         process = installed.start("serve", "--demo", "--port", "0", **told)
         try:
-            assert [manager.recv(100), manager.recv(100)] == [b"READY=1", b"WATCHDOG=1"]
+            assert [manager.recv(100), manager.recv(100)] == [b"READY=1\nSTATUS=", b"WATCHDOG=1"]
             process.send_signal(signal.SIGTERM)
             until(lambda: manager.recv(100) == b"STOPPING=1", "it says that it ends")
         finally:
