@@ -49,7 +49,7 @@ class Commander:
         self.on_error: Callable[[str], Awaitable[None]] = _unheeded
         """Called with every error of the system that is read, with the sequence lock held."""
         self.on_told: Callable[[str, int], object] = lambda _error, _asked_after: None
-        """Called with each answer of ERR, whoever has asked, and what `FicsLine.unheard` was then."""
+        """Called with each answer of ERR, to any question, and what `FicsLine.unheard` was then."""
         self.on_alarm: Callable[[], object] = lambda: None
         """Called when a motion was refused because of an error that is not read yet."""
 

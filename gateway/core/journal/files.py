@@ -23,7 +23,7 @@ class Pruned(NamedTuple):
     """Entries."""
     is_smaller: bool
     """Whether their room was given back to the disk. While a gateway runs it stays in the file, to be used
-    again: to give it back takes so long that the gateway would refuse moves meanwhile."""
+    again: while SQLite gives it back, the gateway would refuse moves."""
 
 
 def verify(directory: Path) -> list[str]:
