@@ -15,11 +15,18 @@ from gateway.core.journal.schema import migrate
 from gateway.core.journal.writes import Value, Write
 
 
+class _Shared(sqlite3.Connection):
+    """Of a disk and of those that are found after a kill: it is closed when the last of them has gone."""
+
+    def __del__(self) -> None:
+        self.close()
+
+
 class ModelDisk:
     """Keeps what was committed; what only waits to be synced may be lost with the power."""
 
     def __init__(self, kept: Sequence[Write] = ()) -> None:
-        self._connection = sqlite3.connect(":memory:", isolation_level=None)
+        self._connection = sqlite3.connect(":memory:", isolation_level=None, factory=_Shared)
         migrate(self._connection)
         self._durable: list[Write] = []
         self._intents: set[tuple[Value, Value]] = set()
