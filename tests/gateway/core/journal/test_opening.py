@@ -161,7 +161,9 @@ def test_the_first_start_of_a_new_version_on_a_full_disk_says_so_and_changes_not
     assert (set_aside, journal.failed) == (None, True)
     assert f"No space left on device; so its tables, of version {version}, cannot" in str(journal.trouble)
     journal.disk.close()
-    assert open_journal(tmp_path).past.last_event == 7
+    after = open_journal(tmp_path)
+    assert after.past.last_event == 7
+    after.journal.disk.close()
 
 
 async def _live_once(directory: Path, *, killed: bool) -> None:
