@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from gateway.core.journal.disk import FILE, fault, is_damage, is_in_use, open_as_it_is
 from gateway.core.journal.retention import Retention, forget
-from gateway.core.journal.schema import VERSION
+from gateway.core.journal.schema import VERSION, written_version
 from gateway.core.journal.writes import RAN_S
 
 
@@ -42,7 +42,7 @@ def verify(directory: Path) -> list[str]:
 def version_of(directory: Path) -> int:
     """Of the tables of a journal that is sound."""
     with _reader(directory) as connection:
-        return _version(connection)
+        return written_version(connection)
 
 
 def export(directory: Path) -> Iterator[dict[str, Any]]:
@@ -101,7 +101,7 @@ def prune(directory: Path, kept: Retention) -> Pruned:
 
 
 def _require_present_tables(connection: sqlite3.Connection) -> None:
-    version = _version(connection)
+    version = written_version(connection)
     if version == VERSION:
         return
     whose, what_to_do = (
@@ -141,7 +141,7 @@ def _reader(directory: Path) -> Iterator[sqlite3.Connection]:
 def _open(path: Path) -> sqlite3.Connection:
     connection = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=10.0)
     try:
-        _version(connection)
+        written_version(connection)
     except sqlite3.Error as error:
         connection.close()
         if is_damage(error):
@@ -161,16 +161,11 @@ def _explained(path: Path) -> Iterator[None]:
         raise fault(error, path) from None
 
 
-def _version(connection: sqlite3.Connection) -> int:
-    (version,) = connection.execute("PRAGMA user_version").fetchone()
-    return int(version)
-
-
 def _structure(connection: sqlite3.Connection) -> Iterator[str]:
     for (text,) in connection.execute("PRAGMA integrity_check"):
         if text != "ok":
             yield text
-    if (version := _version(connection)) > VERSION:
+    if (version := written_version(connection)) > VERSION:
         yield (
             f"It has version {version} of the tables, which a later gateway has written; this one knows "
             f"{VERSION} and does not start on it."

@@ -115,15 +115,21 @@ class TooNew(Exception):
     """The file was written by a later version of the gateway."""
 
 
+def written_version(connection: sqlite3.Connection) -> int:
+    """Of the tables of an open file, whichever gateway has written them."""
+    (found,) = connection.execute("PRAGMA user_version").fetchone()
+    return int(found)
+
+
 def version_of(connection: sqlite3.Connection) -> int:
     """Of the tables of an open file.
 
     :raises TooNew: it is later than this gateway's.
     """
-    (found,) = connection.execute("PRAGMA user_version").fetchone()
+    found = written_version(connection)
     if found > VERSION:
         raise TooNew(f"it has version {found} of the tables, and this gateway knows {VERSION}")
-    return int(found)
+    return found
 
 
 def migrate(connection: sqlite3.Connection) -> None:
