@@ -41,6 +41,7 @@ from api.families import OWN_ROUTES
 from api.front import documents
 from api.metrics import metrics_of
 from gateway.access.credentials import Credentials
+from gateway.core.rights import Right
 from gateway.operations.keys import Keys
 from gateway.operations.remedies import calls_for
 from gateway.plant import Plant
@@ -144,6 +145,8 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     return app
 
 
-async def _nowhere(_scope: Scope, _receive: Receive, _send: Send) -> None:
-    """Answer as to every request, where a WebSocket would only be closed."""
-    raise HTTPException(404)
+async def _nowhere(scope: Scope, _receive: Receive, _send: Send) -> None:
+    """Answer as to every request, where a WebSocket would only be closed; without a good key 401 says all."""
+    access: Access = scope["app"].state.access
+    with access.require(scope, Right.VIEW, any_scope=True):
+        raise HTTPException(404)

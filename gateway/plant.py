@@ -14,7 +14,7 @@ from gateway.causes import CONFIGURED_ANEW, LINE_DOWN, UNUSABLE, causes_of
 from gateway.config import Config
 from gateway.config_file import ConfigFile, changes
 from gateway.core import tables
-from gateway.core.addresses import there_are
+from gateway.core.addresses import none_such
 from gateway.core.admission import Admission
 from gateway.core.alarms import Alarms, Latched
 from gateway.core.backup_record import Reading
@@ -338,10 +338,7 @@ class Plant:
         :raises NotFound: there is none of this id.
         """
         if line_id not in self._ports:
-            raise NotFound(
-                f"There is no line {as_given(line_id)}; {there_are(self._ports)}; nothing was sent.",
-                "GET /lines lists them.",
-            )
+            raise none_such("line", line_id, self._ports, "GET /lines lists them.")
         return self._ports[line_id]
 
     def info(self, line_id: str) -> PortInfo:

@@ -4,7 +4,7 @@ import asyncio
 import logging
 import re
 from collections.abc import Awaitable, Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from time import monotonic
 from typing import Final
@@ -22,7 +22,7 @@ from gateway.access.keys import KeyStore
 from gateway.access.limits import Limits, Usages, Use
 from gateway.access.principal import EVERYBODY, PRINCIPAL, Principal
 from gateway.access.principal import current as current_principal
-from gateway.core.errors import InvalidRequest
+from gateway.core.errors import GatewayError, InvalidRequest
 from gateway.core.family import Family
 from gateway.core.origin import ORIGIN, Claim, Origin, current
 from gateway.core.own_faults import twice
@@ -82,10 +82,12 @@ class _Of(Passage):
     def __enter__(self) -> None:
         self._before = PRINCIPAL.set(self._principal), ORIGIN.set(self._origin)
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, *raised: object) -> None:
         principal, origin = self._before
         ORIGIN.reset(origin)
         PRINCIPAL.reset(principal)
+        if self._principal.scope is not None and isinstance(raised[1], GatewayError):
+            raised[1].withhold_names()
 
 
 class _Counted(_Of):
@@ -99,8 +101,8 @@ class _Counted(_Of):
         self._usages.begin(self._principal.id, self._use)
         super().__enter__()
 
-    def __exit__(self, *_: object) -> None:
-        super().__exit__()
+    def __exit__(self, *raised: object) -> None:
+        super().__exit__(*raised)
         self._usages.end(self._principal.id, self._use)
 
 
@@ -139,7 +141,7 @@ class Access:
                 return twice("the check of a stop", partial(self._let_stop, scope))
             return self._let_in(scope, right, any_scope=any_scope)
         except (NotAuthenticated, NotPermitted) as error:
-            self._tell(scope, error)
+            self._tell(scope, error.detail)
             raise
 
     def _let_in(self, scope: Scope, right: Right, *, any_scope: bool) -> Passage:
@@ -148,6 +150,7 @@ class Access:
                 _take_ticket(scope)
             return _Of(EVERYBODY, _with_leases(current(), scope, right))
         grant, session = self._grant_of(scope)
+        _note_caller(grant.principal, current(), scope)
         if any_scope:
             self.territory.require_right(grant.principal, right)
         else:
@@ -178,21 +181,36 @@ class Access:
         """Whether the caller may see this in a list."""
         return self.territory.covers(current_principal(), address)
 
+    def view_of(self, scope: Scope) -> Callable[[str], bool]:
+        """Find what the sender of a request that all may make is told of: nothing without a good key."""
+        if self.is_open:
+            return lambda _: True
+        try:
+            principal = self._grant_of(scope)[0].principal
+        except (NotAuthenticated, NotPermitted):
+            return lambda _: False
+        return partial(self.territory.covers, principal)
+
     def caller_of(self, scope: Scope) -> str | None:
         """Name the caller, the same for all its requests; None where none may be answered."""
         if self.is_open:
             return current().caller
         try:
-            return self._grant_of(scope)[0].principal.id
+            principal = self._grant_of(scope)[0].principal
         except (NotAuthenticated, NotPermitted):
             return None
+        _note_caller(principal, current(), scope)
+        return principal.id
 
-    def grant_of(self, scope: Scope) -> Grant:
-        """Find what a request that has passed was let in for.
+    def ticket_for(self, scope: Scope) -> str:
+        """Give the sender of a request that has passed a ticket, which ends with its session and its key.
 
         :raises NotAuthenticated: by then it is no longer good.
         """
-        return self._grant_of(scope)[0]
+        if self.is_open:
+            return self.tickets.issue(Grant(EVERYBODY))
+        grant, session = self._grant_of(scope)
+        return self.tickets.issue(replace(grant, session=session))
 
     def _targets(self, scope: Scope) -> list[str]:
         """What a request is about, by its path; events by their query."""
@@ -215,7 +233,10 @@ class Access:
             return self._bearer_of(shown), None
         headers = Headers.of(scope)
         if path_of(scope) in STREAMS and (ticket := _take_ticket(scope)):
-            return self._good(self.tickets.redeem(ticket)), None
+            grant = self._good(self.tickets.redeem(ticket))
+            if not self._holds(grant, grant.session):
+                raise NotAuthenticated(*_NOT_GOOD).in_japanese(*_NOT_GOOD_JA)
+            return grant, grant.session
         session = headers.cookies.get(session_cookie(scope))
         if session is None:
             raise NotAuthenticated(
@@ -244,13 +265,20 @@ class Access:
             raise NotAuthenticated(*_NOT_GOOD).in_japanese(*_NOT_GOOD_JA)
         return grant
 
-    def _tell(self, scope: Scope, error: NotAuthenticated | NotPermitted) -> None:
+    def counts_unknown(self, scope: Scope, detail: str) -> bool:
+        """Whether a refused request came without a good key, and so is counted instead of logged."""
+        if self.is_open or CALLER in scope:
+            return False
+        self._tell(scope, detail)
+        return True
+
+    def _tell(self, scope: Scope, detail: str) -> None:
         """Log refusals, one a second at most."""
         self._refused += 1
         now = monotonic()
         if now - self._told_at >= 1:
             what = f"{scope.get('method', 'WebSocket')} {scope['path'][:200]!a} from {current().caller}"
-            log.warning("refused requests: %d; the last: %s: %a", self._refused, what, error.detail)
+            log.warning("refused requests: %d; the last: %s: %a", self._refused, what, detail)
             self._told_at, self._refused = now, 0
 
 
@@ -327,9 +355,16 @@ def session_cookie(scope: Scope) -> str:
     return "__Host-mg-session" if is_secure(scope) else "mg-session"
 
 
-def _in_the_name_of(principal: Principal, origin: Origin, scope: Scope) -> Origin:
+def _note_caller(principal: Principal, origin: Origin, scope: Scope) -> str:
+    """Name the caller for the log, should the request be refused later."""
     scope[CALLER] = caller = f"{principal.name} ({origin.caller})"
-    return Origin(caller, origin.request_id, origin.key, origin.work, origin.claim)
+    return caller
+
+
+def _in_the_name_of(principal: Principal, origin: Origin, scope: Scope) -> Origin:
+    return Origin(
+        _note_caller(principal, origin, scope), origin.request_id, origin.key, origin.work, origin.claim
+    )
 
 
 def _use_of(scope: Scope, right: Right) -> Use:

@@ -169,10 +169,11 @@ def response_to(problem: Problem, headers: Mapping[str, str] | None = None) -> R
 
 
 def _refusal(request: Request, problem: Problem, headers: Mapping[str, str] | None = None) -> Response:
-    """Log a refusal, and send it; of who is not let in there may be crowds, and that is logged elsewhere."""
+    """Log a refusal, and send it; of senders without a good key there may be crowds: they are counted."""
     if is_stop("POST", path_of(request.scope)):
         _tell_how_to_stop(request, problem)
-    if problem.status not in (401, 403):
+    access = request.app.state.access
+    if problem.status not in (401, 403) and not access.counts_unknown(request.scope, problem.detail):
         log.info(
             "%s %s refused with %d %s: %s",
             request.scope.get("method"),

@@ -30,6 +30,8 @@ class Grant:
     """The key behind it, whose end is its end too."""
     expires: float | None = None
     """Wall time at which it ends in any case."""
+    session: str | None = None
+    """The session that a ticket was given in, whose end is its end too."""
 
 
 @dataclass

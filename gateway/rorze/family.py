@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final, Literal, TypeVar
 
 from pydantic import Field
 
-from gateway.core.addresses import fits, numbered_address, there_are
+from gateway.core.addresses import fits, none_such, numbered_address
 from gateway.core.alarms import Cause
 from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
 from gateway.core.family import (
@@ -67,7 +67,6 @@ from protocols.rorze.errors import lookup
 from protocols.rorze.link import MoveEnded, StatusChanged, UnknownMessage, program_text
 from protocols.rorze.link_master import SetGroup
 from protocols.rorze.row import MODE_NAMES, LinkMasterCommand
-from protocols.wording import as_given
 from transports.base import Transport
 
 UNATTENDED: Final = ("continuous", "jog")
@@ -287,10 +286,7 @@ class Rorze(Family):
         """
         found = self._scaras.get(scara_id.lower())
         if found is None:
-            raise NotFound(
-                f"There is no SCARA robot {as_given(scara_id)}; {there_are(self._scaras)}; nothing was sent.",
-                "GET /scaras lists them.",
-            )
+            raise none_such("SCARA robot", scara_id, self._scaras, "GET /scaras lists them.")
         return found
 
     def target(self, collection: str, names: Sequence[str]) -> Target:
@@ -640,14 +636,15 @@ def _find(things: dict[str, T], lines: Iterable[str], address: str, what: str) -
     found = [things[key] for line in wanted if (key := f"{line}.{short}") in things]
     if not found:
         listed = "GET /bodies" if what == "body" else "GET /groups"
-        raise NotFound(
-            f"There is no {what} {as_given(address)}; {there_are(things)}; nothing was sent.",
-            f"{listed} lists them; bodies have the numbers 00-77, groups 80-9E.",
-        )
+        remedy = f"{listed} lists them; bodies have the numbers 00-77, groups 80-9E."
+        raise none_such(what, address, things, remedy)
     if len(found) > 1:
         names = [thing.address for thing in found]
         raise Ambiguous(
             f"Several lines have {what} {short}: {', '.join(names)}; nothing was sent.",
             f"Say which {what} is meant: {' or '.join(names)}.",
+        ).reservedly(
+            f"Several lines have {what} {short}; nothing was sent.",
+            f"Say which {what} is meant, with its line: LINE.{short}.",
         )
     return found[0]
