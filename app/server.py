@@ -79,6 +79,7 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
             _freeze()
             plant.watch.start()
             scheme = "https" if access.certificate else "http"
+            log.info("the journal and the keys are in %s", data)
             log.info("running on %s://%s:%d", scheme, config.server.host, listener.getsockname()[1])
             access.start()
             notify("READY=1", "STATUS=")
