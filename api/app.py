@@ -75,7 +75,7 @@ class Application(FastAPI):
         origins, journal = server.allowed_origins, plant.journal
         idempotent = partial(IdempotentRequests, Keys(plant, journal), self.state.access) if journal else None
         entrance = Entrance(
-            SameSite(server.names, origins),
+            SameSite(server.names, origins, server.client_networks),
             RouteIndex(self.router.routes, self.router),
             self.exception_handlers,
             for_pages=open_to(origins) if origins else None,

@@ -35,7 +35,7 @@ def data_of(config: Path) -> Path:
 
 def take(data: Path, config: Path) -> None:
     """Note whose directory it is, where none has it; that it cannot be written is for the journal to tell."""
-    if _owner(data) is not None:
+    if _owner(data) is not None or (data / OWNER).is_symlink():
         return
     try:
         data.mkdir(mode=0o700, parents=True, exist_ok=True)

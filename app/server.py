@@ -17,6 +17,7 @@ import uvicorn
 
 from app.access import AccessControl
 from app.descriptors import connections_possible
+from app.files import require_no_links
 from app.systemd import Watchdog, expect_long_start, notify, watchdog_wanted
 from app.tls import Certificate
 from gateway.access.principal import EVERYBODY, asking
@@ -47,6 +48,10 @@ REQUESTS_S = 2.0
 """How long requests may take to end; then the lines are closed, which answers all that wait."""
 
 
+_HSTS = [("Strict-Transport-Security", "max-age=31536000")]
+"""A browser that was here over TLS never asks in plain text; a proxy with TLS of its own says so itself."""
+
+
 class CannotListen(OSError):
     """The HTTP port cannot be had; the message says which and why."""
 
@@ -57,11 +62,13 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
     `data` is where the keys, the names and the journal are. What `on_exit` leaves moving runs on.
 
     :raises CannotListen: no line was opened.
-    :raises ConfigError: nobody could be let in, or the certificate cannot be used; no line was opened.
+    :raises ConfigError: `data` has a symbolic link, nobody could be let in, or the certificate cannot be
+        used; no line was opened.
     :raises InUse, TooNew: the journal in `data` belongs to another gateway; no line was opened.
     """
     from api.app import create_app
 
+    require_no_links(data)
     access = AccessControl(config, data)
     with _bound(config.server) as listener:
         signals = _Signals()
@@ -288,7 +295,7 @@ def _uvicorn_config(asgi: object, settings: Server, certificate: Certificate | N
         workers=1,
         access_log=False,
         log_config=None,
-        headers=[("X-Content-Type-Options", "nosniff")],
+        headers=[("X-Content-Type-Options", "nosniff"), *(_HSTS if certificate else ())],
         server_header=False,
         proxy_headers=False,  # `Proxies` does it
         root_path=settings.root_path,

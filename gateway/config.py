@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from collections.abc import Iterable
 from ipaddress import ip_address, ip_network
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -39,8 +40,17 @@ def _check_network(text: str) -> str:
     except ValueError:
         raise ValueError(f"must be an IP address or network such as 10.0.0.0/24, not {text!r}") from None
     if not network.prefixlen:
-        raise ValueError(f"must name proxies, not everybody, as {text} does")
+        raise ValueError(f"must name proxies or networks, not everybody, as {text} does")
     return str(network)
+
+
+def _is_in(host: str, networks: Iterable[str]) -> bool:
+    """Whether a host is an IP address in one of these networks; no name is looked up."""
+    try:
+        address = ip_address("127.0.0.1" if host == "localhost" else host)
+    except ValueError:
+        return False
+    return any(address in ip_network(it) for it in networks)
 
 
 def _check_root_path(text: str) -> str:
@@ -85,6 +95,10 @@ class Server(Table):
     tls_key: Annotated[Path, Field(strict=False)] | None = None
     trusted_proxies: Array[Annotated[str, AfterValidator(_check_network)]] = ()
     """Addresses or networks of proxies that keep TLS for us; X-Forwarded-* of others means nothing."""
+    client_networks: Array[Annotated[str, AfterValidator(_check_network)]] = ()
+    """Networks that clients may come from besides this machine; empty for all."""
+    line_networks: Array[Annotated[str, AfterValidator(_check_network)]] = ()
+    """Networks that terminal servers of `tcp://` lines are in; empty for all that the file names."""
     root_path: Annotated[str, AfterValidator(_check_root_path)] = ""
     """The path at which a proxy has the gateway, and which it takes off."""
     max_connections: int = Field(1000, ge=1, le=50_000)
@@ -108,6 +122,21 @@ class Server(Table):
     def is_local(self) -> bool:
         """Whether only this machine reaches it."""
         return self.host == "localhost" or ip_address(self.host).is_loopback
+
+    def may_request(self, host: str) -> bool:
+        """Whether a request may add or search a terminal server there.
+
+        Where no networks are configured, a public, link-local or multicast address is none; a name may be.
+        """
+        if self.line_networks:
+            return _is_in(host, self.line_networks)
+        try:
+            address = ip_address(host)
+        except ValueError:
+            return True
+        return address.is_private and not (
+            address.is_link_local or address.is_multicast or address.is_unspecified
+        )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -224,6 +253,18 @@ class Config(Table):
                 taken.add((path, its_id))
             if line.trace_file and line.trace_file in [other.trace_file for other in self.lines[:index]]:
                 raise Fault("two lines cannot write to one file", "lines", index, "trace_file")
+        return self
+
+    @model_validator(mode="after")
+    def _be_in_their_networks(self) -> Self:
+        networks = self.server.line_networks
+        for index, line in enumerate(self.lines):
+            it = Address.parse(line.address)
+            if networks and it.scheme == "tcp" and not _is_in(it.host, networks):
+                raise Fault(
+                    f"must be an IP address in server.line_networks ({', '.join(networks)}), not {it.host}",
+                    *("lines", index, "address"),
+                )
         return self
 
     @model_validator(mode="after")

@@ -279,6 +279,8 @@ class KeyStore:
 
     def _read(self) -> _File:
         try:
+            if self._path.is_symlink():
+                raise KeyFileFault(f"{self._path} is a symbolic link: put the file itself there.")
             if self._path.stat().st_mode & _OTHERS_MAY_WRITE:
                 raise KeyFileFault(f"Others may write {self._path}: chmod 600 it, and look at who is in it.")
             if self._directory.stat().st_mode & (S_IWOTH | S_ISVTX) == S_IWOTH:

@@ -64,7 +64,7 @@ async def add_line(plant: Plant, table: Mapping[str, Any], *, comment: str = "",
             text, wanted = await asyncio.to_thread(file.with_line, table, _signed(comment))
         except ConfigError as error:
             raise _unusable(error, NOT_ADDED) from None
-        require_device(wanted.lines[-1].address)
+        require_device(wanted.lines[-1].address, wanted.server)
         return await _write_and_serve(plant, file, text, wanted, dry_run=dry_run)
 
 
