@@ -10,7 +10,7 @@ import secrets
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import inf
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, NamedTuple
 
 from pydantic import BaseModel
 
@@ -103,6 +103,13 @@ class Memory(BaseModel):
     homed: Homed
 
 
+class PowerSeen(NamedTuple):
+    """What is known of a body's power before it does something."""
+
+    mark: str | None
+    losses: int
+
+
 @dataclass(eq=False)
 class Power:
     """What is known of a body's power. It asks nothing and has no clock: the body notes it."""
@@ -178,6 +185,17 @@ class Power:
     def is_guarded(self) -> bool:
         """Whether a loss of power from now on shows as well as it can: by the mark, where one can be."""
         return self.mark is not None or not self.comment or self.taken
+
+    @property
+    def seen(self) -> PowerSeen:
+        """Give what is known now, to compare with what is known later."""
+        return PowerSeen(self.mark, self.losses)
+
+    def kept_since(self, before: PowerSeen) -> bool | None:
+        """Whether it has kept its power since then, as far as is known; None where no mark vouches for it."""
+        if self.losses != before.losses:
+            return False
+        return True if before.mark is not None and self.mark == before.mark else None
 
     # what the body notes
 
