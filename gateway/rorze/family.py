@@ -190,7 +190,7 @@ class Rorze(Family):
             position_tolerance=it.position_tolerance,
             in_position=it.in_position,
             poll_interval_s=table.poll_interval_s,
-            power=Power(it.power_comment, it.needs_origin),
+            power=Power(it.power_comment, it.needs_origin, it.silence_needs_acknowledgement),
         )
         body.on_news = partial(self._on_news, body)
         body.power.on_memory = self.site.known.keep(body.address, body.power)
