@@ -23,12 +23,21 @@ from gateway.rorze.power import POWER_ON_POSITION, RENAMING, Power
 from gateway.rorze.readings import believed, errs
 from gateway.rorze.units import Scale
 from protocols.rorze.commands import COMMANDS
+from protocols.rorze.flash import LoadProgram
 from protocols.rorze.interpolation import Preparation, SetStartPosition
 from protocols.rorze.link import Refusal
 from protocols.rorze.modes import GetOperatingMode, OperatingMode, SetOperatingMode
 from protocols.rorze.origin import GetHomingDistance
 from protocols.rorze.position import GetPosition, SetPosition, SignedPulses
-from protocols.rorze.programs import EndProgram, GetProgramStatus, ProgramStatus, RunProgram, StepProgram
+from protocols.rorze.programs import (
+    AddProgramInstruction,
+    ClearProgram,
+    EndProgram,
+    GetProgramStatus,
+    ProgramStatus,
+    RunProgram,
+    StepProgram,
+)
 from protocols.rorze.row import ModeName, RorzeCommand
 from protocols.rorze.status import (
     CONTROLLER_STATUS_BITS,
@@ -52,6 +61,8 @@ NO_PROGRAM_S = 120.0
 """That no program runs is believed for this time: an autostart after a short loss of power may be unseen."""
 ENCODER_SWAYS = 16
 """Encoder counts by which a shaft at rest may sway through 0, where one would stand that was switched on."""
+CHANGE_PROGRAM: Final = (ClearProgram, AddProgramInstruction, LoadProgram)
+"""After these a body has another program in RAM."""
 BELIEVED_S = 0.5
 """Where a motor rests is asked again before a move when it was read longer ago: power is lost at rest too."""
 
@@ -122,6 +133,8 @@ class Body:
     """Counts the commands sent to it that are no reads: a poll around one of these has seen two states."""
     no_program_at: float | None = None
     """When it last said that no user program runs; None where one may have been started since."""
+    program_ends: bool = False
+    """Whether its program was read, has no move without an end, and was not changed since."""
     in_program: bool = False
     """Whether a program that the gateway has started is not over, as far as is known: it moves the motor."""
     move: Move | None = None
@@ -377,6 +390,7 @@ class Body:
             self.position_flash.note_power_on()
             self.prepared = False
         self.no_program_at = self.mode = None
+        self.program_ends = False
         self.poll_due.set()
         self.on_news(kind, facts)
 
@@ -411,6 +425,8 @@ class Body:
         self.power.note_sent(command)
         if row is SetOperatingMode:
             self.mode = None
+        if row in CHANGE_PROGRAM or not is_known:
+            self.program_ends = False
         if row in RENAMING:
             self.position = self.position_at = None
             self.poll_due.set()
@@ -546,6 +562,7 @@ class Body:
 
     def out_of_sight(self) -> None:
         """It cannot be asked: it may move, or lose its power."""
+        self.program_ends = False
         self._forget_rest()
         self.power.note_silence()
 

@@ -335,7 +335,7 @@ class MoveProof:
         if kept is False:
             self.body.stands()
             return Verdict(MoveStatus.LOST, error=_without_power(self.body))
-        if self._has_moved(state) and (state.cause or self._was_stopped_at(state)):
+        if self._tells_its_end(state):
             self._note(f"The motor has moved, and has come to rest{self._of_reply(error)}")
             return await self.at_rest(state)
         if kept or not self.body.went_silent:
@@ -404,6 +404,14 @@ class MoveProof:
     def _has_moved(self, state: MotorState) -> bool:
         """Whether it stands elsewhere than before: then the cause of the last end is that of this move."""
         return self.before is not None and state.position != self.before.position
+
+    def _tells_its_end(self, state: MotorState) -> bool:
+        """Whether the controller, or a stop, tells how a move without a reply ended: it was executed.
+
+        In another life something else may have moved the motor since.
+        """
+        told = bool(state.cause) or self._was_stopped_at(state)
+        return told and not self.resumed and self._has_moved(state)
 
     def _was_stopped_at(self, state: MotorState) -> bool:
         """Whether a stop was confirmed there since the command was sent."""

@@ -16,6 +16,7 @@ from gateway.core.own_faults import carry_on
 from gateway.core.records import Record, request_id_field
 from gateway.core.works import CutOff
 from gateway.rorze.bodies import Body
+from gateway.rorze.endless_programs import EndlessPrograms
 from gateway.rorze.power import PowerSeen
 from gateway.rorze.stored_program import RUNS, addresses, as_written, instruction_at, runs
 from protocols.rorze.programs import (
@@ -98,9 +99,15 @@ class ProgramRuns(KeptWorks[ProgramRun]):
 
     record_type = ProgramRun
 
-    def __init__(self, publish: Callable[[str, ProgramRun], None], find_body: Callable[[str], Body]) -> None:
+    def __init__(
+        self,
+        publish: Callable[[str, ProgramRun], None],
+        find_body: Callable[[str], Body],
+        endless: EndlessPrograms,
+    ) -> None:
         super().__init__(HISTORY, "program run", lambda it: it.body_id, publish)
         self._find_body = find_body
+        self._endless = endless
         self._before: dict[str, PowerSeen] = {}
         """What was known of the power of each body, by address, before its run that is not over."""
 
@@ -110,6 +117,7 @@ class ProgramRuns(KeptWorks[ProgramRun]):
         :raises BodyBusy: a move of the gateway is not over, or a program runs.
         :raises PowerCycled: the body has lost its power, and the program would go to other places.
         :raises Cancelled: a stop came first; it was not sent.
+        :raises InvalidText: the program has a move without an end, and the configuration allows none.
         :raises ControllerRefused: nothing stands at that place.
         :raises GatewayError: it was not started, or nobody knows.
         """
@@ -149,6 +157,7 @@ class ProgramRuns(KeptWorks[ProgramRun]):
                 f"{body.address} runs a program already; {command.code} was not sent.",
                 "Wait for its end or stop it.",
             )
+        await self._endless.learn(body)
         await body.prove_power()
         body.require_power(command)
         if body.line.gate.epoch(body.number) != epoch:
