@@ -127,7 +127,7 @@ BODIES: Final[Sequence[Kind[Body]]] = (
     Kind(
         "body.power_cycled",
         words(
-            "{address} has lost its power, or seems to have.",
+            "{address} has lost its power, or seems to have: {why}.",
             "The motor has stopped. Its position, its position table and its settings are those of power-on.",
             "See that its settings are right, then home it, or acknowledge the power cycle.",
         ),

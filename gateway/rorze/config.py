@@ -129,6 +129,9 @@ class Body(Table):
     needs_origin: bool = True
     """After a loss of power it refuses motions to places until it is homed, or somebody agrees."""
 
+    silence_needs_acknowledgement: bool = False
+    """Each silence counts as a loss of power, where the board keeps position and comments without power."""
+
     @property
     def input_names(self) -> dict[int, str]:
         """By the numbers of the inputs."""

@@ -40,6 +40,7 @@ from gateway.rorze.backup_restore import BodyRestore
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.body_now import BodyNow
 from gateway.rorze.body_watch import BodyWatch, watch_sweep
+from gateway.rorze.endless_programs import EndlessPrograms
 from gateway.rorze.event_settings import watch_events
 from gateway.rorze.event_types import TYPES
 from gateway.rorze.exchange import RorzeExchange
@@ -140,8 +141,9 @@ class Rorze(Family):
         self.jogs = BodyJogs(self.moves, self.stops, self._publish_jog)
         self.stops.on_begin = self.jogs.body_stops
         self.scans = Scans(site.events)
-        self.uploads = ProgramUploads(self._publish_upload)
-        self.runs = ProgramRuns(self._publish_run, self.body)
+        self.endless = EndlessPrograms(allowed=site.allow_endless_moves)
+        self.uploads = ProgramUploads(self._publish_upload, self.endless)
+        self.runs = ProgramRuns(self._publish_run, self.body, self.endless)
         self.restores: Restores[BodyRestore] = Restores(self._publish_restore)
 
     # building
@@ -166,7 +168,14 @@ class Rorze(Family):
         self.lines[line.id] = line
         for it in table.bodies:
             self._add_body(line, table, it)
-        Guards(line, self.bodies_of(line), self.stops.under_way, self.uploads.keeps_out, self._amid_a_restore)
+        Guards(
+            line,
+            self.bodies_of(line),
+            self.stops.under_way,
+            self.uploads.keeps_out,
+            self._amid_a_restore,
+            self.endless.refuses_start,
+        )
         sweep = self.sweeps[line.id] = Sweep(line, self.bodies_of(line), table.sweep_numbers)
         line.ask_groups = sweep.look_for_silent
         for own in sweep.groups:
@@ -189,7 +198,7 @@ class Rorze(Family):
             position_tolerance=it.position_tolerance,
             in_position=it.in_position,
             poll_interval_s=table.poll_interval_s,
-            power=Power(it.power_comment, it.needs_origin),
+            power=Power(it.power_comment, it.needs_origin, it.silence_needs_acknowledgement),
         )
         body.on_news = partial(self._on_news, body)
         body.power.on_memory = self.site.known.keep(body.address, body.power)
@@ -295,8 +304,8 @@ class Rorze(Family):
         if collection == "scaras":
             return ScaraTarget(self.scara(address), self.scara_moves, self.stops)
         if collection == "groups":
-            return GroupTarget(self.group(address), self.moves, self.stops)
-        return BodyTarget(self.body(address), self.moves, self.stops)
+            return GroupTarget(self.group(address), self.moves, self.stops, self.endless)
+        return BodyTarget(self.body(address), self.moves, self.stops, self.endless)
 
     def link_of(self, line_id: str) -> Target:
         """The link master of a line."""

@@ -12,6 +12,7 @@ from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped, 
 from gateway.rorze import plain_text
 from gateway.rorze.bodies import Body, Group, answer_or_raise, reply_of
 from gateway.rorze.calls import calls_for_body, calls_for_group, calls_for_line
+from gateway.rorze.endless_programs import EndlessPrograms
 from gateway.rorze.line import Line, lane_of
 from gateway.rorze.move_requests import MoveRequest, common_command
 from gateway.rorze.moves import Moves
@@ -19,7 +20,7 @@ from gateway.rorze.plans import GroupPlan, PlannedMove, group_plan_of, plan_of
 from gateway.rorze.samples import BodySamples, samples_of
 from gateway.rorze.stops import Stops
 from protocols.rorze.link_master import SetGroup
-from protocols.rorze.programs import EndProgram
+from protocols.rorze.programs import EndProgram, RunProgram, StepProgram
 from protocols.rorze.row import LINK_MASTER, RorzeCommand
 from protocols.rorze.stops import StopDecelerating, StopImmediately
 from protocols.table import Reply
@@ -36,16 +37,22 @@ class _Motors(Target):
     collection: ClassVar[str]
     stop_modes = STOP_MODES
 
-    def __init__(self, thing: Body | Group, moves: Moves, stops: Stops) -> None:
+    def __init__(self, thing: Body | Group, moves: Moves, stops: Stops, endless: EndlessPrograms) -> None:
         self.thing = thing
         self.address = thing.address
         self.path = f"/{self.collection}/{thing.address}"
-        self._moves, self._stops = moves, stops
+        self._moves, self._stops, self._endless = moves, stops, endless
         self.log = moves.log
 
     @property
     def _bodies(self) -> Sequence[Body]:
         return self.thing.members if isinstance(self.thing, Group) else [self.thing]
+
+    async def _look_into(self, command: Any) -> None:
+        """Know what the programs do that are to be started; errors as of `EndlessPrograms.learn`."""
+        if isinstance(command, RunProgram | StepProgram):
+            for body in self._bodies:
+                await self._endless.learn(body)
 
     async def start(self, command: Any, start_within_s: float = START_WITHIN_S) -> Begun | Opened:
         """Start the moves of its bodies; errors as of `Moves.start`."""
@@ -71,6 +78,7 @@ class BodyTarget(_Motors):
 
     async def ask(self, command: Any) -> Answer:
         """Send a command that starts no move; errors as of `Body.ask`."""
+        await self._look_into(command)
         reply, answered = await self.thing.ask(command)
         return Answer((reply,), answered.at, texts=(answered.text,))
 
@@ -104,6 +112,7 @@ class GroupTarget(_Motors):
 
     async def ask(self, command: Any) -> MemberAnswers:
         """Send a command to all members; errors as of `Group.ask`."""
+        await self._look_into(command)
         results = await self.thing.ask(command)
         return MemberAnswers(self.address, {body.address: result for body, result in results.items()})
 
