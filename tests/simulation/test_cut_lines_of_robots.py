@@ -331,14 +331,14 @@ def test_a_cut_line_is_no_loss_of_power_and_a_loss_of_power_no_cut_line(
 ) -> None:
     for for_s in CUTS_S:
         for power in (True, False):
-            _play(Case(wiring, mode, moment, for_s, power), tmp_path)
+            play(Case(wiring, mode, moment, for_s, power), tmp_path)
 
 
 @pytest.mark.parametrize("moment", MOMENTS)
 @pytest.mark.parametrize("mode", [2, 3])
 def test_a_loss_of_power_on_a_line_that_works_is_told(mode: int, moment: str, tmp_path: Path) -> None:
     for for_s in (0.02, *CUTS_S):
-        _play(Case(Untouched, mode, moment, for_s, power=False), tmp_path)
+        play(Case(Untouched, mode, moment, for_s, power=False), tmp_path)
 
 
 @pytest.mark.parametrize("wiring", [Tcp, Serial])
@@ -383,7 +383,8 @@ def test_in_ver_2_speeds_of_a_robot_that_is_not_homed_tell_of_a_loss_of_power(
         assert not run_virtual(locked(for_s, power=True))
 
 
-def _play(case: Case, folder: Path) -> None:
+def play(case: Case, folder: Path) -> None:
+    """Run the story of a case, and name the case where it fails."""
     try:
         run_virtual(story(case, folder))
     except AssertionError as wrong:
