@@ -52,6 +52,8 @@ class Cable(SimulatedCable):
         """Come right before the next answers, one before each."""
         self.stuck = False
         """The far end takes nothing more, as a full dual-port RAM."""
+        self.broken = False
+        """Nothing arrives either way, and neither port notices: a serial cable that was pulled."""
 
     async def written_from(self, beginning: str) -> None:
         """Wait until a frame is written that begins so."""
@@ -71,6 +73,8 @@ class Cable(SimulatedCable):
             self._awaited[1].set_result(None)
 
     def _arrive(self, data: bytes) -> None:
+        if self.broken:
+            return
         if self.lost_once and data.startswith(self.lost_once.encode()):
             self.lost_once = ""
         elif not self.lost_command or not data.startswith(self.lost_command.encode()):
@@ -80,6 +84,8 @@ class Cable(SimulatedCable):
         self._then.pop(self._arrived, int)()
 
     def _deliver(self, data: bytes) -> None:
+        if self.broken:
+            return
         if self.copies:
             super()._deliver(self.copies.pop(0))
             asyncio.get_running_loop().call_later(COPY_GAP_S, self._deliver, data)

@@ -30,12 +30,14 @@ ROBOTS: Final[Sequence[Kind[Robot]]] = (
         "robot.power_cycled",
         words(
             "{address} has lost its power, or seems to have.",
-            "All axes have stopped. None is homed, and speeds the gateway does not know are 100 % again.",
+            "A motion under way has ended with the power. No axis is homed, and speeds the gateway does not "
+            "know are 100 % again.",
             "See that its speeds are right, acknowledge the power cycle, then home it.",
         ),
         words(
             "{address}の電源が切れた、または切れた可能性があります。",
-            "全軸が停止しました。原点復帰は未完了で、ゲートウェイが把握していない速度は100 %に戻っています。",
+            "実行中の動作は電源とともに終了しました。原点復帰は未完了で、ゲートウェイが把握していない"
+            "速度は100 %に戻っています。",
             "速度を確認し、電源再投入を確認済みにしてから、原点復帰を行ってください。",
         ),
         "C-HOST manual 1-1-1, 2-15",

@@ -238,7 +238,7 @@ class Robot:
         doubts = self._forget_what_may_change, self.asking.note_change, self.bits.compare_again
         survived(f"{what} of {self.id}", *doubts)
         if what == "robot.power_cycled":
-            lost = partial(self.power.lost, certain=bool(facts["certain"]))
+            lost = partial(self.power.lost, certain=True)
             deeds: list[Callable[[], None]] = [self.selection.forget, lost]
             all_of(deeds)
         elif what.startswith("robot."):
