@@ -15,6 +15,7 @@ from gateway.core.readings import Progress
 from gateway.core.restore_record import Difference
 from gateway.rorze import stored_program
 from gateway.rorze.backup_places import (
+    PLACES,
     PLACES_OF,
     RAM_ONLY,
     SECTIONS,
@@ -26,6 +27,7 @@ from gateway.rorze.backup_places import (
     words_of,
 )
 from gateway.rorze.bodies import Body
+from gateway.rorze.flash_state import SHARES
 from gateway.rorze.power import is_mark
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.inputs_outputs import SetErrorOutput, SetInterruptAction, SetInterruptMode
@@ -33,10 +35,8 @@ from protocols.rorze.patterns import SetPattern, SetSpeedChange
 from protocols.rorze.position_table import SetPositionEntry
 from protocols.rorze.programs import GetLastProgramAddress
 from protocols.rorze.speeds import (
-    SetFallingAccelerationShare,
     SetMaximumAcceleration,
     SetMaximumSpeed,
-    SetRisingAccelerationShare,
     SetStartSpeed,
 )
 from protocols.rorze.status import GetInformation, SetUserComment
@@ -49,7 +49,6 @@ KIND = "body"
 AHEAD = 2
 """So many questions wait at the line, that it has no rest; more would hold up others who read the body."""
 SPEEDS = (SetStartSpeed, SetMaximumSpeed, SetMaximumAcceleration)
-SHARES = (SetRisingAccelerationShare, SetFallingAccelerationShare)
 READINGS = 4
 """What is read otherwise again and again is told as it was read last."""
 NOT_THERE: Final = {"0x61"}
@@ -418,11 +417,21 @@ def _program_differences(
 # written again
 
 
-def commands(wanted: Contents, held: Contents) -> list[Command]:
-    """The commands that make a body hold what a backup has; what was never set cannot be unset."""
+def commands(
+    wanted: Contents, held: Contents, may_be_unset: Callable[[Command], bool] = lambda _: False
+) -> list[Command]:
+    """The commands that make a body hold what a backup has; what was never set cannot be unset.
+
+    Those are among them whose place reads so already, but `may_be_unset`.
+    """
     made: list[Command] = []
     for name in wanted.places:
         places = differing(name, wanted, held)
+        places += [
+            place
+            for key, it in wanted.places[name].items()
+            if may_be_unset(it) and (place := PLACES[key]) not in places
+        ]
         write = _settings if name == "settings" else _table
         made += write(places, wanted.places[name], held.places[name])
     return made

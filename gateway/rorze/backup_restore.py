@@ -106,7 +106,7 @@ class BodyRestore:
         )
 
     def _frames(self, wanted: Contents) -> Iterator[str]:
-        commands: list[Command] = backup.commands(wanted, self.held)
+        commands: list[Command] = backup.commands(wanted, self.held, self.body.flash.may_be_unset)
         if self._program_differs(wanted):
             instructions = map(AddProgramInstruction.read, wanted.instructions)
             commands = [ClearProgram(), *instructions, *commands]
@@ -125,7 +125,7 @@ class BodyRestore:
         """
         if self._program_differs(self.wanted) and isinstance(self.wanted.program, Assembled):
             await self._upload(self.wanted.program, watcher)
-        commands = backup.commands(self.wanted, self.held)
+        commands = backup.commands(self.wanted, self.held, self.body.flash.may_be_unset)
         for part in blocks(commands, WRITTEN_DOWN):
             with self.body.line.sending(self.body.number, part):
                 await self._write(part, watcher)
@@ -169,9 +169,9 @@ class BodyRestore:
         watcher.has_written()
 
     async def _has_worked(self, command: Command, lost: GatewayError) -> bool:
-        """Read what a command sets. One that clears several places is sent again: that harms nobody."""
+        """Read what a command sets. One of which reading proves nothing is sent again: it is absolute."""
         place = place_of(command)
-        if place is None:
+        if place is None or self.body.flash.may_be_unset(command):
             return False
         try:
             reply, _ = await self.body.ask(place.question, lane=Lane.VERIFY)

@@ -96,6 +96,21 @@ async def test_a_backup_has_all_that_a_body_keeps_in_a_stable_order() -> None:
 
 
 @in_virtual_time
+async def test_a_share_of_zero_is_written_to_a_set_that_only_has_speeds() -> None:
+    async with one_body() as it:
+        text = "[body 3F]\n[speed-sets]\nOLSS[4],100\nOHSS[4],5000\nOSSS[4],80000\nOASS[4],0\nOBSS[4],0\n"
+        now = asyncio.get_running_loop().time()
+        for command in ("OLSS[4],100", "OHSS[4],5000", "OSSS[4],80000"):
+            it.axis().execute(command, now)
+        wanted = text + "OLS50\nOHS50000\nOSS100000\nOAS50\nOBS50\n"
+        assert (await planned(it, wanted)).commands == ["&3FOASS[4],0", "&3FOBSS[4],0"]
+        over = await restored(it, wanted)
+        assert (over.status, over.written) == ("verified", 2)
+        assert (await planned(it, wanted)).commands == []
+        assert (it.axis().settings.speeds[4].rising, it.axis().settings.speeds[4].falling) == (0, 0)
+
+
+@in_virtual_time
 async def test_a_dead_controller_is_swapped_by_one_file() -> None:
     async with one_body() as it:
         await teach(it)
