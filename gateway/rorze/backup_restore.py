@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply
 from gateway.core.lanes import Lane
+from gateway.core.restore_record import ScaleDifference
 from gateway.core.restores import Comparison, Reader, Watcher
 from gateway.core.sequence_lock import Series
 from gateway.rorze import backup
@@ -42,6 +43,8 @@ class BodyRestore:
     body: Body
     wanted: Contents
     uploads: ProgramUploads
+    scale: ScaleDifference | None = None
+    """How the body's scale differs from that of the backup, if it does."""
     held: Contents = field(default_factory=Contents)
     """As of the last comparison."""
     epoch: int = field(init=False)
