@@ -35,6 +35,7 @@ from gateway.rorze.units import Scale
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.inputs_outputs import SetErrorOutput, SetInterruptAction, SetInterruptMode
 from protocols.rorze.modes import SetOperatingMode
+from protocols.rorze.notation import PositionReference
 from protocols.rorze.patterns import SetPattern, SetSpeedChange
 from protocols.rorze.position_table import SetPositionEntry
 from protocols.rorze.programs import GetLastProgramAddress
@@ -71,7 +72,6 @@ NO_NAMES: Final[Names] = {}
 SCALE: Final = "scale"
 """The section that tells how many pulses a unit is."""
 _SCALE: Final = re.compile(r"([0-9]+(?:\.[0-9]+)?) pulses/([a-z]+)")
-_POSITIONS: Final = PLACES_OF["positions"]
 
 
 @dataclass
@@ -296,13 +296,15 @@ def _line(command: Command) -> str:
 
 def _positions(body: Body, contents: Contents, names: Names) -> Iterator[str]:
     """Those that are not 0, or have a name; with their place in the unit of the body, and their name."""
-    held = {place.at["entry"]: contents.places["positions"].get(key) for key, place in _POSITIONS.items()}
-    for entry, it in held.items():
-        name = names.get(entry.position)
-        if it is None and name is None:
-            continue
-        command = it or SetPositionEntry(entry=entry, pulses=0)
-        comment = _place(body, contents, command.pulses) + (f", {name}" if name else "")
+    pulses = {
+        it.entry.position: it.pulses or 0
+        for it in contents.places["positions"].values()
+        if isinstance(it, SetPositionEntry) and isinstance(it.entry.position, int)
+    }
+    for number in sorted({*pulses, *names}):
+        held = pulses.get(number, 0)
+        command = SetPositionEntry(entry=PositionReference(position=number), pulses=held)
+        comment = _place(body, contents, held) + (f", {names[number]}" if number in names else "")
         yield commented(f"{command.code}{command.written()}", comment)
 
 

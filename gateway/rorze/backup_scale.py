@@ -9,10 +9,11 @@ from pydantic import ValidationError
 from gateway.core.errors import InvalidRequest
 from gateway.core.restore_record import ScaleDifference, Units
 from gateway.rorze.backup import Contents
-from gateway.rorze.backup_places import Command, Row, Section, given, normal
+from gateway.rorze.backup_places import Command, Section, given, normal
 from gateway.rorze.bodies import Body
 from gateway.rorze.units import Scale
 from protocols.rorze import encoder, inputs_outputs, interpolation, modes, origin, patterns, speeds
+from protocols.rorze.commands import Row
 from protocols.rorze.notation import BILLION
 from protocols.rorze.position_table import SetPositionEntry
 from protocols.rorze.programs import SetProgramMemory

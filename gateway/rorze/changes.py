@@ -86,7 +86,7 @@ class ChangeStep(Record):
     outcome: Literal["unchanged", "changed"] = Field(
         description="unchanged: it was so already, and nothing was sent; changed: set, and read back."
     )
-    before: JsonValue
+    before: JsonValue = Field(description="Null also where it could not be read.")
 
 
 Wanted = tuple[Item, Any]
@@ -173,8 +173,14 @@ async def as_expected(
 
 
 async def _step(body: Body, item: Item, value: Any, command: Setter, epoch: int) -> ChangeStep:
-    before = await read(body, item)
-    if _agree(before, value) and not body.flash.may_be_unset(command):
+    before, is_so = None, False
+    try:
+        before = await read(body, item)
+        is_so = _agree(before, value) and not body.flash.may_be_unset(command)
+    except ControllerRefused as refusal:
+        if not refusal.lasting:
+            raise  # what cannot be read can be set
+    if is_so:
         return ChangeStep(name=item.name, command=_text(command), outcome="unchanged", before=before)
     async with _undivided(body, epoch):
         await _set(body, item, value, command)
