@@ -24,7 +24,7 @@ from api.common.strict_json import StrictRequest, StrictRoute
 from api.robots.names import RobotId
 from gateway.core.backup_record import Backup, BackupComparison
 from gateway.core.records import RequestModel, example
-from gateway.core.restore_record import Restore, RestorePlan
+from gateway.core.restore_record import Restore, RestorePlan, Units
 from gateway.core.rights import Right
 from gateway.operations import backups
 from gateway.operations.backups import Reading, Wanted
@@ -58,7 +58,18 @@ class ComparisonRequest(RequestModel, json_schema_extra=example(backup=SMALL)):
     backup: str = Field(description="The text of a backup; comments after `;` mean nothing.")
 
 
-class BodyComparisonRequest(ComparisonRequest, json_schema_extra=example(backup=SMALL)):
+class OfBodies(ComparisonRequest):
+    """A backup of bodies, which have scales."""
+
+    units: Units | None = Field(
+        None,
+        description="For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the "
+        "same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the "
+        "nearest pulse.",
+    )
+
+
+class BodyComparisonRequest(OfBodies, json_schema_extra=example(backup=SMALL)):
     """A backup that a body is to be compared with."""
 
     from_body: str | None = Field(
@@ -66,7 +77,7 @@ class BodyComparisonRequest(ComparisonRequest, json_schema_extra=example(backup=
     )
 
 
-class LineComparisonRequest(ComparisonRequest, json_schema_extra=example(backup=SMALL)):
+class LineComparisonRequest(OfBodies, json_schema_extra=example(backup=SMALL)):
     """A backup that bodies of a line are to be compared with."""
 
     bodies: list[str] | None = Field(
@@ -293,12 +304,12 @@ COMPARISONS.add_to(
 
 async def _for_body(request: Request, body_id: str, wanted: BodyComparisonRequest) -> Wanted:
     found = await asyncio.to_thread(backups.check_bodies, wanted.backup)
-    return backups.for_body(plant_of(request), body_id, found, wanted.from_body)
+    return backups.for_body(plant_of(request), body_id, found, wanted.from_body, wanted.units)
 
 
 async def _for_line(request: Request, line_id: str, wanted: LineComparisonRequest) -> Wanted:
     found = await asyncio.to_thread(backups.check_bodies, wanted.backup)
-    return backups.for_line(plant_of(request), line_id, found, wanted.bodies)
+    return backups.for_line(plant_of(request), line_id, found, wanted.bodies, wanted.units)
 
 
 async def _for_robot(request: Request, robot_id: str, wanted: RobotComparisonRequest) -> Wanted:

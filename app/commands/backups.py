@@ -1,6 +1,7 @@
 """Backups on the command line: what controllers keep is written to a file, compared, brought back."""
 
 from collections.abc import Callable
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -22,6 +23,19 @@ Whose = Annotated[
 Backup = Annotated[Path, typer.Argument(help="A backup.")]
 From = Annotated[str | None, typer.Option("--from", help="Of a body: take what the backup has of this one.")]
 Only = Annotated[list[str] | None, typer.Option("--body", help="Of a line: only this body; can be repeated.")]
+
+
+class Units(StrEnum):
+    """How a backup of another scale comes to a body."""
+
+    keep_pulses = "keep_pulses"
+    convert = "convert"
+
+
+UnitsOption = Annotated[
+    Units | None,
+    typer.Option("--units", help="For a backup of another scale: keep its pulses, or convert lengths."),
+]
 
 
 def backup(
@@ -48,12 +62,14 @@ def diff(
     file: Backup,
     from_body: From = None,
     only: Only = None,
+    units: UnitsOption = None,
     url: Url = LOCAL,
     key_file: KeyFile = None,
 ) -> None:
     """Tell what differs from a backup, and change nothing. Exit code 1: something does."""
     client = Client.at(url, key_file)
-    plan = _plan(client, _path_of(client, target), _wanted(file, from_body, only))
+    plan = _plan(client, _path_of(client, target), _wanted(file, from_body, only, units))
+    _tell_scales(plan)
     _tell(plan["differences"])
     raise typer.Exit(exits.REFUSED if plan["differences"] else exits.DONE)
 
@@ -73,14 +89,16 @@ def restore(
     ] = False,
     from_body: From = None,
     only: Only = None,
+    units: UnitsOption = None,
     url: Url = LOCAL,
     key_file: KeyFile = None,
 ) -> None:
     """Bring a body, a robot or the bodies of a line back to a backup, and see that they hold it."""
     client = Client.at(url, key_file)
-    path, wanted = _path_of(client, target), _wanted(file, from_body, only)
+    path, wanted = _path_of(client, target), _wanted(file, from_body, only, units)
     if dry_run:
         plan = _plan(client, path, wanted)
+        _tell_scales(plan)
         typer.echo("".join(f"{command}\n" for command in plan["commands"]), nl=False)
         _tell([it for it in plan["differences"] if not it["restorable"]])
         return
@@ -140,6 +158,7 @@ def _followed(
 def _end(record: dict[str, Any]) -> None:
     """Say how a restore has ended, and end with its exit code."""
     differences, error = record["differences"], record["error"]
+    _tell_scales(record)
     if error is not None:
         typer.echo(f"{error['detail']} {error['remedy']}", err=True)
     _tell(differences or [])
@@ -160,6 +179,13 @@ def _end(record: dict[str, Any]) -> None:
     raise Failure(f"{record['status']}: nothing differs from the backup{unseen}.", exits.REFUSED)
 
 
+def _tell_scales(told: dict[str, Any]) -> None:
+    """Say on standard error how scales differ, and what was made of it."""
+    for it in told.get("scales", ()):
+        made = "pulses are kept" if it["units"] == Units.keep_pulses else "lengths are converted"
+        typer.echo(f"{it['target']}: backup {it['backup']}, body {it['controller']}; {made}.", err=True)
+
+
 def _tell(differences: list[dict[str, Any]]) -> None:
     for it in differences:
         wanted, held = it["wanted"] or "nothing", it["held"] or "nothing"
@@ -167,7 +193,9 @@ def _tell(differences: list[dict[str, Any]]) -> None:
         typer.echo(f"{it['target']} {it['section']}: {it['name']}: backup {wanted}, holds {held}{never}")
 
 
-def _wanted(file: Path, from_body: str | None, only: list[str] | None) -> dict[str, object]:
+def _wanted(
+    file: Path, from_body: str | None, only: list[str] | None, units: Units | None
+) -> dict[str, object]:
     """The backup in a file, and its target."""
     try:
         text = file.read_bytes().decode("utf-8-sig")
@@ -175,7 +203,7 @@ def _wanted(file: Path, from_body: str | None, only: list[str] | None) -> dict[s
         raise Misuse(f"{file}: {error.strerror or error}") from None
     except UnicodeDecodeError:
         raise Misuse(f"{file} is not UTF-8 text") from None
-    chosen = {"from_body": from_body, "bodies": only or None}
+    chosen = {"from_body": from_body, "bodies": only or None, "units": units}
     return {"backup": text, **{name: value for name, value in chosen.items() if value is not None}}
 
 

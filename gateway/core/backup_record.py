@@ -6,7 +6,7 @@ from typing import Literal
 from pydantic import Field
 
 from gateway.core.records import Record, request_id_field
-from gateway.core.restore_record import Difference, RestoreError
+from gateway.core.restore_record import SCALES, Difference, RestoreError, ScaleDifference
 
 Status = Literal["running", "succeeded", "failed", "cancelled"]
 
@@ -46,6 +46,7 @@ class Backup(Reading):
 class BackupComparison(Reading):
     """One comparison of controllers with a backup: what a restore would do; nothing is written."""
 
+    scales: list[ScaleDifference] = SCALES
     commands: list[str] | None = Field(
         None,
         description="The exact commands of a restore, in their order, once it has succeeded. Events leave "

@@ -9,7 +9,7 @@ from gateway.core.backup_record import Backup, BackupComparison
 from gateway.core.move_log import new_id
 from gateway.core.readings import Progress, Readings
 from gateway.core.restore_record import Difference
-from gateway.core.restores import Controller, Restores
+from gateway.core.restores import Controller, Restores, scales_of
 
 C = TypeVar("C", bound=Controller)
 
@@ -78,7 +78,13 @@ class Comparisons(Readings[BackupComparison]):
             restores.require_none(controller.address)
         now = datetime.now(UTC)
         addresses = [controller.address for controller in controllers]
-        record = BackupComparison(id=new_id(now), target=target, controllers=addresses, started_at=now)
+        record = BackupComparison(
+            id=new_id(now),
+            target=target,
+            controllers=addresses,
+            scales=scales_of(controllers),
+            started_at=now,
+        )
         return self.follow(record, partial(_compare, record, restores, controllers))
 
 

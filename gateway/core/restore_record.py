@@ -12,6 +12,25 @@ Status = Literal["running", "verified", "differs", "failed", "cancelled"]
 Phase = Literal["comparing", "writing", "reading_back", "saving", "awaiting_power_cycle", "verifying", "done"]
 
 
+Units = Literal["keep_pulses", "convert"]
+"""How a backup comes to a controller whose pulses are of another length."""
+
+
+class ScaleDifference(Record):
+    """A controller whose scale is not that of the backup."""
+
+    target: str = Field(description="The body.")
+    backup: str = Field(description="The scale of the backup: 100 pulses/mm.")
+    controller: str = Field(description="That of the body: 250 pulses/mm, or no scale.")
+    units: Units = Field(description="What was asked for: the same pulses, or the same lengths and speeds.")
+
+
+SCALES = Field(
+    default_factory=list[ScaleDifference],
+    description="The bodies whose scale is not that of the backup, and what `units` made of that.",
+)
+
+
 class Difference(Record):
     """Something that a controller holds otherwise than the backup has it."""
 
@@ -53,6 +72,7 @@ class RestorePlan(Record):
     dry_run: Literal[True] = True
     commands: list[str] = Field(description="The exact commands, in their order.")
     differences: list[Difference] = Field(description="Empty where the controllers hold the backup already.")
+    scales: list[ScaleDifference] = SCALES
 
 
 class Restore(Record):
@@ -67,6 +87,7 @@ class Restore(Record):
     )
     phase: Phase = "comparing"
     controllers: list[str] = Field(description="The bodies or the robot it writes to.")
+    scales: list[ScaleDifference] = SCALES
     commands: int = Field(0, description="Commands to be written, as far as is known.")
     written: int = Field(0, description="Those that were.")
     read: int = Field(0, description="What was read so far, before and after.")

@@ -9,7 +9,15 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 from gateway.core.errors import BodyBusy, Cancelled, GatewayError, NotFound, ShuttingDown, StoppedFirst
 from gateway.core.kept_works import KeptWorks
 from gateway.core.move_log import new_id
-from gateway.core.restore_record import Difference, Phase, Restore, RestoreError, RestorePlan, Status
+from gateway.core.restore_record import (
+    Difference,
+    Phase,
+    Restore,
+    RestoreError,
+    RestorePlan,
+    ScaleDifference,
+    Status,
+)
 from gateway.core.works import CutOff
 
 HISTORY = 20
@@ -61,6 +69,10 @@ class Controller(Protocol):
     @property
     def address(self) -> str:
         """Its unique address."""
+
+    @property
+    def scale(self) -> ScaleDifference | None:
+        """How its scale differs from that of the backup, if it does."""
 
     @property
     def answers(self) -> int | None:
@@ -162,7 +174,9 @@ class Restores(KeptWorks[Restore], Generic[C]):
             found = await controller.compare(reader or _Nobody())
             commands += found.commands
             differences += found.differences
-        return RestorePlan(target=target, commands=commands, differences=differences)
+        return RestorePlan(
+            target=target, commands=commands, differences=differences, scales=scales_of(controllers)
+        )
 
     async def start(
         self, target: str, controllers: Sequence[C], *, flash: bool = False, power_cycle: bool = False
@@ -179,6 +193,7 @@ class Restores(KeptWorks[Restore], Generic[C]):
             id=new_id(now),
             target=target,
             controllers=[it.address for it in controllers],
+            scales=scales_of(controllers),
             flash=flash,
             power_cycle=power_cycle,
             started_at=now,
@@ -280,6 +295,11 @@ class Restores(KeptWorks[Restore], Generic[C]):
             remedy="Restore the backup again: what differs is written, and all is read back.",
         )
         self.tell("failed", record)
+
+
+def scales_of(controllers: Sequence[Controller]) -> list[ScaleDifference]:
+    """The controllers whose scale is not that of the backup."""
+    return [it.scale for it in controllers if it.scale is not None]
 
 
 def _short(record: Restore) -> Restore:

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from pydantic import ValidationError
 
-from gateway.core.backup_text import Line, Part, commented, parts_of, refuse, section
+from gateway.core.backup_text import Line, Part, commented, parts_of, plain_number, refuse, section
 from gateway.core.errors import Misplaced
 from gateway.core.readings import Progress
 from gateway.core.restore_record import Difference
@@ -210,7 +210,7 @@ def _written(value: Values | bool) -> str:
 
 
 def _number(value: float) -> str:
-    return f"{value:.9f}".rstrip("0").rstrip(".")
+    return plain_number(value, 9)
 
 
 # from a text

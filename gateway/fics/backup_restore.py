@@ -53,6 +53,10 @@ class RobotRestore:
         return self.robot.id
 
     @property
+    def scale(self) -> None:
+        """A robot counts in its own units, which are those of its backup."""
+
+    @property
     def answers(self) -> None:
         """A robot ends its answer where nothing more is set."""
 

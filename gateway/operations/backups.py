@@ -8,7 +8,7 @@ from gateway.core.addresses import there_are
 from gateway.core.backup_record import Backup, BackupComparison
 from gateway.core.backups import Source
 from gateway.core.errors import InvalidRequest
-from gateway.core.restore_record import Restore, RestorePlan
+from gateway.core.restore_record import Restore, RestorePlan, Units
 from gateway.core.restores import Controller, Restores
 from gateway.core.rights import Right
 from gateway.fics import backup as robot_backup
@@ -18,7 +18,7 @@ from gateway.fics.family import Fics
 from gateway.operations.caller import for_caller, needs, require
 from gateway.operations.records import Records
 from gateway.plant import Plant
-from gateway.rorze import backup
+from gateway.rorze import backup, backup_scale
 from gateway.rorze.backup import BodySource, Contents
 from gateway.rorze.backup_restore import BodyRestore
 from gateway.rorze.bodies import Body
@@ -81,7 +81,8 @@ def _of_bodies(plant: Plant, target: str, bodies: Sequence[Body]) -> Reading:
         rorze.restores.require_none(body.address)
         rorze.uploads.require_none(body)
 
-    return Reading(target, backup.PREAMBLE, [BodySource(it, partial(require_free, it)) for it in bodies])
+    sources = [BodySource(it, partial(require_free, it), plant.names.of(it.address)) for it in bodies]
+    return Reading(target, backup.PREAMBLE, sources)
 
 
 def of_robot(plant: Plant, robot_id: str) -> Reading:
@@ -130,22 +131,31 @@ class _Nobody:
         """Say nothing."""
 
 
-def for_body(plant: Plant, body_id: str, found: OfBodies, from_body: str | None) -> Wanted:
+def for_body(
+    plant: Plant, body_id: str, found: OfBodies, from_body: str | None, units: Units | None = None
+) -> Wanted:
     """Let a body hold what a backup has of it, or of the body `from_body`.
 
     :raises NotFound: there is no such body.
-    :raises InvalidRequest: the backup has nothing of it.
+    :raises InvalidRequest: the backup has nothing of it, or is of another scale, and `units` does not help.
     """
     body = plant.family(Rorze).body(body_id)
     source = body.number if from_body is None else _number(from_body)
-    return Wanted(f"/bodies/{body.address}", *_controllers(plant, {body: source}, found))
+    return Wanted(f"/bodies/{body.address}", *_controllers(plant, {body: source}, found, units))
 
 
-def for_line(plant: Plant, line_id: str, found: OfBodies, chosen: Sequence[str] | None) -> Wanted:
+def for_line(
+    plant: Plant,
+    line_id: str,
+    found: OfBodies,
+    chosen: Sequence[str] | None,
+    units: Units | None = None,
+) -> Wanted:
     """Let the bodies of a line, or those that are chosen, hold what a backup has of them.
 
     :raises NotFound: there is no such line or body.
-    :raises InvalidRequest: it is no line of bodies, or the backup has nothing of one that was chosen.
+    :raises InvalidRequest: it is no line of bodies, or the backup has nothing of one that was chosen, or is
+        of another scale than a body, and `units` does not help.
     """
     if chosen is None:
         sources = {body: body.number for body in _bodies_of(plant, line_id) if body.number in found}
@@ -157,11 +167,11 @@ def for_line(plant: Plant, line_id: str, found: OfBodies, chosen: Sequence[str] 
             )
     else:
         sources = {body: body.number for body in _chosen(plant, line_id, chosen)}
-    return Wanted(f"/lines/{line_id}", *_controllers(plant, sources, found))
+    return Wanted(f"/lines/{line_id}", *_controllers(plant, sources, found, units))
 
 
 def _controllers(
-    plant: Plant, sources: Mapping[Body, int], found: OfBodies
+    plant: Plant, sources: Mapping[Body, int], found: OfBodies, units: Units | None
 ) -> tuple[Restores[BodyRestore], list[BodyRestore]]:
     rorze = plant.family(Rorze)
     for source in sources.values():
@@ -171,8 +181,10 @@ def _controllers(
                 f"{there_are([f'{it:02X}' for it in found])}; nothing was sent.",
                 "Name the body of the backup by `from_body`.",
             )
-    wanted = [BodyRestore(body, found[source], rorze.uploads) for body, source in sources.items()]
-    return rorze.restores, wanted
+    held = {body: backup_scale.for_body(found[source], body, units) for body, source in sources.items()}
+    return rorze.restores, [
+        BodyRestore(body, wanted, rorze.uploads, scale) for body, (wanted, scale) in held.items()
+    ]
 
 
 def check_robot(plant: Plant, robot_id: str, text: str) -> RobotContents:

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Final, TypeVar
 
+from pydantic import ValidationError
+
 from gateway.core.backup_text import Line, Part, commented, parts_of, refuse, section
 from gateway.core.errors import BodyBusy, ControllerRefused, Misplaced
 from gateway.core.lanes import Lane
@@ -15,6 +17,7 @@ from gateway.core.readings import Progress
 from gateway.core.restore_record import Difference
 from gateway.rorze import stored_program
 from gateway.rorze.backup_places import (
+    PLACES,
     PLACES_OF,
     RAM_ONLY,
     SECTIONS,
@@ -26,17 +29,19 @@ from gateway.rorze.backup_places import (
     words_of,
 )
 from gateway.rorze.bodies import Body
+from gateway.rorze.flash_state import SHARES
 from gateway.rorze.power import is_mark
+from gateway.rorze.units import Scale
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.inputs_outputs import SetErrorOutput, SetInterruptAction, SetInterruptMode
+from protocols.rorze.modes import SetOperatingMode
+from protocols.rorze.notation import PositionReference
 from protocols.rorze.patterns import SetPattern, SetSpeedChange
 from protocols.rorze.position_table import SetPositionEntry
 from protocols.rorze.programs import GetLastProgramAddress
 from protocols.rorze.speeds import (
-    SetFallingAccelerationShare,
     SetMaximumAcceleration,
     SetMaximumSpeed,
-    SetRisingAccelerationShare,
     SetStartSpeed,
 )
 from protocols.rorze.status import GetInformation, SetUserComment
@@ -49,7 +54,6 @@ KIND = "body"
 AHEAD = 2
 """So many questions wait at the line, that it has no rest; more would hold up others who read the body."""
 SPEEDS = (SetStartSpeed, SetMaximumSpeed, SetMaximumAcceleration)
-SHARES = (SetRisingAccelerationShare, SetFallingAccelerationShare)
 READINGS = 4
 """What is read otherwise again and again is told as it was read last."""
 NOT_THERE: Final = {"0x61"}
@@ -62,6 +66,12 @@ PREAMBLE = (
 )
 
 OnRead = Callable[[], None]
+Names = Mapping[int, str]
+"""Of positions, by their numbers."""
+NO_NAMES: Final[Names] = {}
+SCALE: Final = "scale"
+"""The section that tells how many pulses a unit is."""
+_SCALE: Final = re.compile(r"([0-9]+(?:\.[0-9]+)?) pulses/([a-z]+)")
 
 
 @dataclass
@@ -74,6 +84,8 @@ class Contents:
     """None where it is not among the sections."""
     unread: list[str] = field(default_factory=list)
     """What the body has refused to tell, and why."""
+    scale: Scale | None = None
+    """In which its pulses were those of lengths or angles; None where nothing tells."""
 
     @property
     def sections(self) -> list[Section]:
@@ -85,6 +97,12 @@ class Contents:
         """The program as the body stores it."""
         return self.program.texts() if isinstance(self.program, Assembled) else self.program or ()
 
+    @property
+    def in_encoder_counts(self) -> bool:
+        """Whether its positions are encoder counts, as its settings tell (EAS)."""
+        settings = self.places.get("settings", {}).values()
+        return any(isinstance(it, SetOperatingMode) and it.mode == "encoder" for it in settings)
+
     def lasting(self) -> "Contents":
         """The same without what is gone with the power."""
         lasting: dict[Section, dict[str, Command]] = {
@@ -92,7 +110,7 @@ class Contents:
             for section, commands in self.places.items()
             if section != "memories"
         }
-        return Contents(lasting, self.program)
+        return Contents(lasting, self.program, scale=self.scale)
 
 
 # from a body
@@ -203,8 +221,8 @@ async def _agreed(told: T, read_again: Callable[[], Awaitable[T]]) -> T:
 # as text
 
 
-async def text_of(body: Body, on_read: OnRead = lambda: None) -> str:
-    """Read a body and write what it keeps.
+async def text_of(body: Body, names: Names = NO_NAMES, on_read: OnRead = lambda: None) -> str:
+    """Read a body and write what it keeps, with the names of its positions.
 
     :raises BodyBusy: it has lost its power meanwhile, so that not all was read of one state.
     :raises GatewayError: it was not read.
@@ -212,10 +230,11 @@ async def text_of(body: Body, on_read: OnRead = lambda: None) -> str:
     version, _ = await body.ask(GetInformation())
     losses = body.power.losses
     contents = await read(body, SECTIONS, on_read)
+    contents.scale = body.scale
     if await body.mark.stands(Lane.READ) is False or body.power.losses != losses:
         raise BodyBusy(f"{body.address} has lost its power while it was read.", "Read the backup again.")
     named = f" ({body.name})" if body.name else ""
-    return f"\n; /bodies/{body.address}{named}, {version.text}\n{written(body, contents)}"
+    return f"\n; /bodies/{body.address}{named}, {version.text}\n{written(body, contents, names)}"
 
 
 @dataclass(frozen=True)
@@ -225,6 +244,8 @@ class BodySource:
     body: Body
     require_free: Callable[[], None]
     """Raises where its program, or all it keeps, is being changed."""
+    names: Names
+    """Of its positions, by number."""
 
     @property
     def address(self) -> str:
@@ -241,7 +262,7 @@ class BodySource:
         self.require_free()
         end, _ = await self.body.ask(GetLastProgramAddress())
         progress.expect(sum(map(len, PLACES_OF.values())) + end.address)
-        return await text_of(self.body, progress.has_read)
+        return await text_of(self.body, self.names, progress.has_read)
 
 
 def answers_of(contents: Contents) -> int:
@@ -250,29 +271,47 @@ def answers_of(contents: Contents) -> int:
     return places + len(contents.instructions)
 
 
-def written(body: Body, contents: Contents) -> str:
+def written(body: Body, contents: Contents, names: Names = NO_NAMES) -> str:
     """Contents as text."""
     unread = "".join(f"; Not read: {it}\n" for it in contents.unread)
-    return f"[{KIND} {body.short}]\n{unread}" + "".join(
-        section(name, _program(contents) if name == "program" else _commands(body, contents.places[name]))
-        for name in contents.sections
+    scale = "" if contents.scale is None else section(SCALE, [f"{contents.scale.words}\n"])
+    return f"[{KIND} {body.short}]\n{unread}{scale}" + "".join(
+        section(name, _lines(body, name, contents, names)) for name in contents.sections
     )
 
 
-def _program(contents: Contents) -> Iterator[str]:
-    yield stored_program.StoredProgram(contents.instructions, 0, running=False).source
+def _lines(body: Body, name: Section, contents: Contents, names: Names) -> Iterator[str]:
+    if name == "program":
+        yield stored_program.StoredProgram(contents.instructions, 0, running=False).source
+    elif name == "positions":
+        yield from _positions(body, contents, names)
+    else:
+        yield from map(_line, contents.places[name].values())
 
 
-def _commands(body: Body, commands: Mapping[str, Command]) -> Iterator[str]:
-    for command in commands.values():
-        text = f"{command.code}{command.written()}"
-        yield f"{text}\n" if isinstance(command, SetUserComment) else commented(text, _comment(body, command))
+def _line(command: Command) -> str:
+    text = f"{command.code}{command.written()}"
+    return f"{text}\n" if isinstance(command, SetUserComment) else commented(text, words_of(type(command)))
 
 
-def _comment(body: Body, command: Command) -> str:
-    if isinstance(command, SetPositionEntry) and body.scale is not None:
-        return f"{body.scale.value(command.pulses or 0):g} {body.scale.unit}"
-    return "pulses" if isinstance(command, SetPositionEntry) else words_of(type(command))
+def _positions(body: Body, contents: Contents, names: Names) -> Iterator[str]:
+    """Those that are not 0, or have a name; with their place in the unit of the body, and their name."""
+    pulses = {
+        it.entry.position: it.pulses or 0
+        for it in contents.places["positions"].values()
+        if isinstance(it, SetPositionEntry) and isinstance(it.entry.position, int)
+    }
+    for number in sorted({*pulses, *names}):
+        held = pulses.get(number, 0)
+        command = SetPositionEntry(entry=PositionReference(position=number), pulses=held)
+        comment = _place(body, contents, held) + (f", {names[number]}" if number in names else "")
+        yield commented(f"{command.code}{command.written()}", comment)
+
+
+def _place(body: Body, contents: Contents, pulses: int) -> str:
+    if contents.in_encoder_counts:
+        return "encoder counts"
+    return "pulses" if body.scale is None else body.scale.written(pulses)
 
 
 def parse(text: str) -> dict[int, Contents]:
@@ -297,7 +336,7 @@ def body_number(text: str) -> int | None:
 
 
 def _contents(part: Part, faults: list[Misplaced]) -> Contents:
-    contents = Contents()
+    contents = Contents(scale=_scale(part, faults))
     for name in SECTIONS:
         lines = part.sections.get(name)
         if lines is not None and name == "program":
@@ -307,9 +346,31 @@ def _contents(part: Part, faults: list[Misplaced]) -> Contents:
     faults += [
         Misplaced(line, 1, f"There is no section [{name}]; there are {', '.join(SECTIONS)}.")
         for name, line in part.headings.items()
-        if name not in SECTIONS
+        if name not in (SCALE, *SECTIONS)
     ]
     return contents
+
+
+def _scale(part: Part, faults: list[Misplaced]) -> Scale | None:
+    """The scale of a part; None where it has none."""
+    found = None
+    for line in part.sections.get(SCALE, ()):
+        text = line.text.partition(";")[0].strip()
+        if not text:
+            continue
+        match = _SCALE.fullmatch(text)
+        try:
+            scale = (
+                Scale.model_validate({"unit": match[2], "pulses_per_unit": float(match[1])})
+                if match
+                else None
+            )
+        except ValidationError:
+            scale = None
+        if scale is None or found is not None:
+            faults.append(Misplaced(line.number, 1, "[scale] has one line, such as 100 pulses/mm."))
+        found = scale
+    return found
 
 
 def _assembled(lines: list[Line], faults: list[Misplaced]) -> Assembled | tuple[str, ...]:
@@ -418,11 +479,21 @@ def _program_differences(
 # written again
 
 
-def commands(wanted: Contents, held: Contents) -> list[Command]:
-    """The commands that make a body hold what a backup has; what was never set cannot be unset."""
+def commands(
+    wanted: Contents, held: Contents, may_be_unset: Callable[[Command], bool] = lambda _: False
+) -> list[Command]:
+    """The commands that make a body hold what a backup has; what was never set cannot be unset.
+
+    Those are among them whose place reads so already, but `may_be_unset`.
+    """
     made: list[Command] = []
     for name in wanted.places:
         places = differing(name, wanted, held)
+        places += [
+            place
+            for key, it in wanted.places[name].items()
+            if may_be_unset(it) and (place := PLACES[key]) not in places
+        ]
         write = _settings if name == "settings" else _table
         made += write(places, wanted.places[name], held.places[name])
     return made

@@ -7,7 +7,7 @@ from typing import Any, Final, Literal
 
 from pydantic import ValidationError
 
-from gateway.rorze.memories import LAST_PLACES
+from gateway.rorze.memories import LAST_PLACES, signed
 from protocols.rorze.commands import COMMANDS, Row
 from protocols.rorze.notation import BILLION, Interval, PositionReference
 from protocols.rorze.patterns import SetPattern, SetSpeedChange
@@ -95,7 +95,7 @@ class Place:
 
         A value that cannot be set was never set.
         """
-        told = {name: value for name, value in _given(reply).items() if name in self.row.model_fields}
+        told = {name: value for name, value in given(reply).items() if name in self.row.model_fields}
         if self.row is SetSpeedChange:
             told.pop("end", None)
         try:
@@ -108,7 +108,8 @@ class Place:
 _ZERO: Final[Mapping[str, str]] = {"3PS": "pulses", "UDS": "value"}
 
 
-def _given(model: Reply | Command) -> dict[str, object]:
+def given(model: Reply | Command) -> dict[str, object]:
+    """The fields that have a value."""
     return {name: value for name in type(model).model_fields if (value := getattr(model, name)) is not None}
 
 
@@ -128,24 +129,25 @@ def place_of(command: Command) -> Place | None:
     if isinstance(command, SetPositionEntry) and command.pulses is None:
         return None  # it would store where the motor stands
     try:
-        return PLACES.get(_key_of(_question_of(type(command), _given(command))))
+        return PLACES.get(_key_of(_question_of(type(command), given(command))))
     except (KeyError, ValidationError):
         return None
 
 
 def normal(command: Command) -> Command:
-    """The same, as a backup writes it: bounds are named, 32 bits of a data memory are a number.
+    """The same, as a backup writes it: bounds are named, 32 bits of a memory are a number if they can be.
 
-    What bits a number below 0 has is not stated, so that these stay bits.
+    That a number below 0 has the bits of its two's complement is an assumption.
     """
     if isinstance(command, Interval) and command.lower is None:
-        return type(command)(**{**dict(command), "lower": 1 - BILLION, "upper": BILLION - 1})
+        return type(command)(**{**given(command), "lower": 1 - BILLION, "upper": BILLION - 1})
     if not isinstance(command, SetProgramMemory) or command.memory[0] != "D":
         return command
     bits = command.bits if command.value is None else command.value % BITS
-    if bits is None or bits >= BILLION:
+    number = None if bits is None else signed(bits)
+    if number is None or abs(number) >= BILLION:
         return SetProgramMemory(memory=command.memory, bits=bits)
-    return SetProgramMemory(memory=command.memory, value=bits)
+    return SetProgramMemory(memory=command.memory, value=number)
 
 
 def words_of(row: Row) -> str:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply
 from gateway.core.lanes import Lane
+from gateway.core.restore_record import ScaleDifference
 from gateway.core.restores import Comparison, Reader, Watcher
 from gateway.core.sequence_lock import Series
 from gateway.rorze import backup
@@ -42,6 +43,8 @@ class BodyRestore:
     body: Body
     wanted: Contents
     uploads: ProgramUploads
+    scale: ScaleDifference | None = None
+    """How the body's scale differs from that of the backup, if it does."""
     held: Contents = field(default_factory=Contents)
     """As of the last comparison."""
     epoch: int = field(init=False)
@@ -106,7 +109,7 @@ class BodyRestore:
         )
 
     def _frames(self, wanted: Contents) -> Iterator[str]:
-        commands: list[Command] = backup.commands(wanted, self.held)
+        commands: list[Command] = backup.commands(wanted, self.held, self.body.flash.may_be_unset)
         if self._program_differs(wanted):
             instructions = map(AddProgramInstruction.read, wanted.instructions)
             commands = [ClearProgram(), *instructions, *commands]
@@ -125,7 +128,7 @@ class BodyRestore:
         """
         if self._program_differs(self.wanted) and isinstance(self.wanted.program, Assembled):
             await self._upload(self.wanted.program, watcher)
-        commands = backup.commands(self.wanted, self.held)
+        commands = backup.commands(self.wanted, self.held, self.body.flash.may_be_unset)
         for part in blocks(commands, WRITTEN_DOWN):
             with self.body.line.sending(self.body.number, part):
                 await self._write(part, watcher)
@@ -169,9 +172,9 @@ class BodyRestore:
         watcher.has_written()
 
     async def _has_worked(self, command: Command, lost: GatewayError) -> bool:
-        """Read what a command sets. One that clears several places is sent again: that harms nobody."""
+        """Read what a command sets. One of which reading proves nothing is sent again: it is absolute."""
         place = place_of(command)
-        if place is None:
+        if place is None or self.body.flash.may_be_unset(command):
             return False
         try:
             reply, _ = await self.body.ask(place.question, lane=Lane.VERIFY)

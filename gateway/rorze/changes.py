@@ -86,7 +86,7 @@ class ChangeStep(Record):
     outcome: Literal["unchanged", "changed"] = Field(
         description="unchanged: it was so already, and nothing was sent; changed: set, and read back."
     )
-    before: JsonValue
+    before: JsonValue = Field(description="Null also where it could not be read.")
 
 
 Wanted = tuple[Item, Any]
@@ -115,9 +115,9 @@ async def change(
 ) -> list[ChangeStep]:
     """Set what differs, in order, and read each back; then write flash memory if asked for (FIS).
 
-    Each value is set and read back undivided; between two values others may ask, but no other change comes
-    between. A stop of the body ends it. `told` is how much the body had been told when it was as the sender
-    expects, where that matters.
+    What may never have been set, though it reads as wanted, is set, too. Each value is set and read back
+    undivided; between two values others may ask, but no other change comes between. A stop of the body ends
+    it. `told` is how much the body had been told when it was as the sender expects, where that matters.
 
     :raises InvalidRequest: one cannot be set; nothing was sent.
     :raises Outdated: it was told something since; nothing was sent.
@@ -173,8 +173,14 @@ async def as_expected(
 
 
 async def _step(body: Body, item: Item, value: Any, command: Setter, epoch: int) -> ChangeStep:
-    before = await read(body, item)
-    if _agree(before, value):
+    before, is_so = None, False
+    try:
+        before = await read(body, item)
+        is_so = _agree(before, value) and not body.flash.may_be_unset(command)
+    except ControllerRefused as refusal:
+        if not refusal.lasting:
+            raise  # what cannot be read can be set
+    if is_so:
         return ChangeStep(name=item.name, command=_text(command), outcome="unchanged", before=before)
     async with _undivided(body, epoch):
         await _set(body, item, value, command)
@@ -197,7 +203,7 @@ async def _set(body: Body, item: Item, value: Any, command: Setter) -> None:
             await body.ask(command)
         except (NoReply, CommandGarbled) as error:
             failed = error
-        if _agree(found := await read(body, item), value):
+        if _agree(found := await read(body, item), value) and not body.flash.may_be_unset(command):
             return
     raise failed or TakenOtherwise(
         f"{body.address} took {_text(command)}, and tells {found!r} afterwards.",

@@ -11,11 +11,15 @@ from typing import Any, Final
 from protocols.rorze.flash import EraseFlash, SaveSettings
 from protocols.rorze.programs import RunProgram, StepProgram
 from protocols.rorze.row import RorzeCommand
+from protocols.rorze.speeds import SetFallingAccelerationShare, SetRisingAccelerationShare
 from protocols.table import Effect, Reply
 
 KEPT: Final = re.compile("0[BRS]|9V|C[CEFPS]|D[CIL]|E[ADP]|H[ACFTZ]|O[ABHLS]|P[ABEJKLST]|Q[IS]|SP|UA")
 """What FIS keeps, by the first two characters of the commands; but the position index (3I), which moves step,
 and the outputs (CO), which pulses, interrupts and errors switch."""
+
+SHARES: Final = (SetRisingAccelerationShare, SetFallingAccelerationShare)
+"""Settings of which 0 is a value; in a set where they were never set they read as 0, too (OAD, OBD)."""
 
 _UNSEEN: Final = frozenset((RunProgram, StepProgram, EraseFlash))
 """After these either memory may hold something else."""
@@ -31,6 +35,8 @@ class FlashState:
     """What was set since, by the first two characters of the commands."""
     _replies: dict[str, Reply] = field(default_factory=dict)
     """What questions were answered while both memories held the same, by their texts."""
+    _shares: set[tuple[str, int | None]] = field(default_factory=set)
+    """The shares that were set since the power came on, by their codes and sets."""
 
     def note_sent(self, command: RorzeCommand[Any], *, is_known: bool) -> None:
         """A command that is no mere read was queued, or its outcome is known."""
@@ -52,10 +58,13 @@ class FlashState:
         if type(command) is SaveSettings:
             self.forget()
             self.known = certain
+        elif certain and isinstance(command, SHARES):
+            self._shares.add((command.code, command.speed_set))
 
     def note_power_on(self, *, certain: bool) -> None:
         """The controller has been switched on: it has loaded its settings."""
         self.forget()
+        self._shares.clear()
         self.known = certain
 
     def forget(self) -> None:
@@ -63,6 +72,18 @@ class FlashState:
         self.known = False
         self._set.clear()
         self._replies.clear()
+
+    def may_be_unset(self, command: RorzeCommand[Any]) -> bool:
+        """Whether reading back what a command sets proves nothing: 0 % of a set, perhaps never set.
+
+        The standard set leaves the factory with 50 % (RC-420 manual 18).
+        """
+        return (
+            isinstance(command, SHARES)
+            and command.speed_set is not None
+            and command.percent == 0
+            and (command.code, command.speed_set) not in self._shares
+        )
 
     def held(self, question: RorzeCommand[Any]) -> Reply | None:
         """What flash memory holds, as the answer to a question; None where that is not known."""

@@ -22,6 +22,11 @@ class MemoryValue(NamedTuple):
     value: int | None
 
 
+def signed(bits: int) -> int:
+    """The number that 32 bits are, with its sign; two's complement, an assumption."""
+    return bits - (1 << 32) if bits >= 1 << 31 else bits
+
+
 def limits(name: str) -> tuple[int, int]:
     """The least and the largest number that a memory holds; a timer counts tenths of a second down."""
     return (1 - BILLION, BILLION - 1) if name[0] == "D" else (0, LARGEST_COUNT)

@@ -11,7 +11,7 @@ from gateway.core.move_record import CountedIn
 from gateway.core.records import Record
 from gateway.rorze.bodies import Body, Group
 from protocols.rorze.encoder import GetEncoderRatio
-from protocols.rorze.modes import GetOperatingMode
+from protocols.rorze.modes import GetOperatingMode, GetSoftLimits
 from protocols.rorze.moves import (
     AbsoluteMove,
     MoveClockwise,
@@ -111,6 +111,9 @@ async def plan_of(body: Body, command: RorzeCommand[Ack]) -> PlannedMove:
     if target is None or not isinstance(command, RelativeMove | AbsoluteMove):
         planned.note = "How far it goes is only known when it is done."
         return planned
+    if crossed := await crossed_limit(body, target):
+        planned.note = f"It would be refused: {crossed}."
+        return planned
     planned.distance = round(abs(target - position.pulses) * await pulses_per_count(body))
     planned.counted_in = body.counted_in
     try:
@@ -120,6 +123,33 @@ async def plan_of(body: Body, command: RorzeCommand[Ack]) -> PlannedMove:
     else:
         planned.duration_s = profile.duration_s
     return planned
+
+
+class CrossedLimit(NamedTuple):
+    """A soft limit that a target lies beyond, in what the operating mode counts."""
+
+    side: Literal["upper", "lower"]
+    limit: int
+    target: int
+    unit: str
+
+    def __str__(self) -> str:
+        """Say so, without a full stop."""
+        return f"the target {self.target} lies beyond its {self.side} soft limit {self.limit} ({self.unit})"
+
+
+async def crossed_limit(body: Body, target: int) -> CrossedLimit | None:
+    """Give the soft limit that a target lies beyond; such a move is refused (RC-420 manual 14, EPS).
+
+    :raises GatewayError: the limits were not read.
+    """
+    limits, _ = await body.ask(GetSoftLimits())
+    if limits.lower <= target <= limits.upper:
+        return None
+    unit = "encoder counts" if await body.know_mode() == "encoder" else "pulses"
+    if target > limits.upper:
+        return CrossedLimit("upper", limits.upper, target, unit)
+    return CrossedLimit("lower", limits.lower, target, unit)
 
 
 async def target_of(body: Body, command: RorzeCommand[Any], start: int, lane: Lane = Lane.READ) -> int | None:

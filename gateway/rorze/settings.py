@@ -151,9 +151,12 @@ async def read_values(body: Body, settings: Mapping[str, Setting]) -> tuple[dict
         try:
             found[name][key] = await _ask(body, settings[name], key)
         except ControllerRefused as refusal:
-            if refusal.error_code != MOVING:
+            if refusal.error_code == MOVING:
+                unavailable[name] = "Not while the motor moves."
+            elif refusal.lasting:
+                unavailable[name] = refusal.detail
+            else:
                 raise
-            unavailable[name] = "Not while the motor moves."
     return {name: _nested(it) for name, it in found.items() if name not in unavailable}, unavailable
 
 

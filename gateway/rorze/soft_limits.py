@@ -4,8 +4,7 @@ from typing import Any, Final
 
 from gateway.core.errors import ControllerRefused, GatewayError
 from gateway.rorze.bodies import Body
-from gateway.rorze.plans import target_of
-from protocols.rorze.modes import GetSoftLimits
+from gateway.rorze.plans import crossed_limit, target_of
 from protocols.rorze.position import GetPosition
 from protocols.rorze.row import RorzeCommand
 
@@ -19,23 +18,17 @@ async def name_limits(body: Body, command: RorzeCommand[Any], refusal: GatewayEr
         return
     try:
         here, _ = await body.ask(GetPosition())
-        limits, _ = await body.ask(GetSoftLimits())
         target = await target_of(body, command, here.pulses)
-        unit = "encoder counts" if await body.know_mode() == "encoder" else "pulses"
+        crossed = None if target is None else await crossed_limit(body, target)
     except GatewayError:
         return  # the refusal stands, with the controller's own words
-    if target is None or limits.lower <= target <= limits.upper:
+    if crossed is None:
         return
-    side, side_ja, limit = (
-        ("upper", "上限", limits.upper) if target > limits.upper else ("lower", "下限", limits.lower)
-    )
-    refusal.detail = (
-        f"{body.address} refused {refusal.command_code}: the target {target} lies beyond its {side} soft "
-        f"limit {limit} ({unit}). Nothing moved because of it."
-    )
+    side_ja = {"upper": "上限", "lower": "下限"}[crossed.side]
+    refusal.detail = f"{body.address} refused {refusal.command_code}: {crossed}. Nothing moved because of it."
     refusal.remedy = "Choose a target within the soft limits, or change them in the body's settings."
     refusal.detail_ja = (
-        f"{body.address} {refusal.command_code}: 目標位置 {target} が移動可能範囲の{side_ja} {limit} を"
-        "超えています。このコマンドではモータは動いていません。"
+        f"{body.address} {refusal.command_code}: 目標位置 {crossed.target} が移動可能範囲の{side_ja} "
+        f"{crossed.limit} を超えています。このコマンドではモータは動いていません。"
     )
     refusal.remedy_ja = "移動可能範囲内の目標位置を指定するか、移動可能範囲の設定を変更してください。"

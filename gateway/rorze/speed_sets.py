@@ -107,8 +107,8 @@ class SpeedSet(BaseModel):
     start_speed_pps: int = Field(description="OL, 1-30,000; 0 where it was never set.")
     maximum_speed_pps: int = Field(description="OH, 1-1,000,000; 0 where it was never set.")
     acceleration_pps_s: int = Field(description="OS, 1-10,000,000; 0 where it was never set.")
-    rising_percent: int = Field(description="OA, 0-100.")
-    falling_percent: int = Field(description="OB, 0-100.")
+    rising_percent: int = Field(description="OA, 0-100; 0 where it was never set, too.")
+    falling_percent: int = Field(description="OB, 0-100; 0 where it was never set, too.")
     start_speed: Scaled | None = Field(description="In the body's unit; null without a scale.")
     maximum_speed: Scaled | None
     acceleration: Scaled | None

@@ -1,9 +1,11 @@
 """Lengths and angles to pulses and back: one factor for each body, set in the configuration."""
 
+from fractions import Fraction
 from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from gateway.core.backup_text import plain_number
 from gateway.core.errors import InvalidRequest
 
 Per = Literal["", "/s", "/s2"]
@@ -34,6 +36,23 @@ class Scale(BaseModel):
     def value(self, pulses: float) -> float:
         """The length or angle of so many pulses, in the scale's own unit."""
         return pulses / self.pulses_per_unit
+
+    @property
+    def words(self) -> str:
+        """As people say it: 100 pulses/mm."""
+        return f"{plain_number(self.pulses_per_unit, 9)} pulses/{self.unit}"
+
+    def written(self, pulses: int) -> str:
+        """Pulses as a length or angle: -9999999.99 mm."""
+        return f"{plain_number(self.value(pulses), 6)} {self.unit}"
+
+    def per(self, other: "Scale") -> Fraction | None:
+        """Pulses of this scale for one of another; None where one is of lengths and the other of angles."""
+        (dimension, size), (others, other_size) = _IN_BASE[self.unit], _IN_BASE[other.unit]
+        if dimension != others:
+            return None
+        own = Fraction(str(self.pulses_per_unit)) / Fraction(str(size))
+        return own * Fraction(str(other_size)) / Fraction(str(other.pulses_per_unit))
 
     def _factor(self, unit: Unit) -> float:
         if unit == "pulse":

@@ -14,7 +14,13 @@ async def test_a_backup_is_a_text_that_equals_what_the_body_holds(stand: Stand) 
     assert "\n[body 3F]\n\n[settings]\nEAS0 " in answer.text
     plan = await stand.post(f"{BODY}/restores", {"backup": answer.text, "dry_run": True})
     assert plan.status_code == 200
-    assert plan.json() == {"target": "/bodies/arm.3F", "dry_run": True, "commands": [], "differences": []}
+    assert plan.json() == {
+        "target": "/bodies/arm.3F",
+        "dry_run": True,
+        "commands": [],
+        "differences": [],
+        "scales": [],
+    }
 
 
 @on_stand()

@@ -34,6 +34,29 @@ def test_the_document_has_all_that_fis_keeps() -> None:
 
 
 @on_stand()
+async def test_what_the_controller_refuses_to_tell_is_named_and_can_be_set(stand: Stand) -> None:
+    await stand.send("01", "set-position-index", position=2047)
+    await stand.send("01", "get-position-entry", entry={"position": "next"})
+    told = await stand.get("/bodies/01/settings")
+    assert told.status_code == 200, told.text
+    document = told.json()
+    assert document["settings"]["position_index"] is None
+    assert "arm.01 refused 3ID: A command parameter is out of" in document["unavailable"]["position_index"]
+    assert document["settings"]["homing_retries"] == 0
+    match = {"If-Match": told.headers["etag"]}
+    wanted = {"position_index": 7, "homing_retries": 1}
+    changed = await stand.client.patch("/bodies/01/settings", json=wanted, headers=match)
+    assert changed.status_code == 200, changed.text
+    assert changed.json()["steps"][1] == {
+        "name": "position_index",
+        "command": "3IS7",
+        "outcome": "changed",
+        "before": None,
+    }
+    assert (await stand.get("/bodies/01/settings")).json()["settings"]["position_index"] == 7
+
+
+@on_stand()
 async def test_a_new_body_has_the_values_of_the_factory(stand: Stand) -> None:
     told = (await stand.get(PATH)).json()
     assert (told["body_id"], told["flash"]) == ("arm.01", None)

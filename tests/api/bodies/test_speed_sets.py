@@ -44,6 +44,28 @@ async def test_a_set_is_put_by_the_commands_that_it_takes_and_no_other(stand: St
 
 
 @on_stand()
+async def test_zero_percent_is_written_to_a_set_that_was_never_set(stand: Stand) -> None:
+    steep = {**QUICK, "rising_percent": 0, "falling_percent": 0}
+    told = (await stand.client.put("/bodies/01/speed-sets/9", json=steep)).json()
+    assert [it["outcome"] for it in told["steps"]] == ["changed"] * 5
+    assert set_by(stand.frames())[3:] == ["OASS[9],0", "OBSS[9],0"]
+    pattern = {"acceleration_set": 9, "deceleration_set": 9}
+    assert (await stand.client.put("/bodies/01/patterns/9", json=pattern)).status_code == 200
+    again = (await stand.client.put("/bodies/01/speed-sets/9", json=steep)).json()
+    assert [it["outcome"] for it in again["steps"]] == ["unchanged"] * 5
+    goes = {"kind": "relative", "direction": "cw", "distance": {"value": 5, "unit": "mm"}, "pattern": 9}
+    assert (moved := await stand.post("/bodies/01/moves", goes)).status_code == 202, moved.text
+
+
+@on_stand()
+async def test_zero_percent_of_the_standard_set_is_a_value_that_was_set(stand: Stand) -> None:
+    zero = {"rising_percent": 0}
+    await stand.client.patch("/bodies/01/speed-sets/30", json=zero)
+    again = (await stand.client.patch("/bodies/01/speed-sets/30", json=zero)).json()
+    assert (again["steps"][0]["outcome"], set_by(stand.frames())) == ("unchanged", ["OAS0"])
+
+
+@on_stand()
 async def test_a_change_is_an_event_where_it_has_changed_something(stand: Stand) -> None:
     news = stand.plant.events.subscribe(types=["body.settings.changed"])
     await stand.client.put(SET_12, json=QUICK)

@@ -139,6 +139,14 @@ def test_a_dry_run_prints_the_exact_commands(file: Path, monkeypatch: pytest.Mon
     assert "no command can change that" in said.stdout
 
 
+def test_another_scale_is_told_with_what_was_made_of_it(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scale = {"target": "arm.3F", "backup": "100 pulses/mm", "controller": "250 pulses/mm", "units": "convert"}
+    gateway = FakeGateway({COMPARISONS: [(200, {**comparison([], "&3F0SS25"), "scales": [scale]})]})
+    said = gateway.run(monkeypatch, "restore", "3F", str(file), "--dry-run", "--units", "convert")
+    assert gateway.posted[0][1] == {"backup": TEXT, "units": "convert"}
+    assert said.stderr == "arm.3F: backup 100 pulses/mm, body 250 pulses/mm; lengths are converted.\n"
+
+
 def test_a_restore_is_followed_to_its_end(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     gateway = FakeGateway(
         {

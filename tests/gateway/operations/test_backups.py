@@ -12,9 +12,10 @@ import pytest
 
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NotFound
 from gateway.core.origin import Origin
-from gateway.core.restore_record import Restore, RestorePlan
+from gateway.core.restore_record import Restore, RestorePlan, Units
 from gateway.operations import backups, commands, programs, stops
 from gateway.rorze.power import is_mark
+from gateway.rorze.units import Scale
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
 from protocols.rorze.speeds import SetMaximumAcceleration, SetMaximumSpeed, SetStartSpeed
@@ -44,20 +45,22 @@ TAUGHT = (
     *("CPS8,1", "CFS8,P:25", "CFS8,O:5,1,10", "CSS9,-50,50", "HZS1,100000.500", "3IS7", "COSH8001"),
     *("OLSS[4],100", "OHSS[4],5000", "OSSS[4],80000", "OASS[4],30", "OBSS[4],0", "OHS40000"),
     *("SPSA[2],A:S[4],D:S[4]", "SESA[2],1,F20000,S3000", "SESA[2],0,F1000,S4000"),
-    *("3PSP[0],-5", "3PSP[2047],999999999", "UDSD0,5", "UDSD199,HFFFFFFFE", "UDSC3,12"),
+    *("3PSP[0],-5", "3PSP[2047],999999999", "UDSD0,5", "UDSD199,-2", "UDSC3,12"),
     *("UCS", "UWS*BLINK", "UWSSETOD0", "UWSWAT5", "UWSEND", "UAS0"),
 )
 SMALL = "[body 3F]\n[speed-sets]\nOLS60\nOHS40000\nOSS100000\nOAS50\nOBS50\n[program]\n*A\n1AM50\nEND\n"
 """A backup that is quickly compared."""
 
 
-async def planned(it: Rig, text: str) -> RestorePlan:
-    wanted = backups.for_body(it.plant, "3F", backups.check_bodies(text), None)
+async def planned(it: Rig, text: str, units: Units | None = None) -> RestorePlan:
+    wanted = backups.for_body(it.plant, "3F", backups.check_bodies(text), None, units)
     return await backups.plan(it.plant, ME, wanted)
 
 
-async def restored(it: Rig, text: str, *, flash: bool = False, wait_s: float = 3000.0) -> Restore:
-    wanted = backups.for_body(it.plant, "3F", backups.check_bodies(text), None)
+async def restored(
+    it: Rig, text: str, *, flash: bool = False, wait_s: float = 3000.0, units: Units | None = None
+) -> Restore:
+    wanted = backups.for_body(it.plant, "3F", backups.check_bodies(text), None, units)
     return await backups.start(it.plant, ME, wanted, flash, False, wait_s)
 
 
@@ -93,6 +96,110 @@ async def test_a_backup_has_all_that_a_body_keeps_in_a_stable_order() -> None:
         assert not any(line[5:] and is_mark(line[5:]) for line in lines if line.startswith("9VS"))
         assert await read(it) == text
         assert (await planned(it, text)).differences == []
+
+
+@in_virtual_time
+async def test_a_share_of_zero_is_written_to_a_set_that_only_has_speeds() -> None:
+    async with one_body() as it:
+        text = "[body 3F]\n[speed-sets]\nOLSS[4],100\nOHSS[4],5000\nOSSS[4],80000\nOASS[4],0\nOBSS[4],0\n"
+        now = asyncio.get_running_loop().time()
+        for command in ("OLSS[4],100", "OHSS[4],5000", "OSSS[4],80000"):
+            it.axis().execute(command, now)
+        wanted = text + "OLS50\nOHS50000\nOSS100000\nOAS50\nOBS50\n"
+        assert (await planned(it, wanted)).commands == ["&3FOASS[4],0", "&3FOBSS[4],0"]
+        over = await restored(it, wanted)
+        assert (over.status, over.written) == ("verified", 2)
+        assert (await planned(it, wanted)).commands == []
+        assert (it.axis().settings.speeds[4].rising, it.axis().settings.speeds[4].falling) == (0, 0)
+
+
+SCALED = Scale(unit="mm", pulses_per_unit=100.0)
+AT_250 = "250 pulses/mm"
+
+
+@in_virtual_time
+async def test_a_backup_tells_places_by_their_names_and_in_the_unit_of_the_body() -> None:
+    async with one_body() as it:
+        it.plant.body("3F").scale = SCALED
+        now = asyncio.get_running_loop().time()
+        it.axis().execute("3PSP[3],-999999999", now)
+        it.axis().execute("UDSD5,-77", now)
+        await it.plant.names.name("line1.3F", {0: "home", 3: "far end"})
+        text = await read(it)
+        assert "\n[scale]\n100 pulses/mm\n" in text
+        assert (
+            "3PSP[0],0                     ; 0 mm, home\n3PSP[3],-999999999            ; -9999999.99 mm, far"
+            in text
+        )
+        assert "UDSD5,-77 " in text
+        assert (await planned(it, text)).differences == []
+
+
+@pytest.mark.parametrize(("units", "pulses"), [("keep_pulses", 1200), ("convert", 3000)])
+def test_a_backup_of_another_scale_is_refused_until_it_is_said_what_shall_stay(
+    units: Units, pulses: int
+) -> None:
+    text = (
+        "[body 3F]\n[scale]\n100 pulses/mm\n[settings]\nEPS-999999999,5000\n0SS20\n"
+        "[speed-sets]\nOLSS[4],100\nOHSS[4],5000\nOSSS[4],80000\nOASS[4],30\nOBSS[4],0\n"
+        "OLS50\nOHS50000\nOSS100000\nOAS50\nOBS50\n[positions]\n3PSP[7],1200 ; 12 mm\n3PSP[8],1\n"
+    )
+
+    @in_virtual_time
+    async def story() -> None:
+        async with one_body() as it:
+            it.plant.body("3F").scale = Scale(unit="um", pulses_per_unit=0.25)
+            with pytest.raises(
+                InvalidRequest, match=r"100 pulses/mm, and line1\.3F has 0\.25 pulses/um: the same"
+            ):
+                await planned(it, text)
+            it.plant.body("3F").scale = Scale(unit="mm", pulses_per_unit=250.0)
+            with pytest.raises(InvalidRequest, match=AT_250):
+                await restored(it, text)
+            plan, over = await planned(it, text, units), await restored(it, text, units=units)
+            assert over.status == "verified"
+            for told in (plan, over):
+                [scale] = told.scales
+                assert (scale.backup, scale.controller, scale.units) == ("100 pulses/mm", AT_250, units)
+            kept = it.axis().settings
+            factor = pulses / 1200
+            assert it.axis().positions[7] == pulses
+            assert it.axis().positions[8] == round(factor)
+            assert kept.movable_range == (-999_999_999, 5000 * factor)
+            assert (kept.speeds[4].low, kept.speeds[4].high, kept.speeds[4].rising) == (
+                100 * factor,
+                5000 * factor,
+                30,
+            )
+            assert (kept.speeds[4].acceleration, f"&3F0SS{20 * factor:g}" in plan.commands) == (
+                80_000 * factor,
+                True,
+            )
+
+    story()
+
+
+@pytest.mark.parametrize(
+    ("more", "why"),
+    [
+        ("[program]\n1AM50\nEND\n", r"\[program\] may have amounts in pulses"),
+        ("[memories]\nUDSD0,5\n", "data memories"),
+        ("[settings]\nEAS1\n", "encoder counts"),
+        ("[positions]\n3PSP[7],900000000\n", r"comes to pulses 2250000000, which 3PS does not take"),
+    ],
+)
+def test_what_no_scale_converts_is_refused_by_name(more: str, why: str) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with one_body() as it:
+            it.plant.body("3F").scale = Scale(unit="mm", pulses_per_unit=250.0)
+            with pytest.raises(InvalidRequest, match=why):
+                await planned(it, f"[body 3F]\n[scale]\n100 pulses/mm\n{more}", "convert")
+            it.plant.body("3F").scale = Scale(unit="deg", pulses_per_unit=100.0)
+            with pytest.raises(InvalidRequest, match="one is not converted to the other"):
+                await planned(it, f"[body 3F]\n[scale]\n100 pulses/mm\n{more}", "convert")
+
+    story()
 
 
 @in_virtual_time

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from gateway.core.errors import InvalidText, Misplaced
 from gateway.rorze.backup import Contents, commands, differences, parse, written
-from gateway.rorze.backup_places import PLACES_OF, Command, Section, place_of
+from gateway.rorze.backup_places import PLACES_OF, Command, Section, normal, place_of
 from gateway.rorze.bodies import Body
 from gateway.rorze.units import Scale
 from protocols.rorze.commands import COMMANDS as CODES
@@ -61,7 +61,7 @@ COMMANDS: dict[Section, st.SearchStrategy[Command]] = {
 def contents(found: dict[Section, list[Command]]) -> Contents:
     places: dict[Section, dict[str, Command]] = {}
     for name, kept in found.items():
-        by_key = {place.key: it for it in kept if (place := place_of(it))}
+        by_key = {place.key: normal(it) for it in kept if (place := place_of(it))}
         places[name] = {key: by_key[key] for key in PLACES_OF[name] if key in by_key}
     return Contents(places, ("*A", "SETOD0", "SDCa;b", "END"))
 
@@ -159,6 +159,7 @@ def test_positions_are_told_in_the_unit_of_the_body() -> None:
         ("[body 3F]\n[settings]\n[body 3F]\n[settings]", [(3, "[body 3F] comes twice.")]),
         ("[body left]\n[settings]", [(1, "'left' is no body number.")]),
         ("[body 3F]", [(1, "[body 3F] has no sections.")]),
+        ("[body 3F]\n[scale]\n100 pulses\n0 pulses/mm", [(3, "has one line"), (4, "has one line")]),
         ("[body 3F]\n[speeds]", [(2, "There is no section [speeds]; there are settings")]),
         ("[body 3F]\n[settings]\n0BS9\n0SS10\n0SS11", [(3, "0BS"), (5, "the same as a line before it")]),
         ("[body 3F]\n[settings]\n1+M500\nFIS\nCOS3,1\n3PSP[1],5", [(n, "sets nothing") for n in range(3, 7)]),

@@ -78,7 +78,9 @@ def test_a_change_of_speed_is_told_by_where_it_begins() -> None:
     assert place.setting(GetSpeedChange(pattern=3, point=5).read_reply("NoData")) is None
 
 
-@pytest.mark.parametrize(("bits", "text"), [(5, "D0,5"), (0xFFFFFFFB, "D0,HFFFFFFFB"), (0, None)])
+@pytest.mark.parametrize(
+    ("bits", "text"), [(5, "D0,5"), (0xFFFFFFFB, "D0,-5"), (1 << 30, "D0,H40000000"), (0, None)]
+)
 def test_a_data_memory_is_read_by_its_bits(bits: int, text: str | None) -> None:
     found = PLACES["UDDHD0"].setting(MemoryReply(bits=bits))
     assert (found and found.written()) == text

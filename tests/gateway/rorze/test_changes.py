@@ -40,6 +40,20 @@ def test_a_setting_whose_reply_is_lost_is_read_back_and_sent_again_only_if_it_wa
     story()
 
 
+@pytest.mark.parametrize("lost", [Direction.REPLIES, Direction.REQUESTS])
+def test_zero_percent_that_reads_so_whether_it_was_set_or_not_is_sent_until_it_is_taken(
+    lost: Direction,
+) -> None:
+    @on_stand()
+    async def story(stand: Stand) -> None:
+        lose_one(stand, lost)
+        answer = await stand.client.patch("/bodies/3F/speed-sets/9", json={"rising_percent": 0})
+        assert answer.status_code == 200, answer.text
+        assert set_by(stand.frames()) == ["OASS[9],0"] * 2
+
+    story()
+
+
 @on_stand()
 async def test_a_change_that_is_broken_off_tells_what_was_done_and_what_was_not(stand: Stand) -> None:
     change = asyncio.create_task(stand.client.patch(STANDARD, json=WANTED))

@@ -5,7 +5,7 @@ import pytest
 from gateway.core.errors import ControllerRefused
 from gateway.rorze.plans import PlannedMove, plan_of
 from protocols.rorze.encoder import SetEncoderRatio
-from protocols.rorze.modes import SetOperatingMode
+from protocols.rorze.modes import SetOperatingMode, SetSoftLimits
 from protocols.rorze.moves import MoveClockwise, MoveClockwiseSlowly, MoveCounterclockwise, MoveTo
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.origin import Home
@@ -21,6 +21,37 @@ from protocols.rorze.speeds import (
 )
 from protocols.table import Ack
 from tests.plants import Rig, in_virtual_time, rig
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        (MoveTo(position=5_001), "the target 5001 lies beyond its upper soft limit 5000 (pulses)"),
+        (
+            MoveCounterclockwise(distance=101),
+            "the target -101 lies beyond its lower soft limit -100 (pulses)",
+        ),
+        (MoveTo(position=5_000), None),
+    ],
+)
+def test_what_the_soft_limits_refuse_is_noted_as_the_move_is_refused(
+    command: RorzeCommand[Ack], words: str | None
+) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with rig() as it:
+            await it.body().ask(SetSoftLimits(lower=-100, upper=5_000))
+            planned = await plan_of(it.body(), command)
+            if words is None:
+                assert planned.note is None
+                return
+            assert planned.note == f"It would be refused: {words}."
+            assert planned.duration_s is None
+            with pytest.raises(ControllerRefused) as refusal:
+                await it.plant.moves.start(it.body(), command)
+            assert words in refusal.value.detail
+
+    story()
 
 
 async def prepare(rig: Rig) -> None:
