@@ -19,6 +19,8 @@ from api import (
     lines,
     port_scans,
     samples,
+    security_log,
+    sessions,
     sign_in,
     stops,
     streams,
@@ -130,7 +132,7 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     problems.install(app, partial(calls_for, plant))
     modules = [info, moves, samples, stops, alarms, audit, groups, lines, streams, catalogue, text_commands]
     modules += [health, system, programs, memories, settings, speed_sets, patterns, backups]
-    modules += [leases, configuration, port_scans, access_keys]
+    modules += [leases, configuration, port_scans, access_keys, sessions, security_log]
     routers = [module.router for module in modules]
     for family in map(type, plant.families.values()):
         routers += [*OWN_ROUTES.get(family, list)(), *command_routes.routers(family)]

@@ -21,7 +21,7 @@ from app.files import require_no_links
 from app.systemd import Watchdog, expect_long_start, notify, watchdog_wanted
 from app.tls import Certificate
 from gateway.access.principal import EVERYBODY, asking
-from gateway.config import Config, Server
+from gateway.config import Config, ConfigError, Server
 from gateway.config_file import ConfigFile
 from gateway.core.errors import GatewayError
 from gateway.core.journal.opening import Opened, longest_s, open_journal
@@ -30,6 +30,9 @@ from gateway.core.origin import Origin
 from gateway.memory import make_sense
 from gateway.operations import configuration
 from gateway.plant import Plant
+from gateway.security import entries
+from gateway.security.log import Keeping, SecurityLog
+from gateway.security.syslog import Syslog
 from gateway.wind_down import SUBJECT
 
 log = logging.getLogger(__name__)
@@ -72,7 +75,10 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
     access = AccessControl(config, data)
     with _bound(config.server) as listener:
         signals = _Signals()
-        plant = Plant(config, journal=_journal(data), lease_tokens=LeaseTokens(data), file=file)
+        journal = _journal(data)
+        security = SecurityLog(data, Keeping(config.security.keep_days, config.security.refusals_per_minute))
+        sending = _sending(config, security)
+        plant = Plant(config, journal=journal, lease_tokens=LeaseTokens(data), file=file, security=security)
         plant.names.keep_in(data)
         app = create_app(plant, access.credentials)
         server = _Server(_uvicorn_config(app, config.server, access.certificate))
@@ -100,7 +106,34 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
         finally:
             await plant.close()
             await access.stop()
+            if sending is not None:
+                await asyncio.to_thread(sending.close)
         await serving
+
+
+def _sending(config: Config, security: SecurityLog) -> Syslog | None:
+    """Have a copy of the security log sent, if the configuration names a server for it.
+
+    :raises ConfigError: its certificates cannot be read.
+    """
+    wanted = config.security.syslog
+    if wanted is None:
+        return None
+    try:
+        syslog = Syslog(wanted.address, ca=wanted.ca, certificate=wanted.certificate, key=wanted.key)
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"security.syslog: its certificates cannot be used: {error}") from error
+    security.on_written = syslog.send
+    loop = asyncio.get_running_loop()
+
+    def tell(lost: int) -> None:
+        note = partial(security.note, entries.SYSLOG_LOST, wanted.address, caller="gateway", lost=lost)
+        with suppress(RuntimeError):  # the gateway has ended
+            loop.call_soon_threadsafe(note)
+
+    syslog.on_lost = tell
+    syslog.start()
+    return syslog
 
 
 def _journal(data: Path) -> Opened:

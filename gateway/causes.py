@@ -14,6 +14,13 @@ from gateway.core.rights import Right
 AUDIT = get("/audit", "See who did what.", "誰が何を行ったかを確認します。")
 EVENTS = get("/events", "See what has happened.", "発生した事象を確認します。")
 
+SECURITY = get(
+    "/security",
+    "See who was let in and who was refused.",
+    "サインインと拒否の記録を確認します。",
+    Right.ADMIN,
+)
+
 RELOAD = post("/system/reload", Right.ADMIN, "Read the configuration again.", "設定を再読み込みします。")
 
 LINE_DOWN = "line.down"
@@ -144,14 +151,47 @@ GATEWAY: Final[Sequence[Kind[str]]] = (
         ),
         next=(RELOAD,),
     ),
+    Kind(
+        "gateway.security.trouble",
+        words(
+            "The security log cannot be written: {reason}.",
+            "No motor is concerned. Sign-ins and changes go on, and wait to be written down.",
+            "Make room on the disk, or mend it; the gateway tries again every few seconds.",
+        ),
+        words(
+            "セキュリティログに書き込めません: {reason}",
+            "モータへの影響はありません。サインインと変更は続き、記録は書き込みを待っています。",
+            "ディスクの空きを作るか、修復してください。数秒ごとに自動で再試行します。",
+        ),
+        next=(SECURITY,),
+        lasts=lambda _why: True,
+        latches=False,
+    ),
+    Kind(
+        "gateway.refusals.burst",
+        words(
+            "{refusals} requests or sign-ins were refused within {seconds} s, the last from {address}.",
+            "No motor is concerned: nothing was sent for them.",
+            "See in the security log who asks, and end the key or the client that does.",
+        ),
+        words(
+            "{seconds}秒間に{refusals}件の要求またはサインインを拒否しました（最後は{address}から）。",
+            "モータへの影響はありません。何も送信していません。",
+            "セキュリティログで要求元を確認し、該当するキーまたはクライアントを止めてください。",
+        ),
+        next=(SECURITY,),
+        lasts=lambda _why: True,
+        latches=False,
+    ),
 )
-"""That of the journal lasts while there is a reason why it cannot be written."""
+"""Those that last do so while there is a reason. What is refused keeps nothing from moving: whoever is
+refused could cause that."""
 
 
 def causes_of(
     families: Collection[Family],
     ports: Mapping[str, AnyLine],
-    journal_trouble: Callable[[], str | None],
+    troubles: Mapping[str, Callable[[], str | None]],
     *,
     latch: bool,
 ) -> Iterator[Cause]:
@@ -162,7 +202,8 @@ def causes_of(
     for kind in LINES:
         yield kind.among(ports.get)
     for trouble in GATEWAY:
-        yield trouble.among(lambda _: journal_trouble())
+        why = troubles.get(trouble.name, lambda: None)
+        yield trouble.among(lambda _, why=why: why())
     for family in families:
         for cause in family.causes():
             if latch:

@@ -73,6 +73,17 @@ def _check_host(text: str) -> str:
     return text.lower()
 
 
+def _check_syslog(text: str) -> str:
+    url = urlsplit(f"//{text}")
+    try:
+        port = url.port
+    except ValueError:
+        port = None
+    if not url.hostname or not port or url.netloc != text or url.username is not None:
+        raise ValueError(f"must be a server with its port such as logs.example:6514, not {text!r}")
+    return text
+
+
 def _check_origin(text: str) -> str:
     url = urlsplit(text)
     if url.scheme not in {"http", "https"} or not url.netloc or text != f"{url.scheme}://{url.netloc}":
@@ -190,6 +201,34 @@ class Access(Table):
     oidc: Oidc | None = None
 
 
+class Syslog(Table):
+    """A server that takes a copy of the security log: RFC 5424 over TLS, as RFC 5425 has it."""
+
+    address: Annotated[str, AfterValidator(_check_syslog)]
+    """Its name and port, such as logs.example:6514."""
+    ca: Annotated[Path, Field(strict=False)] | None = None
+    """The certificates that its own is checked against (PEM); left out, those of the system."""
+    certificate: Annotated[Path, Field(strict=False)] | None = None
+    """Certificate with its chain (PEM) that the gateway shows, where the server asks for one."""
+    key: Annotated[Path, Field(strict=False)] | None = None
+
+    @model_validator(mode="after")
+    def _be_whole(self) -> Self:
+        if (self.certificate is None) != (self.key is None):
+            raise Fault("certificate and key come together", "key" if self.key is None else "certificate")
+        return self
+
+
+class Security(Table):
+    """How the security log is kept, and what is a burst of refusals."""
+
+    keep_days: float = Field(365.0, ge=1, le=36_500)
+    """Entries that are older are forgotten."""
+    refusals_per_minute: int = Field(30, ge=0, le=10_000)
+    """More refused requests and sign-ins are an alarm; 0 for none."""
+    syslog: Syslog | None = None
+
+
 def _of_its_family(given: object) -> Line:
     """Read a line by the table of its protocol."""
     if isinstance(given, Line):
@@ -213,6 +252,7 @@ class Config(Table):
 
     server: Server = Server()
     access: Access = Access()
+    security: Security = Security()
     lines: Array[Annotated[Line, PlainValidator(_of_its_family)]] = ()
     scaras: Array[Scara] = ()
 

@@ -16,19 +16,20 @@ from starlette.types import Scope
 from api.common.problems import CALLER, path_of
 from gateway.access import keys
 from gateway.access.credentials import Credentials
-from gateway.access.errors import NotAuthenticated, NotPermitted
-from gateway.access.grants import Grant, Sessions, Tickets
+from gateway.access.errors import NotAuthenticated, NothingShown, NotPermitted
+from gateway.access.grants import Grant, SessionInfo, Sessions, Tickets
 from gateway.access.keys import KeyStore
-from gateway.access.limits import Limits, Usages, Use
+from gateway.access.limits import Limits, Rates, Usages, Use
 from gateway.access.principal import EVERYBODY, PRINCIPAL, Principal
 from gateway.access.principal import current as current_principal
 from gateway.core.errors import GatewayError, InvalidRequest
 from gateway.core.family import Family
 from gateway.core.origin import ORIGIN, Claim, Origin, current
-from gateway.core.own_faults import twice
+from gateway.core.own_faults import survived, twice
 from gateway.core.rights import Right
 from gateway.operations.caller import LEASED
 from gateway.plant import Plant
+from gateway.security import entries
 
 log = logging.getLogger(__name__)
 
@@ -36,6 +37,10 @@ STREAMS: Final = frozenset({"/events", "/events/stream"})
 """What can be about some bodies only, by its query."""
 RECHECK_S: Final = 5.0
 """How often it is asked whether the credential of an event stream is still good."""
+SIGN_INS_AT_ONCE: Final = 20
+SIGN_INS_PER_S: Final = 1.0
+WRONG_SIGN_INS_AT_ONCE: Final = 100
+WRONG_SIGN_INS_PER_S: Final = 2.0
 CLOSE_NOT_AUTHENTICATED: Final = 4401
 _SAFE: Final = frozenset({"GET", "HEAD"})
 _TICKET: Final = "ticket"
@@ -123,6 +128,12 @@ class Access:
         self._good_ones: dict[bytes, Grant] = {}
         """By the headers that were good a moment ago."""
         self._forget_at = 0.0
+        self._security = plant.security
+        self.sessions.on_end = self._session_ended
+        self.sign_ins = Rates(SIGN_INS_AT_ONCE, SIGN_INS_PER_S)
+        """Of each key."""
+        self.wrong_sign_ins = Rates(WRONG_SIGN_INS_AT_ONCE, WRONG_SIGN_INS_PER_S)
+        """From each network address."""
         self._refused = 0
         self._told_at = 0.0
 
@@ -141,7 +152,7 @@ class Access:
                 return twice("the check of a stop", partial(self._let_stop, scope))
             return self._let_in(scope, right, any_scope=any_scope)
         except (NotAuthenticated, NotPermitted) as error:
-            self._tell(scope, error.detail)
+            self._refuse(scope, error)
             raise
 
     def _let_in(self, scope: Scope, right: Right, *, any_scope: bool) -> Passage:
@@ -169,7 +180,7 @@ class Access:
         """
         if self.is_open:
             return _Of(EVERYBODY, current())
-        grant, _ = self._grant_of(scope)
+        grant, _ = self._grant_of(scope, self.sessions.grant_to_stop)
         return _Of(grant.principal, _in_the_name_of(grant.principal, current(), scope))
 
     @property
@@ -226,8 +237,10 @@ class Access:
     def _holds(self, grant: Grant, session: str | None) -> bool:
         return self.credentials.holds(grant) and (session is None or self.sessions.lasts(session))
 
-    def _grant_of(self, scope: Scope) -> tuple[Grant, str | None]:
-        """Find the caller, and the session if there is one."""
+    def _grant_of(
+        self, scope: Scope, of_session: Callable[[str], Grant | None] | None = None
+    ) -> tuple[Grant, str | None]:
+        """Find the caller, and the session if there is one; `of_session` finds whose a session is."""
         shown = [value for name, value in scope["headers"] if name == _AUTHORIZATION]
         if shown:
             return self._bearer_of(shown), None
@@ -239,10 +252,13 @@ class Access:
             return grant, grant.session
         session = headers.cookies.get(session_cookie(scope))
         if session is None:
-            raise NotAuthenticated(
+            raise NothingShown(
                 f"The request has no key{_REFUSAL}", "Send the header Authorization: Bearer KEY."
             ).in_japanese(f"キーがありません{_REFUSAL_JA}", _SEND_KEY_JA)
-        grant = self._good(self.sessions.grant_of(session))
+        grant = (of_session or self.sessions.grant_of)(session)
+        if grant is None:
+            raise NothingShown(*_NOT_GOOD).in_japanese(*_NOT_GOOD_JA)
+        grant = self._good(grant)
         headers.require_own_page(scope)
         return grant, session
 
@@ -272,6 +288,11 @@ class Access:
         self._tell(scope, detail)
         return True
 
+    def _refuse(self, scope: Scope, error: NotAuthenticated | NotPermitted) -> None:
+        """Write a refusal into the security log, and into the log."""
+        survived("the security log", partial(self._note, scope, error))
+        self._tell(scope, error.detail)
+
     def _tell(self, scope: Scope, detail: str) -> None:
         """Log refusals, one a second at most."""
         self._refused += 1
@@ -280,6 +301,26 @@ class Access:
             what = f"{scope.get('method', 'WebSocket')} {scope['path'][:200]!a} from {current().caller}"
             log.warning("refused requests: %d; the last: %s: %a", self._refused, what, detail)
             self._told_at, self._refused = now, 0
+
+    def _note(self, scope: Scope, error: NotAuthenticated | NotPermitted) -> None:
+        if isinstance(error, NothingShown):
+            return
+        target = f"{scope.get('method', 'WebSocket')} {scope['path']}"
+        if isinstance(error, NotAuthenticated):
+            self._security.note(entries.CREDENTIAL_REFUSED, target, why=error.detail)
+        else:
+            self._security.note(
+                entries.REQUEST_REFUSED, target, caller=self._name_of(scope), why=error.detail
+            )
+
+    def _name_of(self, scope: Scope) -> str | None:
+        try:
+            return self._grant_of(scope)[0].principal.name
+        except (NotAuthenticated, NotPermitted):
+            return None
+
+    def _session_ended(self, session: SessionInfo, why: str) -> None:
+        self._security.note(entries.SESSION_ENDED, session.id, why=why, of=session.name)
 
 
 @dataclass(frozen=True)
@@ -362,9 +403,8 @@ def _note_caller(principal: Principal, origin: Origin, scope: Scope) -> str:
 
 
 def _in_the_name_of(principal: Principal, origin: Origin, scope: Scope) -> Origin:
-    return Origin(
-        _note_caller(principal, origin, scope), origin.request_id, origin.key, origin.work, origin.claim
-    )
+    caller = _note_caller(principal, origin, scope)
+    return Origin(caller, origin.request_id, origin.key, origin.work, origin.claim, origin.address)
 
 
 def _use_of(scope: Scope, right: Right) -> Use:

@@ -88,7 +88,7 @@ class RequestIds:
         caller = f"{scope['type']} {client[0]}" if client else scope["type"]
         kind = kind_of(scope)
         traffic.clients[kind] += 1
-        before = ORIGIN.set(Origin(caller, request_id))
+        before = ORIGIN.set(Origin(caller, request_id, address=client[0] if client else ""))
         try:
             await self._app(scope, receive, answer)
         finally:

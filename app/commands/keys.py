@@ -2,7 +2,8 @@
 
 import re
 import time
-from datetime import datetime
+from datetime import UTC, datetime
+from getpass import getuser
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -14,6 +15,8 @@ from app.exits import Failure
 from app.output import table
 from gateway.access.keys import KeyFault, KeyStore, KeyWordFault
 from gateway.access.roles import Role
+from gateway.security.chain import Chain, draft
+from gateway.security.entries import KEY_MADE, KEY_REVOKED, EntryType
 
 app = typer.Typer(
     help="Make, list and revoke keys; a running gateway heeds it at once.", no_args_is_help=True
@@ -35,11 +38,13 @@ def create(
     """Make a key and print it alone; it is shown this once."""
     try:
         addresses = None if scope is None else [part.strip() for part in scope.split(",")]
-        made = _store(data).create(name, role, addresses, None if expires is None else seconds_of(expires))
+        lasts_s = None if expires is None else seconds_of(expires)
+        made = _store(data).create(name, role, addresses, lasts_s)
     except KeyWordFault as fault:
         raise Failure(str(fault), exits.USAGE) from None
     except KeyFault as fault:
         raise Failure(str(fault), exits.REFUSED) from None
+    _note(data, KEY_MADE, name, role=role.value, scope=addresses, expires_at=_ending(lasts_s))
     typer.echo(made)
 
 
@@ -73,9 +78,26 @@ def list_keys(data: Data = None) -> None:
 def revoke(name: Annotated[str, typer.Argument()], data: Data = None) -> None:
     """Let a key never be used again."""
     try:
-        _existing_store(data).revoke(name)
+        store = _existing_store(data)
+        store.revoke(name)
     except KeyFault as fault:
         raise Failure(str(fault), exits.REFUSED) from None
+    revoked = next(key for key in reversed(store.all()) if key.name == name)
+    scope = None if revoked.scope is None else list(revoked.scope)
+    _note(data, KEY_REVOKED, name, role=revoked.role.value, scope=scope)
+
+
+def _note(data: Path | None, type_: EntryType, name: str, **told: object) -> None:
+    """Write it into the security log, in the name of the user of this machine; it is done already."""
+    entry = draft(type_.name, name, caller=f"command line ({getuser()})", data=told)
+    try:
+        Chain(data or data_directory()).append([entry])
+    except OSError as error:
+        typer.echo(f"It is done, and the security log could not be written: {error.strerror}.", err=True)
+
+
+def _ending(lasts_s: float | None) -> str | None:
+    return None if lasts_s is None else datetime.fromtimestamp(time.time() + lasts_s, UTC).isoformat()
 
 
 def seconds_of(text: str) -> float:

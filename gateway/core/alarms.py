@@ -115,6 +115,8 @@ class Cause:
     """Somebody has asked for it: it is an alarm only where alarms latch."""
     is_told: Callable[[str], bool] = _over
     """Whether an alarm of something larger tells it, too, by the subject; not where alarms latch."""
+    latches: bool = True
+    """Whether it keeps its subject from moving, where alarms latch."""
 
 
 def _while_true_of(find: Callable[[str], T | None], holds: Callable[[T], bool]) -> Callable[[str], bool]:
@@ -145,6 +147,8 @@ class Kind(Generic[T]):
     wanted: bool = False
     is_told: Callable[[T], bool] | None = None
     """Whether an alarm of its line tells it, too."""
+    latches: bool = True
+    """Whether it keeps its subject from moving, where alarms latch."""
 
     def among(self, find: Callable[[str], T | None]) -> Cause:
         """The cause of those that are found by their address; None is one that is configured no more."""
@@ -160,6 +164,7 @@ class Kind(Generic[T]):
             self.facts,
             self.wanted,
             _over if self.is_told is None else _while_true_of(find, self.is_told),
+            self.latches,
         )
 
 
@@ -343,7 +348,7 @@ class Alarms:
 
     def latched(self, addresses: Collection[str]) -> Latched | None:
         """Why these must not move: alarms about one of them stand."""
-        standing = self._standing.values()
+        standing = [alarm for alarm in self._standing.values() if self._latches(alarm)]
         found = [alarm for alarm in standing if alarm.subject.rpartition("/")[2] in addresses]
         if not found:
             return None
@@ -356,6 +361,10 @@ class Alarms:
             f"アラームが発生中です: {names}。何も送信していません。",
             "原因を取り除いてから、アラームを解除してください。",
         )
+
+    def _latches(self, alarm: Alarm) -> bool:
+        cause = self._causes.get(alarm.cause)
+        return cause is None or cause.latches
 
 
 def reset_of(alarm: Alarm) -> NextCall:

@@ -10,6 +10,7 @@ from gateway.core.errors import InvalidRequest, NotAllowed, NotFound, NotSent
 from gateway.core.rights import Right
 from gateway.operations.caller import needs
 from gateway.plant import Plant
+from gateway.security import entries
 from gateway.wind_down import SUBJECT
 
 
@@ -51,6 +52,7 @@ async def make(
         raise InvalidRequest(f"{fault} No key was made.") from None
     made = await _told(keys, name)
     plant.events.publish("gateway.key.made", SUBJECT, made)
+    await plant.security.keep(entries.KEY_MADE, name, **_of(made), expires_at=_ending(made))
     return key, made
 
 
@@ -75,6 +77,7 @@ async def revoke(plant: Plant, store: KeyStore | None, name: str) -> KeyInfo:
         raise NotFound(str(fault)) from None
     revoked = await _told(keys, name)
     plant.events.publish("gateway.key.revoked", SUBJECT, revoked)
+    await plant.security.keep(entries.KEY_REVOKED, name, **_of(revoked))
     return revoked
 
 
@@ -92,3 +95,11 @@ def _managed(store: KeyStore | None) -> KeyStore:
 async def _told(keys: KeyStore, name: str) -> KeyInfo:
     """The newest key of a name."""
     return next(it for it in reversed(await asyncio.to_thread(keys.infos)) if it.name == name)
+
+
+def _of(key: KeyInfo) -> dict[str, object]:
+    return {"role": key.role, "scope": key.scope}
+
+
+def _ending(key: KeyInfo) -> str | None:
+    return None if key.expires_at is None else key.expires_at.isoformat()

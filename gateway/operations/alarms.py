@@ -7,6 +7,7 @@ from gateway.core.event_types import GATEWAY
 from gateway.core.rights import Right
 from gateway.operations.caller import for_caller, require
 from gateway.plant import Plant
+from gateway.security import entries
 
 
 def listed(plant: Plant, *, standing: bool | None = None) -> Sequence[Alarm]:
@@ -34,4 +35,6 @@ def addresses_of(alarm: Alarm) -> list[str]:
 async def reset(plant: Plant, alarm_id: str) -> Alarm:
     """Reset an alarm: nothing moves, and nothing is sent; errors as of `Alarms.reset`."""
     require(plant, Right.OPERATE, *addresses_of(plant.alarms.get(alarm_id)), leased=False)
-    return plant.alarms.reset(alarm_id)
+    alarm = plant.alarms.reset(alarm_id)
+    plant.security.note(entries.ALARM_RESET, alarm.subject, alarm=alarm.id, cause=alarm.cause)
+    return alarm

@@ -243,7 +243,7 @@ def test_every_cause_is_worded_in_both_languages_of_what_its_event_tells() -> No
     plant = TestedPlant(
         parse(configuration(), "test.toml"), open_transport=lambda _: Wire(build_line([], 0.0))
     )
-    for cause in causes_of(plant.families.values(), {}, lambda: None, latch=False):
+    for cause in causes_of(plant.families.values(), {}, {}, latch=False):
         assert cause.event in EVENT_TYPES
         for text in (cause.en, cause.ja):
             assert all(part.strip() for part in text.model_dump().values())
@@ -297,7 +297,7 @@ def test_every_type_of_event_raises_an_alarm_or_needs_nobody() -> None:
     plant = TestedPlant(
         parse(configuration(), "test.toml"), open_transport=lambda _: Wire(build_line([], 0.0))
     )
-    alarming = {cause.event for cause in causes_of(plant.families.values(), {}, lambda: None, latch=False)}
+    alarming = {cause.event for cause in causes_of(plant.families.values(), {}, {}, latch=False)}
     quiet = {event for event in EVENT_TYPES if needs_nobody(event)}
     assert alarming | quiet == EVENT_TYPES.keys()
     assert alarming & quiet == set()
