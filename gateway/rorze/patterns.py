@@ -130,7 +130,8 @@ class ChangedPattern(Pattern):
     steps: list[ChangeStep] = Field(description="What the change took, in order.")
 
 
-def _sets_item(number: int) -> Item:
+def sets_item(number: int) -> Item:
+    """The two speed sets that a pattern is made of."""
     place = {"pattern": None if number == STANDARD else number}
     codec = Codec(
         lambda reply: {"acceleration_set": reply.acceleration, "deceleration_set": reply.deceleration},
@@ -165,7 +166,7 @@ async def read_pattern(body: Body, number: int) -> Pattern:
 
     :raises GatewayError: it was not read.
     """
-    item = _sets_item(number)
+    item = sets_item(number)
     sets = await read(body, item)
     return Pattern(
         body_id=body.address,
@@ -257,7 +258,7 @@ async def _require_fit(body: Body, sets: Mapping[str, int], changes: Sequence[Sp
 def _wanted(
     present: Pattern, sets: Mapping[str, int], changes: Sequence[SpeedChangeRequest] | None
 ) -> Iterator[Wanted]:
-    yield _sets_item(present.number), sets
+    yield sets_item(present.number), sets
     if changes is None:
         return
     points = {it.point for it in changes}

@@ -224,14 +224,14 @@ def robot_x(plant: Plant) -> float | None:
 
 
 def press_mouse(console: Console) -> None:
-    expect(console.button("Jog X+, hold")).to_have_attribute("aria-disabled", "false")
-    console.button("Jog X+, hold").hover()
+    expect(console.button("Jog X+")).to_have_attribute("aria-disabled", "false")
+    console.button("Jog X+").hover()
     console.page.mouse.down()
 
 
 def press_key(console: Console) -> None:
-    expect(console.button("Jog X+, hold")).to_have_attribute("aria-disabled", "false")
-    console.button("Jog X+, hold").focus()
+    expect(console.button("Jog X+")).to_have_attribute("aria-disabled", "false")
+    console.button("Jog X+").focus()
     console.page.keyboard.down("Enter")
 
 
@@ -458,7 +458,7 @@ def test_a_page_shows_what_is_told_twice(plant: Plant, open_console: Open) -> No
 
 def test_a_body_jogs_while_the_button_is_held(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/axis/line1.3F")
-    jog = console.button("Jog +, hold")
+    jog = console.button("Jog +")
     expect(jog).to_have_attribute("aria-disabled", "false")
     jog.hover()
     console.page.mouse.down()
@@ -466,6 +466,32 @@ def test_a_body_jogs_while_the_button_is_held(plant: Plant, open_console: Open) 
     console.page.mouse.up()
     until(lambda: not moves(plant), "the motor stands still")
     until(lambda: plant.gateway.get("/bodies/3F/moves")["moves"][0]["status"] == "stopped", "it has ended")
+
+
+def test_a_jog_is_slow_at_first_and_as_fast_as_was_chosen_for_the_axis(
+    plant: Plant, open_console: Open
+) -> None:
+    plant.gateway.http.put("/bodies/3F/position", json={"value": 0, "unit": "pulse"}).raise_for_status()
+    console = open_console(plant.url, "#/axis/line1.3F")
+    jog = console.button("Jog +")
+    expect(jog).to_contain_text("500 pulse/s")
+    expect(console.button("Go")).to_contain_text("500 pulse/s")
+    jog.hover()
+    console.page.mouse.down()
+    console.shows("at most to")
+    until(lambda: plant.gateway.get("/bodies/3F/position")["pulses"] > 200, "the motor moves")
+    console.page.mouse.up()
+    until(lambda: not moves(plant), "the motor stands still")
+    move = plant.gateway.get("/bodies/3F/moves")["moves"][0]
+    assert move["frame"].startswith("&3F1+MA[29],")
+    assert plant.gateway.get("/bodies/3F/speed-sets/29")["maximum_speed_pps"] == 500
+    console.page.get_by_label("Speed by hand").select_option("2000 pulse/s")
+    expect(jog).to_contain_text("2000 pulse/s")
+    console.page.reload()
+    expect(jog).to_contain_text("2000 pulse/s")
+    console.page.get_by_label("Speed by hand").select_option("as set in the controller")
+    console.page.reload()
+    expect(jog).to_contain_text("2000 pulse/s")
 
 
 def test_a_position_is_taught_named_and_gone_to(plant: Plant, open_console: Open) -> None:
