@@ -29,6 +29,8 @@ class AbsoluteMoveRequest(TypedDict):
     """`low` runs at the start speed, without ramps. Left out: high."""
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    max_speed: NotRequired[Rate | None]
+    """The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before the move, so it goes with neither `pattern` nor `low`."""
 
 
 class Alarm(TypedDict):
@@ -613,6 +615,8 @@ class BodyJogRequest(TypedDict):
     """`low` runs at the start speed, without ramps. Left out: low."""
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    max_speed: NotRequired[Rate | None]
+    """The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before the move, so it goes with neither `pattern` nor `low`."""
     at_most: NotRequired[Length | None]
     """The jog ends after this distance; never further than 10 s take at its top speed, nor beyond the soft limits."""
 
@@ -4246,6 +4250,8 @@ class PositionMoveRequest(TypedDict):
     """`low` runs at the start speed, without ramps. Left out: high."""
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    max_speed: NotRequired[Rate | None]
+    """The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before the move, so it goes with neither `pattern` nor `low`."""
 
 
 class PositionName(TypedDict):
@@ -4457,6 +4463,14 @@ class ProgramUpload(TypedDict):
     ended_at: str | None
 
 
+class Rate(TypedDict):
+    """A speed with its unit."""
+
+    value: float
+    unit: Literal["pulse/s", "mm/s", "um/s", "deg/s", "mdeg/s"]
+    """Other units than pulse/s need the body's scale in the configuration."""
+
+
 class RawReply(TypedDict):
     """What was answered."""
 
@@ -4498,6 +4512,8 @@ class RelativeMoveRequest(TypedDict):
     """`low` runs at the start speed, without ramps. Left out: high."""
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    max_speed: NotRequired[Rate | None]
+    """The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before the move, so it goes with neither `pattern` nor `low`."""
 
 
 class ReloadFailed(TypedDict):
@@ -4617,6 +4633,8 @@ class RobotAbsoluteMoveRequest(TypedDict):
 
     start_within_s: NotRequired[float]
     """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
+    speed_percent: NotRequired[float | None]
+    """Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own."""
     coordinates: NotRequired[Literal["user", "motor"]]
     """Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user."""
     axes: dict[str, Any]
@@ -5468,6 +5486,8 @@ class RobotPositionMoveRequest(TypedDict):
     kind: Literal["position"]
     position: int
     """Number of the position, 1-1999; it has to be set."""
+    speed_percent: NotRequired[float | None]
+    """Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own."""
 
 
 class RobotPowerCycleAcknowledgedEvent(TypedDict):
@@ -5532,6 +5552,8 @@ class RobotRelativeMoveRequest(TypedDict):
 
     start_within_s: NotRequired[float]
     """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
+    speed_percent: NotRequired[float | None]
+    """Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own."""
     coordinates: NotRequired[Literal["user", "motor"]]
     """Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user."""
     axes: dict[str, Any]

@@ -3432,6 +3432,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before the move, so it goes with neither `pattern` nor `low`. */
+            max_speed?: components["schemas"]["Rate"] | null;
         };
         /**
          * Alarm
@@ -4832,6 +4834,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before the move, so it goes with neither `pattern` nor `low`. */
+            max_speed?: components["schemas"]["Rate"] | null;
             /** @description The jog ends after this distance; never further than 10 s take at its top speed, nor beyond the soft limits. */
             at_most?: components["schemas"]["Length"] | null;
         };
@@ -13076,6 +13080,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before the move, so it goes with neither `pattern` nor `low`. */
+            max_speed?: components["schemas"]["Rate"] | null;
         };
         /**
          * PositionName
@@ -13551,6 +13557,24 @@ export interface components {
             ended_at: string | null;
         };
         /**
+         * Rate
+         * @description A speed with its unit.
+         * @example {
+         *       "unit": "pulse/s",
+         *       "value": 1000
+         *     }
+         */
+        Rate: {
+            /** Value */
+            value: number;
+            /**
+             * Unit
+             * @description Other units than pulse/s need the body's scale in the configuration.
+             * @enum {string}
+             */
+            unit: "pulse/s" | "mm/s" | "um/s" | "deg/s" | "mdeg/s";
+        };
+        /**
          * RawReply
          * @description What was answered.
          */
@@ -13655,6 +13679,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before the move, so it goes with neither `pattern` nor `low`. */
+            max_speed?: components["schemas"]["Rate"] | null;
         };
         /**
          * ReloadFailed
@@ -13930,6 +13956,11 @@ export interface components {
              * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
              */
             start_within_s?: number;
+            /**
+             * Speed Percent
+             * @description Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own.
+             */
+            speed_percent?: number | null;
             /**
              * Coordinates
              * @description Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user.
@@ -16173,6 +16204,11 @@ export interface components {
              * @description Number of the position, 1-1999; it has to be set.
              */
             position: number;
+            /**
+             * Speed Percent
+             * @description Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own.
+             */
+            speed_percent?: number | null;
         };
         /**
          * RobotPowerCycleAcknowledgedEvent
@@ -16343,6 +16379,11 @@ export interface components {
              * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
              */
             start_within_s?: number;
+            /**
+             * Speed Percent
+             * @description Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own.
+             */
+            speed_percent?: number | null;
             /**
              * Coordinates
              * @description Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user.
