@@ -1,8 +1,8 @@
 """What commands are addressed to, and what comes of them: all that the operations know of a family."""
 
 from abc import ABC, abstractmethod
-from collections.abc import AsyncIterator, Awaitable, Mapping, Sequence
-from contextlib import asynccontextmanager
+from collections.abc import Awaitable, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager, nullcontext
 from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, TypeVar
 
@@ -131,13 +131,12 @@ class Target(ABC):
             await together(*(self.log.wait(move.id, wait_s) for move in begun.moves))
         return begun
 
-    @asynccontextmanager
-    async def at_own_speed(self, request: Any) -> AsyncIterator[Any]:
+    def at_own_speed(self, request: Any) -> AbstractAsyncContextManager[Any]:
         """See to the speed that a wish for a move names, and keep it until the move has begun.
 
         :raises GatewayError: the speed was not set, and the move must not start.
         """
-        yield request
+        return nullcontext(request)
 
     def command_for(self, request: Any) -> AnyCommand:
         """Put a client's wish for a move into a command of the table.

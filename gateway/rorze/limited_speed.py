@@ -1,9 +1,9 @@
 """Moves with a speed of their own: a pattern that is reserved for them is written before they start.
 
 A move command names no speed, only an acceleration pattern (RC-420 manual 13.3.5), and a change of speed on
-the way (5CS) comes after the motor has begun: if it gets lost, the motor runs at full speed. So the speed goes
-into one reserved pattern and the speed set of its number, in RAM; all others, and flash memory, stay as they
-are.
+the way (5CS) comes after the motor has begun: if it gets lost, the motor runs at full speed. So the speed
+goes into one reserved pattern and the speed set of its number, in RAM; all others, and flash memory, stay as
+they are.
 """
 
 import asyncio
@@ -45,7 +45,7 @@ MaxSpeed = Annotated[
     Rate | None,
     Field(
         description="The fastest it may get; the standard speed set still bounds it. The gateway writes it "
-        "to the body's `slow_pattern` (RAM only) before the move, so it goes with neither `pattern` nor `low`."
+        "to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it."
     ),
 ]
 C = TypeVar("C", bound=RorzeCommand[Any])

@@ -387,6 +387,9 @@ export const en = {
     save: "Save all to flash",
     ram: "These are the positions in RAM. Nothing can ask a controller for those in flash memory; after a save both are the same.",
     onlyInRam: "in RAM only",
+    putBack: (number: number, pulses: number) => `Put ${number} back to ${pulses}`,
+    putAllBack: (count: number) => `Put ${count} positions back`,
+    overwritten: "Overwritten",
   },
 
   motion: {
@@ -483,6 +486,13 @@ export const en = {
     progress: (phase: string, done: number, of: number) => `${phase}: ${done} of ${of}`,
     size: (instructions: number, steps: number) => `${instructions} instructions, ${steps} of 6039 steps`,
     cancelUpload: "Cancel the upload",
+    replace: "Replace the program",
+    replaceIt: "Replace it",
+    replaces: (instructions: number, name: string) =>
+      `${name} has a program of ${instructions} instructions that was not read here. Yours takes its place.`,
+    unreadable: (why: string) => `The program that is there could not be read, and cannot be put back: ${why}`,
+    canBePutBack: "It can be put back for ten minutes.",
+    putBack: (instructions: number) => `Put the earlier program back (${instructions} instructions)`,
     phases: {
       clearing: "clearing",
       writing: "writing",

@@ -387,6 +387,9 @@ export const ja: typeof en = {
     save: "すべてフラッシュへ保存",
     ram: "RAM の位置です。フラッシュの内容はコントローラに問い合わせできません。保存すると RAM と同じになります。",
     onlyInRam: "RAM のみ",
+    putBack: (number, pulses) => `${number} を ${pulses} に戻す`,
+    putAllBack: (count) => `位置 ${count} 件を元に戻す`,
+    overwritten: "上書き",
   },
 
   motion: {
@@ -483,6 +486,13 @@ export const ja: typeof en = {
     progress: (phase, done, of) => `${phase}: ${of} 中 ${done}`,
     size: (instructions, steps) => `${instructions} 命令、6039 中 ${steps} ステップ`,
     cancelUpload: "アップロードを取り消し",
+    replace: "プログラムの置き換え",
+    replaceIt: "置き換える",
+    replaces: (instructions, name) =>
+      `${name} には、この画面で読み出していない ${instructions} 命令のプログラムがあります。書き込むと置き換わります。`,
+    unreadable: (why) => `現在のプログラムを読み出せないため、元に戻せません: ${why}`,
+    canBePutBack: "10 分間は元に戻せます。",
+    putBack: (instructions) => `前のプログラムに戻す（${instructions} 命令）`,
     phases: {
       clearing: "消去中",
       writing: "書き込み中",
