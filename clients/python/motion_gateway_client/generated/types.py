@@ -30,7 +30,7 @@ class AbsoluteMoveRequest(TypedDict):
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
     max_speed: NotRequired[Rate | None]
-    """The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before the move, so it goes with neither `pattern` nor `low`."""
+    """The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it."""
 
 
 class Alarm(TypedDict):
@@ -60,6 +60,10 @@ class Alarm(TypedDict):
     """Where the manual tells of it; empty where it is no matter of a controller."""
     en: AlarmText
     ja: AlarmText
+    when_over: PastWords | None
+    """Its words once its cause is over, which take the place of `en` and `ja` then; null where these stay, or were replaced."""
+    part_of: str | None
+    """The id of the standing alarm that tells the same event: of a failed move that of its cause, of a body that of its line, of several bodies that of the first. Events leave it out."""
     next: list[NextCall]
     """The calls that help, in the order in which they do."""
 
@@ -616,7 +620,7 @@ class BodyJogRequest(TypedDict):
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
     max_speed: NotRequired[Rate | None]
-    """The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before the move, so it goes with neither `pattern` nor `low`."""
+    """The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it."""
     at_most: NotRequired[Length | None]
     """The jog ends after this distance; never further than 10 s take at its top speed, nor beyond the soft limits."""
 
@@ -4041,6 +4045,13 @@ class Overdue(TypedDict):
     request_id: str | None
 
 
+class PastWords(TypedDict):
+    """An alarm whose cause is over, in both languages: nothing of it is told as so now."""
+
+    en: AlarmText
+    ja: AlarmText
+
+
 class PathDefinition(TypedDict):
     """A whole path; without points it is cleared."""
 
@@ -4251,7 +4262,7 @@ class PositionMoveRequest(TypedDict):
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
     max_speed: NotRequired[Rate | None]
-    """The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before the move, so it goes with neither `pattern` nor `low`."""
+    """The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it."""
 
 
 class PositionName(TypedDict):
@@ -4513,7 +4524,7 @@ class RelativeMoveRequest(TypedDict):
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
     max_speed: NotRequired[Rate | None]
-    """The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before the move, so it goes with neither `pattern` nor `low`."""
+    """The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it."""
 
 
 class ReloadFailed(TypedDict):

@@ -3432,7 +3432,7 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
-            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before the move, so it goes with neither `pattern` nor `low`. */
+            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it. */
             max_speed?: components["schemas"]["Rate"] | null;
         };
         /**
@@ -3499,6 +3499,13 @@ export interface components {
             manual: string;
             en: components["schemas"]["AlarmText"];
             ja: components["schemas"]["AlarmText"];
+            /** @description Its words once its cause is over, which take the place of `en` and `ja` then; null where these stay, or were replaced. */
+            when_over: components["schemas"]["PastWords"] | null;
+            /**
+             * Part Of
+             * @description The id of the standing alarm that tells the same event: of a failed move that of its cause, of a body that of its line, of several bodies that of the first. Events leave it out.
+             */
+            part_of: string | null;
             /**
              * Next
              * @description The calls that help, in the order in which they do.
@@ -4834,7 +4841,7 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
-            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before the move, so it goes with neither `pattern` nor `low`. */
+            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it. */
             max_speed?: components["schemas"]["Rate"] | null;
             /** @description The jog ends after this distance; never further than 10 s take at its top speed, nor beyond the soft limits. */
             at_most?: components["schemas"]["Length"] | null;
@@ -12619,6 +12626,14 @@ export interface components {
             request_id: string | null;
         };
         /**
+         * PastWords
+         * @description An alarm whose cause is over, in both languages: nothing of it is told as so now.
+         */
+        PastWords: {
+            en: components["schemas"]["AlarmText"];
+            ja: components["schemas"]["AlarmText"];
+        };
+        /**
          * PathDefinition
          * @description A whole path; without points it is cleared.
          * @example {
@@ -13080,7 +13095,7 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
-            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before the move, so it goes with neither `pattern` nor `low`. */
+            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it. */
             max_speed?: components["schemas"]["Rate"] | null;
         };
         /**
@@ -13679,7 +13694,7 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
-            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before the move, so it goes with neither `pattern` nor `low`. */
+            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it. */
             max_speed?: components["schemas"]["Rate"] | null;
         };
         /**
