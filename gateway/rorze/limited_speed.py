@@ -18,6 +18,7 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.records import RequestModel, example
 from gateway.rorze.bodies import Body, Group, idle_bodies_of
 from gateway.rorze.changes import change, read
+from gateway.rorze.own_refusals import clear_own_refusal
 from gateway.rorze.patterns import sets_item
 from gateway.rorze.speed_sets import STANDARD, items_of, parameters_of
 from gateway.rorze.units import to_pulses
@@ -147,6 +148,7 @@ async def _write(body: Body, number: int, limit: Rate) -> None:
     wanted = await limited_parameters(body, limit)
     pattern, items = sets_item(number), list(items_of(number).values())
     made_of = {"acceleration_set": number, "deceleration_set": number}
+    before = body.status_bits
     found_sets, found = await read(body, pattern), [await read(body, item) for item in items]
     if body.slow_written == wanted and (found_sets, found) == (made_of, list(astuple(wanted))):
         return
@@ -156,6 +158,8 @@ async def _write(body: Body, number: int, limit: Rate) -> None:
         raise _in_use(body, number)
     await change(body, [*zip(items, astuple(wanted), strict=True), (pattern, made_of)])
     await body.ask(SetSpeedChange(pattern=number))  # a change on the way could exceed the limit
+    if found_sets is None:
+        await clear_own_refusal(body, before)
     body.slow_written = wanted
 
 

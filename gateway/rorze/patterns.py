@@ -10,6 +10,7 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.records import RequestModel, example
 from gateway.rorze.bodies import Body
 from gateway.rorze.changes import ChangeStep, Codec, Expectation, Item, Wanted, as_expected, change, read
+from gateway.rorze.own_refusals import clear_own_refusal
 from gateway.rorze.speed_sets import STANDARD, parameters_of
 from gateway.rorze.units import Scaled
 from protocols.rorze.notation import Amount, Slot, Speed
@@ -198,7 +199,11 @@ async def _read_changes(body: Body, number: int) -> list[SpeedChangeInfo] | None
 
 async def read_patterns(body: Body, numbers: Iterable[int]) -> list[Pattern]:
     """Ask a body for patterns, one after the other; errors as of `read_pattern`."""
-    return [await read_pattern(body, number) for number in numbers]
+    before = body.status_bits
+    found = [await read_pattern(body, number) for number in numbers]
+    if any(it.acceleration_set is None or it.changes is None for it in found):
+        await clear_own_refusal(body, before)
+    return found
 
 
 async def change_pattern(
