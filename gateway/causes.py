@@ -5,7 +5,7 @@ from dataclasses import replace
 from datetime import datetime
 from typing import Final
 
-from gateway.core.alarms import Cause, Facts, Kind, words
+from gateway.core.alarms import Cause, Facts, Kind, past, words
 from gateway.core.family import AnyLine, Family
 from gateway.core.line_state import LineState
 from gateway.core.next_calls import ALARMS, LINE_STATE, READY, get, post
@@ -56,6 +56,18 @@ LINES: Final[Sequence[Kind[AnyLine]]] = (
         (LINE_STATE,),
         lambda line: line.state in UNUSABLE,
         applies=lambda event: event["reason"] != CONFIGURED_ANEW,
+        over=past(
+            words(
+                "Line {address} could not be used: {reason}. It can be used again.",
+                "Motors on it went on with what they were told last, and nothing could be sent to them.",
+                "Look at where they stand. Check port, cable and power, so that it does not come again.",
+            ),
+            words(
+                "回線{address}を使用できませんでした: {reason}。現在は復旧しています。",
+                "この回線のモータは最後に指示された動作を続け、何も送信できませんでした。",
+                "位置を確認してください。再発しないよう、ポート、ケーブル、電源を確認してください。",
+            ),
+        ),
     ),
     Kind(
         "line.order.violated",
@@ -88,6 +100,18 @@ GATEWAY: Final[Sequence[Kind[str]]] = (
         ),
         next=(READY,),
         lasts=lambda _why: True,
+        over=past(
+            words(
+                "The journal could not be written: {reason}. It is written again.",
+                "Moves under way went on. Nothing with an effect was sent; stops and reads were.",
+                "See that there is room on the disk.",
+            ),
+            words(
+                "ジャーナルに書き込めませんでした: {reason}。現在は書き込めます。",
+                "実行中の動作は続きました。停止と読み出し以外は送信しませんでした。",
+                "ディスクの空きを確認してください。",
+            ),
+        ),
     ),
     Kind(
         "gateway.journal.set_aside",

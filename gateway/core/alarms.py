@@ -56,6 +56,22 @@ def words(happened: str, motor: str, remedy: str) -> AlarmText:
     return AlarmText(happened=happened, motor=motor, remedy=remedy)
 
 
+class PastWords(Record):
+    """An alarm whose cause is over, in both languages: nothing of it is told as so now."""
+
+    en: AlarmText
+    ja: AlarmText
+
+    def of(self, facts: Facts) -> Self:
+        """Fill in what is known of this one."""
+        return self.model_copy(update={"en": self.en.of(facts), "ja": self.ja.of(facts)})
+
+
+def past(en: AlarmText, ja: AlarmText) -> PastWords:
+    """Say what is told of an alarm once its cause is over."""
+    return PastWords(en=en, ja=ja)
+
+
 class Alarm(Record):
     """Something that has gone wrong, from then until somebody has reset it."""
 
@@ -79,6 +95,16 @@ class Alarm(Record):
     )
     en: AlarmText
     ja: AlarmText
+    when_over: PastWords | None = Field(
+        default=None,
+        description="Its words once its cause is over, which take the place of `en` and `ja` then; null "
+        "where these stay, or were replaced.",
+    )
+    part_of: str | None = Field(
+        default=None,
+        description="The id of the standing alarm that tells the same event: of a failed move that of its "
+        "cause, of a body that of its line, of several bodies that of the first. Events leave it out.",
+    )
     next: list[NextCall] = Field(description="The calls that help, in the order in which they do.")
 
 
@@ -117,6 +143,8 @@ class Cause:
     """Whether an alarm of something larger tells it, too, by the subject; not where alarms latch."""
     latches: bool = True
     """Whether it keeps its subject from moving, where alarms latch."""
+    over: PastWords | None = None
+    """What is told once it is over; None where it only happened at a moment."""
 
 
 def _while_true_of(find: Callable[[str], T | None], holds: Callable[[T], bool]) -> Callable[[str], bool]:
@@ -149,6 +177,7 @@ class Kind(Generic[T]):
     """Whether an alarm of its line tells it, too."""
     latches: bool = True
     """Whether it keeps its subject from moving, where alarms latch."""
+    over: PastWords | None = None
 
     def among(self, find: Callable[[str], T | None]) -> Cause:
         """The cause of those that are found by their address; None is one that is configured no more."""
@@ -165,6 +194,7 @@ class Kind(Generic[T]):
             self.wanted,
             _over if self.is_told is None else _while_true_of(find, self.is_told),
             self.latches,
+            self.over,
         )
 
 
@@ -260,7 +290,9 @@ class Alarms:
             en=cause.en.of(facts),
             ja=cause.ja.of(facts),
             next=filled_in(cause.next, names),
+            when_over=cause.over and cause.over.of(facts),
         )
+        _say_past(alarm)
         self._standing[key] = alarm
         self._tell("alarm.raised", alarm)
 
@@ -279,6 +311,7 @@ class Alarms:
         cause = self._causes.get(alarm.cause)
         if alarm.ended_at is None and not (cause is not None and cause.lasts(alarm.subject)):
             alarm.ended_at = datetime.now(UTC)
+            _say_past(alarm)
             self.on_change(alarm)
 
     def standing(self) -> list[Alarm]:
@@ -335,6 +368,7 @@ class Alarms:
     def _reset(self, alarm: Alarm, by: str) -> None:
         alarm.reset_at, alarm.reset_by = datetime.now(UTC), by
         alarm.ended_at = alarm.ended_at or alarm.reset_at
+        _say_past(alarm)
         del self._standing[_Key(alarm.subject, alarm.cause)]
         self._keep(alarm)
         self._tell("alarm.reset", alarm)
@@ -367,6 +401,13 @@ class Alarms:
         return cause is None or cause.latches
 
 
+def _say_past(alarm: Alarm) -> None:
+    """Tell nothing as so now of what is over."""
+    if alarm.ended_at is not None and alarm.when_over is not None:
+        told, alarm.when_over = alarm.when_over, None
+        alarm.en, alarm.ja = told.en, told.ja
+
+
 def reset_of(alarm: Alarm) -> NextCall:
     """The call that resets an alarm."""
     path = f"/alarms/{alarm.id}/reset"
@@ -396,6 +437,18 @@ def stopped(what: str, manual: str, next_calls: Sequence[NextCall], lasts: Calla
         lambda _: current().work == "clients",
         event=f"{what}.stop.requested",
         wanted=True,
+        over=past(
+            words(
+                "{address} was stopped by request.",
+                "The motor stood still, as its controller said.",
+                "See why it was stopped before it is moved again.",
+            ),
+            words(
+                "{address}は停止指令により停止しました。",
+                "コントローラが停止を報告しました。",
+                "再び動かす前に、停止した理由を確認してください。",
+            ),
+        ),
     )
 
 

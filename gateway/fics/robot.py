@@ -95,6 +95,8 @@ class Robot:
         self.tables = Tables(commander, motion, self.selection, self.asking)
         self.motions = Motions(commander, motion, self.selection, power, errors, poll_interval_s)
         self.durations = Durations(self.asking)
+        self.own_speed = asyncio.Lock()
+        """Held from when the speed of a move is set until the move has begun."""
         self.jogs = Jogs(self.units, self.motions, self.publish, partial(self.stop, "immediate"))
         self.stops = RobotStops(self.units, self.motions, self.jogs, self.publish)
         line.on_change = self._line_changed

@@ -29,6 +29,7 @@ from protocols.rorze.link import Refusal
 from protocols.rorze.modes import GetOperatingMode, OperatingMode, SetOperatingMode
 from protocols.rorze.origin import GetHomingDistance
 from protocols.rorze.position import GetPosition, SetPosition, SignedPulses
+from protocols.rorze.profile import SpeedParameters
 from protocols.rorze.programs import (
     AddProgramInstruction,
     ClearProgram,
@@ -100,6 +101,8 @@ class Body:
     """Pulses by which, in encoder mode, the final position may miss the target of a successful move."""
     in_position: bool = False
     """In servo mode a move has succeeded when INP is on."""
+    slow_pattern: int | None = None
+    """The pattern that is reserved for moves with a speed of their own; None: not configured."""
     poll_interval_s: float = 0.2
     """While it has a move, its state is asked for this often."""
     on_news: Callable[[str, dict[str, object]], None] = lambda _kind, _facts: None
@@ -113,6 +116,10 @@ class Body:
     """None until its status has been read since it was out of reach."""
     changing: asyncio.Lock = field(default_factory=asyncio.Lock)
     """Held while its settings are being changed."""
+    limiting: asyncio.Lock = field(default_factory=asyncio.Lock)
+    """Held from when the speed of a move is written until the move has started."""
+    slow_written: SpeedParameters | None = None
+    """The speeds that were written last for a move with a speed of its own."""
     poll_due: asyncio.Event = field(default_factory=asyncio.Event)
     """Its state is to be read now, not at the next poll."""
     rest: MotorState | None = None
@@ -667,6 +674,23 @@ class Group:
             for member in self.members:
                 member.perhaps_did(command)
         return outcome
+
+
+def idle_bodies_of(target: Body | Group) -> list[Body]:
+    """The bodies a motion command would move, none of which has a move that is not over.
+
+    :raises BodyBusy: one has, or the group is being defined anew.
+    """
+    if isinstance(target, Group):
+        target.require_in_force()
+    bodies = target.members if isinstance(target, Group) else [target]
+    for body in bodies:
+        if body.move is not None:
+            raise BodyBusy(
+                f"{body.address} still has the move {body.move.id}; nothing was sent.",
+                "Wait for it or stop it.",
+            )
+    return bodies
 
 
 def _member_result(member: Body, command: RorzeCommand[Any], answered: Answered) -> Reply | GatewayError:

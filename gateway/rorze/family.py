@@ -197,6 +197,7 @@ class Rorze(Family):
             it.output_names,
             position_tolerance=it.position_tolerance,
             in_position=it.in_position,
+            slow_pattern=it.slow_pattern,
             poll_interval_s=table.poll_interval_s,
             power=Power(it.power_comment, it.needs_origin, it.silence_needs_acknowledgement),
         )

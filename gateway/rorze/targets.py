@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable, Sequence
+from contextlib import AbstractAsyncContextManager
 from typing import Any, ClassVar, Final
 
 from gateway.core.errors import GatewayError
@@ -13,6 +14,7 @@ from gateway.rorze import plain_text
 from gateway.rorze.bodies import Body, Group, answer_or_raise, reply_of
 from gateway.rorze.calls import calls_for_body, calls_for_group, calls_for_line
 from gateway.rorze.endless_programs import EndlessPrograms
+from gateway.rorze.limited_speed import Rate, at_own_speed, with_own_pattern
 from gateway.rorze.line import Line, lane_of
 from gateway.rorze.move_requests import MoveRequest, common_command
 from gateway.rorze.moves import Moves
@@ -59,6 +61,10 @@ class _Motors(Target):
         moves = await self._moves.start(self.thing, command, start_within_s)
         return Begun(self.path, moves, self.address if isinstance(self.thing, Group) else None)
 
+    def at_own_speed(self, request: MoveRequest) -> AbstractAsyncContextManager[MoveRequest]:
+        """Write the `max_speed` of a move to its bodies; errors as of `limited_speed.limited`."""
+        return at_own_speed(self.thing, request)
+
     async def stop_by(self, command: Any) -> Answer | MemberAnswers | Stopped:
         """Stop its bodies; UES ends a program, and is only asked."""
         if isinstance(command, EndProgram):
@@ -94,10 +100,10 @@ class BodyTarget(_Motors):
         """Put a wish for a move into a command, by the body's scale."""
         return request.command(self.thing.scale)
 
-    async def plan(self, command: Any) -> PlannedMove:
+    async def plan(self, command: Any, limit: Rate | None = None) -> PlannedMove:
         """Work out a move; errors as of `plan_of`."""
         self._moves.require_end(command)
-        return await plan_of(self.thing, command)
+        return await plan_of(self.thing, with_own_pattern([self.thing], command, limit), limit)
 
     async def samples(self, move_id: str) -> BodySamples:
         """Give where it was seen during a move, beside its plan; errors as of `Trajectories.of`."""
@@ -124,10 +130,11 @@ class GroupTarget(_Motors):
         """Put a wish for a move into one command for all members; errors as of `common_command`."""
         return common_command(self.thing, request)
 
-    async def plan(self, command: Any) -> GroupPlan:
+    async def plan(self, command: Any, limit: Rate | None = None) -> GroupPlan:
         """Work out the moves of all members; errors as of `plan_of`."""
         self._moves.require_end(command)
-        return await group_plan_of(self.thing, command)
+        own = with_own_pattern(self.thing.members, command, limit)
+        return await group_plan_of(self.thing, own, limit)
 
 
 class LinkMasterTarget(Target):

@@ -16,7 +16,7 @@ from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore
 from gateway.event_types import EVENT_TYPES
-from gateway.operations.alarms import reset
+from gateway.operations.alarms import listed, reset
 from gateway.operations.commands import do
 from gateway.plant import Plant
 from protocols.rorze.moves import MoveClockwise
@@ -102,6 +102,34 @@ async def test_a_body_that_loses_its_power_raises_an_alarm_that_lasts_until_that
         await it.body().acknowledge_power_cycle()
         await do_reset(it.plant)
         assert standing(it.plant) == {}
+
+
+@in_virtual_time
+async def test_an_alarm_whose_cause_is_over_is_told_in_the_past() -> None:
+    async with rig() as it:
+        it.machine.axes[0x3F].powered = False
+        await asyncio.sleep(SEEN_S)
+        silent = standing(it.plant)["body.offline"]
+        assert (silent.ended_at, silent.en.happened) == (None, "line1.3F does not answer any more.")
+        it.machine.axes[0x3F].powered = True
+        await asyncio.sleep(SEEN_S)
+        over = standing(it.plant)["body.offline"]
+        assert over.ended_at is not None
+        assert over.en.happened == "line1.3F did not answer for a while; it answers again."
+        assert "応答が復旧しました" in over.ja.happened
+
+
+@in_virtual_time
+async def test_a_failed_move_is_listed_as_part_of_its_cause() -> None:
+    async with rig() as it:
+        moving = asyncio.create_task(finished(it, MoveClockwise(distance=50_000)))
+        await asyncio.sleep(0.3)
+        press(it, on=True)
+        await moving
+        await it.body().poll(Lane.READ)
+        parts = {alarm.cause: alarm.part_of for alarm in listed(it.plant)}
+        ems = standing(it.plant)["body.ems_error"]
+        assert parts == {"body.ems_error": None, "body.move.failed": ems.id}
 
 
 @in_virtual_time

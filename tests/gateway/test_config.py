@@ -126,7 +126,7 @@ def test_inputs_and_outputs_have_names() -> None:
             'name = "旋回"',
             "zzz = 1",
             "16: lines[0].bodies[1].zzz: unknown key (known are id, name, units, inputs, outputs, "
-            "position_tolerance, in_position, power_comment, events, needs_origin, "
+            "position_tolerance, in_position, power_comment, events, slow_pattern, needs_origin, "
             "silence_needs_acknowledgement)",
         ),
     ],

@@ -29,6 +29,8 @@ class AbsoluteMoveRequest(TypedDict):
     """`low` runs at the start speed, without ramps. Left out: high."""
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    max_speed: NotRequired[Rate | None]
+    """The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it."""
 
 
 class Alarm(TypedDict):
@@ -58,6 +60,10 @@ class Alarm(TypedDict):
     """Where the manual tells of it; empty where it is no matter of a controller."""
     en: AlarmText
     ja: AlarmText
+    when_over: PastWords | None
+    """Its words once its cause is over, which take the place of `en` and `ja` then; null where these stay, or were replaced."""
+    part_of: str | None
+    """The id of the standing alarm that tells the same event: of a failed move that of its cause, of a body that of its line, of several bodies that of the first. Events leave it out."""
     next: list[NextCall]
     """The calls that help, in the order in which they do."""
 
@@ -613,6 +619,8 @@ class BodyJogRequest(TypedDict):
     """`low` runs at the start speed, without ramps. Left out: low."""
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    max_speed: NotRequired[Rate | None]
+    """The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it."""
     at_most: NotRequired[Length | None]
     """The jog ends after this distance; never further than 10 s take at its top speed, nor beyond the soft limits."""
 
@@ -4037,6 +4045,13 @@ class Overdue(TypedDict):
     request_id: str | None
 
 
+class PastWords(TypedDict):
+    """An alarm whose cause is over, in both languages: nothing of it is told as so now."""
+
+    en: AlarmText
+    ja: AlarmText
+
+
 class PathDefinition(TypedDict):
     """A whole path; without points it is cleared."""
 
@@ -4246,6 +4261,8 @@ class PositionMoveRequest(TypedDict):
     """`low` runs at the start speed, without ramps. Left out: high."""
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    max_speed: NotRequired[Rate | None]
+    """The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it."""
 
 
 class PositionName(TypedDict):
@@ -4457,6 +4474,14 @@ class ProgramUpload(TypedDict):
     ended_at: str | None
 
 
+class Rate(TypedDict):
+    """A speed with its unit."""
+
+    value: float
+    unit: Literal["pulse/s", "mm/s", "um/s", "deg/s", "mdeg/s"]
+    """Other units than pulse/s need the body's scale in the configuration."""
+
+
 class RawReply(TypedDict):
     """What was answered."""
 
@@ -4498,6 +4523,8 @@ class RelativeMoveRequest(TypedDict):
     """`low` runs at the start speed, without ramps. Left out: high."""
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    max_speed: NotRequired[Rate | None]
+    """The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it."""
 
 
 class ReloadFailed(TypedDict):
@@ -4617,6 +4644,8 @@ class RobotAbsoluteMoveRequest(TypedDict):
 
     start_within_s: NotRequired[float]
     """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
+    speed_percent: NotRequired[float | None]
+    """Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own."""
     coordinates: NotRequired[Literal["user", "motor"]]
     """Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user."""
     axes: dict[str, Any]
@@ -5468,6 +5497,8 @@ class RobotPositionMoveRequest(TypedDict):
     kind: Literal["position"]
     position: int
     """Number of the position, 1-1999; it has to be set."""
+    speed_percent: NotRequired[float | None]
+    """Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own."""
 
 
 class RobotPowerCycleAcknowledgedEvent(TypedDict):
@@ -5532,6 +5563,8 @@ class RobotRelativeMoveRequest(TypedDict):
 
     start_within_s: NotRequired[float]
     """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
+    speed_percent: NotRequired[float | None]
+    """Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own."""
     coordinates: NotRequired[Literal["user", "motor"]]
     """Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user."""
     axes: dict[str, Any]

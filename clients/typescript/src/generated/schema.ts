@@ -3432,6 +3432,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it. */
+            max_speed?: components["schemas"]["Rate"] | null;
         };
         /**
          * Alarm
@@ -3497,6 +3499,13 @@ export interface components {
             manual: string;
             en: components["schemas"]["AlarmText"];
             ja: components["schemas"]["AlarmText"];
+            /** @description Its words once its cause is over, which take the place of `en` and `ja` then; null where these stay, or were replaced. */
+            when_over: components["schemas"]["PastWords"] | null;
+            /**
+             * Part Of
+             * @description The id of the standing alarm that tells the same event: of a failed move that of its cause, of a body that of its line, of several bodies that of the first. Events leave it out.
+             */
+            part_of: string | null;
             /**
              * Next
              * @description The calls that help, in the order in which they do.
@@ -4832,6 +4841,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it. */
+            max_speed?: components["schemas"]["Rate"] | null;
             /** @description The jog ends after this distance; never further than 10 s take at its top speed, nor beyond the soft limits. */
             at_most?: components["schemas"]["Length"] | null;
         };
@@ -12615,6 +12626,14 @@ export interface components {
             request_id: string | null;
         };
         /**
+         * PastWords
+         * @description An alarm whose cause is over, in both languages: nothing of it is told as so now.
+         */
+        PastWords: {
+            en: components["schemas"]["AlarmText"];
+            ja: components["schemas"]["AlarmText"];
+        };
+        /**
          * PathDefinition
          * @description A whole path; without points it is cleared.
          * @example {
@@ -13076,6 +13095,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it. */
+            max_speed?: components["schemas"]["Rate"] | null;
         };
         /**
          * PositionName
@@ -13551,6 +13572,24 @@ export interface components {
             ended_at: string | null;
         };
         /**
+         * Rate
+         * @description A speed with its unit.
+         * @example {
+         *       "unit": "pulse/s",
+         *       "value": 1000
+         *     }
+         */
+        Rate: {
+            /** Value */
+            value: number;
+            /**
+             * Unit
+             * @description Other units than pulse/s need the body's scale in the configuration.
+             * @enum {string}
+             */
+            unit: "pulse/s" | "mm/s" | "um/s" | "deg/s" | "mdeg/s";
+        };
+        /**
          * RawReply
          * @description What was answered.
          */
@@ -13655,6 +13694,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it. */
+            max_speed?: components["schemas"]["Rate"] | null;
         };
         /**
          * ReloadFailed
@@ -13930,6 +13971,11 @@ export interface components {
              * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
              */
             start_within_s?: number;
+            /**
+             * Speed Percent
+             * @description Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own.
+             */
+            speed_percent?: number | null;
             /**
              * Coordinates
              * @description Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user.
@@ -16173,6 +16219,11 @@ export interface components {
              * @description Number of the position, 1-1999; it has to be set.
              */
             position: number;
+            /**
+             * Speed Percent
+             * @description Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own.
+             */
+            speed_percent?: number | null;
         };
         /**
          * RobotPowerCycleAcknowledgedEvent
@@ -16343,6 +16394,11 @@ export interface components {
              * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
              */
             start_within_s?: number;
+            /**
+             * Speed Percent
+             * @description Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own.
+             */
+            speed_percent?: number | null;
             /**
              * Coordinates
              * @description Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user.
