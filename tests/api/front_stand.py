@@ -12,7 +12,7 @@ import uvicorn
 import uvloop
 from starlette.types import Receive, Scope, Send
 
-from api.front.http_protocol import Limits
+from api.front.limits import Limits
 from api.front.protocols import protocols
 from api.front.websocket_protocol import EVENTS
 from gateway.core.events import EventHub
