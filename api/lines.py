@@ -27,6 +27,7 @@ from api.common.requests import (
     wait_s,
 )
 from api.common.sockets import CLOSE_GOING_AWAY, refuse, tell
+from gateway.core.aside import aside
 from gateway.core.errors import GatewayError, InvalidRequest
 from gateway.core.rights import Right
 from gateway.families import FAMILIES
@@ -134,7 +135,7 @@ async def get_trace(
     passing = traces.filter_of(plant, line_id, _split(bodies), request_id)
     entries = await traces.newest(plant, line_id, passing, last or limit, since)
     # Writing thousands of records as text takes milliseconds, in which no stop may wait.
-    content = await asyncio.to_thread(_trace, line_id, entries)
+    content = await aside(_trace, line_id, entries)
     return Response(content, media_type="application/json")
 
 
@@ -169,7 +170,7 @@ async def _server_sent(news: AsyncIterator[traces.News | None]) -> AsyncIterator
     async for it in news:
         if it is not None:
             told_at = loop.time()
-            yield await asyncio.to_thread(_frames, it)
+            yield await aside(_frames, it)
         elif loop.time() - told_at >= KEEP_ALIVE_S:
             told_at = loop.time()
             yield b": still here\n\n"
@@ -200,7 +201,7 @@ async def follow_trace_by_socket(websocket: WebSocket) -> None:
 async def _send(websocket: WebSocket, news: AsyncIterator[traces.News | None]) -> None:
     async for it in news:
         if it is not None:
-            await websocket.send_text(await asyncio.to_thread(_message, it))
+            await websocket.send_text(await aside(_message, it))
     await websocket.close(CLOSE_GOING_AWAY, "the gateway is shutting down")
 
 

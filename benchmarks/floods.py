@@ -227,7 +227,9 @@ FLOODS: Final[Mapping[str, Flood]] = {
     # HTTP as nobody speaks it
     "connect": left(_said(_head("CONNECT", "/x")), half=True),
     "connect-held": opened(_said(_head("CONNECT", "/x"))),
-    "upgrade-to-nonsense": asked(_same(_STRANGER, "GET", "/livez", b"", "Connection: Upgrade", "Upgrade: h2c")),
+    "upgrade-to-nonsense": asked(
+        _same(_STRANGER, "GET", "/livez", b"", "Connection: Upgrade", "Upgrade: h2c")
+    ),
     "pipelined-gets": poured(_said(b""), _head("GET", "/livez"), 8),
     "pipelined-refusals": poured(_said(b""), _head("GET", "/bodies"), 8),
     "empty-lines": poured(_said(b""), b"\r\n", 8),
@@ -265,8 +267,12 @@ FLOODS: Final[Mapping[str, Flood]] = {
     "bad-json": asked(_same(_OPERATOR, "POST", f"{_BODY}/moves", b'{"kind":' + b'"x",' * 16_000)),
     "nested-json": asked(_same(_OPERATOR, "POST", f"{_BODY}/moves", _DEEP[:65_000])),
     "wide-json": asked(_same(_ADMIN, "PUT", f"{_BODY}/positions", b'{"positions":' + _WIDE + b"}")),
-    "big-numbers": asked(_same(_OPERATOR, "POST", f"{_BODY}/moves", b"[" + b"9" * 900 + b"," + b"9" * 60_000)),
-    "long-texts": asked(_same(_OPERATOR, "POST", f"{_BODY}/moves", b'{"kind":"' + b"\xc3\xa9" * 30_000 + b'"}')),
+    "big-numbers": asked(
+        _same(_OPERATOR, "POST", f"{_BODY}/moves", b"[" + b"9" * 900 + b"," + b"9" * 60_000)
+    ),
+    "long-texts": asked(
+        _same(_OPERATOR, "POST", f"{_BODY}/moves", b'{"kind":"' + b"\xc3\xa9" * 30_000 + b'"}')
+    ),
     "csv": asked(_same(_ADMIN, "PUT", f"{_BODY}/positions.csv", _TABLE.encode(), kind="csv")),
     "good-program": asked(_same(_ADMIN, "PUT", "/bodies/01/program", _PROGRAM.encode(), kind="plain")),
     "bad-program": asked(_same(_ADMIN, "PUT", "/bodies/01/program", _BAD_PROGRAM.encode(), kind="plain")),
@@ -288,7 +294,9 @@ FLOODS: Final[Mapping[str, Flood]] = {
     "wrong-keys": asked(
         _same(_STRANGER, "GET", "/bodies", b"", "Authorization: Bearer mg_aaaaaaaaaaaa_" + "b" * 43)
     ),
-    "sign-ins": asked(_same(_STRANGER, "POST", "/sign-in", b"key=mg_aaaaaaaaaaaa_bbbb", kind="x-www-form-urlencoded")),
+    "sign-ins": asked(
+        _same(_STRANGER, "POST", "/sign-in", b"key=mg_aaaaaaaaaaaa_bbbb", kind="x-www-form-urlencoded")
+    ),
     "options": asked(_same(_STRANGER, "OPTIONS", "/bodies")),
 }
 

@@ -1,4 +1,4 @@
-"""A gateway whose loop is watched: `python -m benchmarks.watched_gateway PORT CONFIG`; it prints long turns."""
+"""A gateway that prints each long turn of its loop: `python -m benchmarks.watched_gateway PORT CONFIG`."""
 
 import asyncio
 import sys

@@ -26,7 +26,6 @@ from api.front.refusals import NOT_HTTP, Refused, refusal_in
 from api.front.stop_paths import is_heartbeat, is_life_sign, is_stop
 from api.front.turnstile import Turnstile
 
-
 _VERSIONS = ("1.1", "1.0")
 _KEY = re.compile(rb"[A-Za-z0-9+/]{22}==")
 _INSTANCE_BYTES = 200
@@ -158,7 +157,7 @@ class HttpProtocol(HttpToolsProtocol):
         elif self._receiving:
             self._start_deadline()
 
-    def _hold(self, held: bool) -> None:  # noqa: FBT001  # as the inlet calls it
+    def _hold(self, held: bool) -> None:  # as the inlet calls it
         if held:
             self.flow.behind = True
             self.flow.pause_reading()

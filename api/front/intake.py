@@ -19,9 +19,7 @@ class Intake:
     goes first: however many connections send all they can, a request of another is read in the next turns.
     """
 
-    def __init__(
-        self, limits: Limits, turnstile: Turnstile, clock: Callable[[], float] = monotonic
-    ) -> None:
+    def __init__(self, limits: Limits, turnstile: Turnstile, clock: Callable[[], float] = monotonic) -> None:
         self._limits = limits
         self._turnstile = turnstile
         self._clock = clock

@@ -1,4 +1,4 @@
-"""Which requests are software stops, and which others may not wait: what is refused to many is not to them."""
+"""Which requests are software stops, and which others may not wait either."""
 
 from typing import Final
 

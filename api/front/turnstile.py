@@ -3,6 +3,7 @@
 import asyncio
 from collections import deque
 from collections.abc import Callable
+from time import thread_time
 from typing import Final
 
 AT_ONCE: Final = 4
@@ -14,6 +15,8 @@ CROWD: Final = 16
 """With more under way one begins at a time: dozens that shared a frame would be answered in one turn."""
 
 
+LONG_TURN_S: Final = 0.002
+"""After a turn that took longer of the processor one begins at a time, too: they were costly requests."""
 STOP_PAUSE_S: Final = 0.005
 """While a stop is under way one request begins in this time: a stop takes a dozen turns to its answer."""
 
@@ -31,6 +34,8 @@ class Turnstile:
         """Requests that have come and have not ended."""
         self._waiting: deque[Callable[[], None]] = deque()
         self._turning = False
+        self._used_s = 0.0
+        """Of the processor, at the last turn."""
         self.stops = 0
         """Stops under way: they do not pass here, but all others give way to them."""
 
@@ -44,6 +49,7 @@ class Turnstile:
             self._waiting.append(begin)
         if not self._turning:
             self._turning = True
+            self._used_s = thread_time()
             self._turn_later()
 
     def leave(self) -> None:
@@ -66,7 +72,10 @@ class Turnstile:
             loop.call_soon(self._turn)
 
     def _turn(self) -> None:
-        alone = self.stops or self._under_way > self._crowd
+        used_s = thread_time()
+        long = used_s - self._used_s > LONG_TURN_S
+        self._used_s = used_s
+        alone = self.stops or long or self._under_way > self._crowd
         room = self._room = 1 if alone else self._at_once
         while self._waiting and self._room:
             self._room -= 1

@@ -84,7 +84,7 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
         """Parse it in pieces that are soon parsed; others have their turn in between."""
         self._inlet.take(data)
 
-    def _hold(self, held: bool) -> None:  # noqa: FBT001  # as the inlet calls it
+    def _hold(self, held: bool) -> None:  # as the inlet calls it
         if not self.transport.is_closing():
             (self.transport.pause_reading if held else self.transport.resume_reading)()
 

@@ -5,6 +5,7 @@ from collections.abc import AsyncIterator, Sequence
 from datetime import datetime
 from typing import Final, NamedTuple
 
+from gateway.core.aside import aside
 from gateway.core.errors import InvalidRequest
 from gateway.core.rights import Right
 from gateway.core.trace_filter import TraceFilter
@@ -51,7 +52,7 @@ async def newest(
     require(plant, Right.VIEW, line_id)
     recorder = plant.recorders[line_id]
     records = recorder.records(since)
-    return await asyncio.to_thread(_passed, passing, records, limit)
+    return await aside(_passed, passing, records, limit)
 
 
 def follow(
@@ -72,11 +73,11 @@ async def _news(
     number = recorder.recorded if after is None else min(after, recorder.recorded)
     if after is None and last:
         records = recorder.records()
-        yield News(number, await asyncio.to_thread(_passed, passing, records, last), 0)
+        yield News(number, await aside(_passed, passing, records, last), 0)
     while not plant.events.closed:
         first, records = recorder.after(number)
         missed, number = first - 1 - number, first - 1 + len(records)
-        entries = await asyncio.to_thread(_passed, passing, records, len(records)) if records else []
+        entries = await aside(_passed, passing, records, len(records)) if records else []
         yield News(number, entries, missed) if entries or missed else None
         await asyncio.sleep(CHECK_S)
 
