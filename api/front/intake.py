@@ -110,6 +110,7 @@ class Inlet:
     def end(self) -> None:
         """The connection has ended, or is another's: forget it."""
         self.pass_over()
+        self._waits = False
         del self._parse, self._hold  # and with them a circle
 
     def wait_in(self, queue: "deque[Inlet]") -> None:
@@ -135,8 +136,7 @@ class Inlet:
         """Let it be read again where it was not."""
         if self._waits:
             self._waits = False
-            if self._passed_over is None:
-                self._hold(False)
+            self._hold(False)
 
 
 class Rate:

@@ -55,6 +55,8 @@ class Application:
                 break
         if path == "/wait":
             await self.go.wait()
+        if path == "/headers":
+            body = repr(scope["headers"]).encode()
         self.done.append((path, body))
         answer = path.encode() + b" " + body
         length = (b"content-length", str(len(answer)).encode())
