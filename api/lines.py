@@ -33,6 +33,7 @@ from gateway.core.rights import Right
 from gateway.families import FAMILIES
 from gateway.operations import bodies as body_operations
 from gateway.operations import traces
+from gateway.operations.traces import AT_ONCE
 from gateway.rorze.scans import Scan
 
 MAX_TRACE_ENTRIES = 10_000
@@ -135,7 +136,10 @@ async def get_trace(
     passing = traces.filter_of(plant, line_id, _split(bodies), request_id)
     entries = await traces.newest(plant, line_id, passing, last or limit, since)
     # Writing thousands of records as text takes milliseconds, in which no stop may wait.
-    content = await aside(_trace, line_id, entries)
+    told = [
+        await aside(_records, entries[first : first + AT_ONCE]) for first in range(0, len(entries), AT_ONCE)
+    ]
+    content = f'{{"line_id":"{line_id}","entries":[{",".join(told)}]}}'
     return Response(content, media_type="application/json")
 
 
@@ -184,7 +188,7 @@ def _frames(news: traces.News) -> bytes:
 
 @router.websocket("/lines/{line_id}/trace/stream", Right.VIEW)
 async def follow_trace_by_socket(websocket: WebSocket) -> None:
-    """Send the line's records as they come, all that are new in one text frame, with how many were missed."""
+    """Send the line's records as they come, hundreds in one text frame, with how many were missed."""
     plant, query, line_id = plant_of(websocket), websocket.query_params, websocket.path_params["line_id"]
     await websocket.accept()
     try:
@@ -224,10 +228,6 @@ def _whole(query: QueryParams, name: str) -> int | None:
 
 def _split(text: str | None) -> list[str] | None:
     return None if text is None else [part.strip() for part in text.split(",")]
-
-
-def _trace(line_id: str, entries: Sequence[BaseModel]) -> str:
-    return f'{{"line_id":"{line_id}","entries":[{_records(entries)}]}}'
 
 
 def _records(entries: Sequence[BaseModel]) -> str:
