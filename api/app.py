@@ -75,10 +75,12 @@ class Application(FastAPI):
         """Put the ids around everything, the answer to a fault of the gateway itself included."""
         plant, server = self.plant, self.plant.config.server
         origins, journal = server.allowed_origins, plant.journal
-        idempotent = partial(IdempotentRequests, Keys(plant, journal), self.state.access) if journal else None
+        routes = RouteIndex(self.router.routes, self.router)
+        keys = Keys(plant, journal) if journal else None
+        idempotent = partial(IdempotentRequests, keys, self.state.access, routes) if keys else None
         entrance = Entrance(
             SameSite(server.names, origins, server.client_networks),
-            RouteIndex(self.router.routes, self.router),
+            routes,
             self.exception_handlers,
             for_pages=open_to(origins) if origins else None,
             idempotent=idempotent,

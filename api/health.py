@@ -1,13 +1,16 @@
 """Whether the gateway lives, whether its lines work, what has happened on them, and which version it is."""
 
+from collections.abc import Iterable
 from typing import Final, Literal
 
 from fastapi import Request, Response
 from prometheus_client import CONTENT_TYPE_LATEST, CollectorRegistry, generate_latest
+from prometheus_client.core import Metric
 from pydantic import BaseModel, Field
 
 from api.common.requests import access_of, json_response, new_router, plant_of
 from api.common.version import VERSION
+from gateway.core.aside import aside
 from gateway.core.line_state import LineState
 from gateway.core.rights import Right
 
@@ -90,4 +93,17 @@ async def version() -> Response:
 async def metrics(request: Request) -> Response:
     """Give all figures to Prometheus."""
     registry: CollectorRegistry = request.app.state.metrics
-    return Response(generate_latest(registry), media_type=CONTENT_TYPE_LATEST)
+    text = await aside(generate_latest, _Collected(list(registry.collect())))
+    return Response(text, media_type=CONTENT_TYPE_LATEST)
+
+
+class _Collected(CollectorRegistry):
+    """Figures as they were at one moment: they are counted in the event loop, and written beside it."""
+
+    def __init__(self, figures: Iterable[Metric]) -> None:
+        super().__init__()
+        self._figures = figures
+
+    def collect(self) -> Iterable[Metric]:
+        """Give them."""
+        return self._figures

@@ -6,6 +6,7 @@ import logging
 import os
 import signal
 import socket
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -23,6 +24,7 @@ from app.tls import Certificate
 from gateway.access.principal import EVERYBODY, asking
 from gateway.config import Config, ConfigError, Server
 from gateway.config_file import ConfigFile
+from gateway.core.aside import SWITCH_S
 from gateway.core.errors import GatewayError
 from gateway.core.journal.opening import Opened, longest_s, open_journal
 from gateway.core.lease_tokens import LeaseTokens
@@ -72,6 +74,7 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
     from api.app import create_app
 
     require_no_links(data)
+    sys.setswitchinterval(SWITCH_S)
     access = AccessControl(config, data)
     with _bound(config.server) as listener:
         signals = _Signals()

@@ -155,6 +155,16 @@ class Access:
             self._refuse(scope, error)
             raise
 
+    def permits(self, scope: Scope, right: Right, *, any_scope: bool = False) -> bool:
+        """Whether `require` would let a request pass; nothing is logged or counted."""
+        if right is Right.OPEN:
+            return True
+        try:
+            self._let_in(scope, right, any_scope=any_scope)
+        except (NotAuthenticated, NotPermitted, InvalidRequest):
+            return False
+        return True
+
     def _let_in(self, scope: Scope, right: Right, *, any_scope: bool) -> Passage:
         if self.is_open:
             if scope["query_string"] and path_of(scope) in STREAMS:

@@ -15,6 +15,7 @@ from api.common.faults import InvalidBody
 from api.common.idempotency import WITH_EFFECT, require_no_key
 from api.common.query_params import require_known
 from api.common.routes import HttpRoute
+from gateway.core.aside import aside
 from gateway.core.records import RequestModel
 from gateway.core.rights import Right
 
@@ -29,6 +30,12 @@ MAX_DEPTH = 16
 
 MAX_KEYS = 100
 """No object of a request has more keys; the largest has as many as a robot has settings."""
+
+MAX_ITEMS = 2_048
+"""No array or table of a request has more items: so many positions a body has."""
+
+INLINE_BYTES = 4_096
+"""A longer body is read beside the event loop: that may take milliseconds."""
 
 MAX_DIGITS = 1000
 """No whole number of a request has more digits; reading one takes the longer the more it has."""
@@ -93,6 +100,8 @@ def _check(value: object, levels: int, place: str) -> None:
     elif isinstance(value, dict | list):
         if levels == 0:
             raise NotStrict(f"arrays and objects are nested more than {MAX_DEPTH} deep")
+        if len(value) > MAX_ITEMS:
+            raise NotStrict(f"an array has more than {MAX_ITEMS} items")
         for key, item in value.items() if isinstance(value, dict) else enumerate(value):
             _check(key, levels - 1, place)
             _check(item, levels - 1, f"{place}.{key}" if place else str(key))
@@ -148,7 +157,8 @@ class StrictRequest(Request):
         :raises HTTPException: 400 where it is no JSON, 422 where it is not strict.
         """
         try:
-            return parse(await self.body())
+            body = await self.body()
+            return parse(body) if len(body) <= INLINE_BYTES else await aside(parse, body)
         except NotStrict as error:
             raise HTTPException(422, f"The request is not valid: {error}; nothing was sent.") from None
         except ValueError as error:
