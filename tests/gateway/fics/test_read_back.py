@@ -209,7 +209,7 @@ async def test_in_mode_3_a_command_that_was_garbled_on_its_way_is_not_called_don
     """Its answer repeats the name alone (C-HOST manual 1-1-1)."""
     async with fics_rig() as rig:
         rig.cable.damaged = {"VAO 50,,50": "VAO 70,,50"}
-        with pytest.raises(NotDone, match="it tells VAO 70.0,100.0,50.0"):
+        with pytest.raises(NotDone, match=r"it tells VAO 70\.0,100\.0,50\.0"):
             await rig.robot.ask(HALF, 1)
 
 
