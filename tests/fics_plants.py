@@ -48,6 +48,8 @@ class Cable(SimulatedCable):
         self._then: dict[int, Callable[[], object]] = {}
         self.damaged: dict[str, str] = {}
         """What arrives in the place of a command."""
+        self.misread: dict[str, str] = {}
+        """What arrives in the place of an answer, the next time it comes."""
         self.copies: list[bytes] = []
         """Come right before the next answers, one before each."""
         self.stuck = False
@@ -90,6 +92,8 @@ class Cable(SimulatedCable):
             super()._deliver(self.copies.pop(0))
             asyncio.get_running_loop().call_later(COPY_GAP_S, self._deliver, data)
             return
+        for text in [it for it in self.misread if it.encode("ascii") in data]:
+            data = data.replace(text.encode("ascii"), self.misread.pop(text).encode("ascii"))
         if not self.lost_answer or not data.startswith(self.lost_answer.encode()):
             super()._deliver(data)
 
