@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field
 
 from api.bodies.names import body_of
 from api.common.requests import BodyId, json_response, new_router, origin, plant_of
-from gateway.core.records import RequestModel, example
+from gateway.core.records import RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.operations import programs
 
@@ -54,8 +54,10 @@ class NamedMemory(RequestModel):
     value: Value
 
 
-class MemoryChanges(RequestModel, json_schema_extra=example(memories=[{"name": "D0", "value": 12}])):
+class MemoryChanges(SentBack, json_schema_extra=example(memories=[{"name": "D0", "value": 12}])):
     """What memories shall hold."""
+
+    read_only = frozenset(("body_id",))
 
     memories: Annotated[list[NamedMemory], Field(min_length=1, max_length=MOST)]
 
@@ -70,6 +72,7 @@ async def get_memories(request: Request, body_id: BodyId, first: First = "D0", c
 @router.put("/bodies/{body_id}/memories", Right.OPERATE, response_model=MemoryList)
 async def set_memories(request: Request, body_id: BodyId, change: MemoryChanges) -> Response:
     """Set memories in order (UDS), and tell what they hold then: a program may change them at once."""
+    change.require_unchanged(MemoryList(body_id=body_of(request, body_id).address, memories=[]))
     wanted = [(it.name, it.value) for it in change.memories]
     held = await programs.write_memories(plant_of(request), origin(), body_id, wanted)
     return _told(request, body_id, held)

@@ -96,6 +96,6 @@ async def draft_curve(request: Request, body_id: BodyId, n: PatternNumber, draft
 async def _change(
     request: Request, body_id: str, n: int, wanted: PatternValues | PatternChange, *, flash: bool
 ) -> Response:
-    plant, expects = plant_of(request), expected_by(request)
+    plant, expects = plant_of(request), expected_by(request, wanted)
     caller = origin()
     return tagged(await body_settings.change_pattern(plant, caller, body_id, n, wanted, expects, flash=flash))

@@ -1,10 +1,10 @@
 """A body's table of stored positions over HTTP: as JSON in parts, as CSV in whole."""
 
 import re
-from typing import Annotated, Final
+from typing import Annotated, Final, Self
 
 from fastapi import Path, Query, Request, Response
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, model_validator
 
 from api.bodies.names import body_of
 from api.common.csv_tables import ANSWER, csv_response, read_table
@@ -23,13 +23,14 @@ from api.common.requests import (
     wait_s,
 )
 from gateway.core.errors import InvalidRequest
-from gateway.core.records import RequestModel, example
+from gateway.core.records import RequestModel, SentBack, example, require_same
 from gateway.core.rights import Right
 from gateway.core.tables import Name
 from gateway.operations import body_positions
 from gateway.rorze.move_requests import Length
 from gateway.rorze.position_uploads import TableUpload
 from gateway.rorze.positions import LAST_POSITION, NamedPosition, Position, PositionReading, Wanted
+from gateway.rorze.units import Scale
 
 router = new_router("positions")
 
@@ -45,21 +46,43 @@ Last = Annotated[PositionNumber, Query(description="The last position.")]
 Number = Annotated[PositionNumber, Path(description="0-2047.", examples=[7])]
 
 
-class PositionToStore(RequestModel):
+class PositionToStore(SentBack):
     """A position to be stored."""
+
+    read_only = frozenset(("value", "unit"))
 
     number: PositionNumber
     position: Length | None = Field(default=None, description="Left out, where the motor stands.")
-    name: Name | None = Field(default=None, description="Left out, it keeps the name it has.")
+    pulses: Annotated[int, Field(gt=-1_000_000_000, lt=1_000_000_000)] | None = Field(
+        default=None, description="Instead of `position`: as GET gives it, encoder counts in encoder mode."
+    )
+    name: Name | None = Field(default=None, description="Left out or null, it keeps the name it has.")
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        if self.position is not None and self.pulses is not None:
+            raise ValueError("give position or pulses, one of them")
+        if self.told and self.pulses is None:
+            raise ValueError("value and unit follow from pulses: give pulses, or position")
+        return self
+
+    def in_pulses(self, scale: Scale | None) -> int | None:
+        """Where it shall be; None where the motor stands.
+
+        :raises InvalidRequest: the body has no scale for the unit.
+        """
+        return self.pulses if self.position is None else self.position.pulses(scale)
 
 
 class PositionsToStore(
-    RequestModel,
+    SentBack,
     json_schema_extra=example(
         positions=[{"number": 7}, {"number": 8, "position": {"value": 500, "unit": "pulse"}}]
     ),
 ):
     """Positions to be stored; others stay as they are."""
+
+    read_only = frozenset(("body_id", "flash"))
 
     positions: Annotated[list[PositionToStore], Field(min_length=1, max_length=LAST_POSITION + 1)]
     flash: bool = Field(default=False, description="Write the whole table to flash memory too (FPS).")
@@ -130,7 +153,8 @@ async def store_body_positions(
     takes 0.13 s at 9600 baud: for many, `POST .../positions/uploads` answers at once.
     """
     wanted, names = _of(request, body_id, upload)
-    await _require_match(request, body_id, first, last)
+    await _require_match(request, body_id, first, last, upload)
+    await _require_unchanged(request, body_id, upload)
     return json_response(await _store(request, body_id, wanted, names, flash=upload.flash))
 
 
@@ -143,6 +167,7 @@ async def upload_body_position_table(
     What takes long does so without holding a request: all 2048 positions take four minutes at 9600 baud.
     """
     wanted, names = _of(request, body_id, upload)
+    await _require_unchanged(request, body_id, upload)
     return await _begin(request, body_id, wanted, names, upload.flash, wait)
 
 
@@ -224,10 +249,7 @@ async def _read_csv(request: Request, body_id: str) -> list[Wanted]:
 def _of(request: Request, body_id: str, upload: PositionsToStore) -> tuple[list[Wanted], dict[int, str]]:
     """The positions of a request in pulses, and their names."""
     scale = body_of(request, body_id).scale
-    wanted = [
-        Wanted(it.number, None if it.position is None else it.position.pulses(scale))
-        for it in upload.positions
-    ]
+    wanted = [Wanted(it.number, it.in_pulses(scale)) for it in upload.positions]
     return wanted, {it.number: it.name for it in upload.positions if it.name is not None}
 
 
@@ -249,8 +271,23 @@ async def _read(request: Request, body_id: str, first: int, last: int) -> BodyPo
     return _table(request, body_id, held)
 
 
-async def _require_match(request: Request, body_id: str, first: int, last: int) -> None:
-    expects = expected_by(request)
+async def _require_unchanged(request: Request, body_id: str, upload: PositionsToStore) -> None:
+    """Refuse a value in the body's unit that is neither that of the pulses beside it nor that of now."""
+    scale = body_of(request, body_id).scale
+    for it in upload.positions:
+        follows = {
+            "value": None if scale is None else scale.value(it.pulses or 0),
+            "unit": None if scale is None else scale.unit,
+        }
+        if not it.told.items() <= follows.items():
+            [held] = (await _read(request, body_id, it.number, it.number)).positions
+            require_same(it.told, held, f"positions.{it.number}.")
+
+
+async def _require_match(
+    request: Request, body_id: str, first: int, last: int, upload: PositionsToStore | None = None
+) -> None:
+    expects = expected_by(request, upload)
     if expects is not None:
         expects(await _read(request, body_id, first, last))
 

@@ -77,7 +77,7 @@ async def set_encoder_resolution(
 async def _change(
     request: Request, body_id: str, change: BodySettingsChange | HomingChange | EncoderChange, *, flash: bool
 ) -> Response:
-    plant, expects = plant_of(request), expected_by(request)
+    plant, expects = plant_of(request), expected_by(request, change)
     caller = origin()
     return _told(await body_settings.change_settings(plant, caller, body_id, change, expects, flash=flash))
 

@@ -63,7 +63,7 @@ async def change_speed_set(
 async def _change(
     request: Request, body_id: str, n: int, wanted: SpeedSetValues | SpeedSetChange, *, flash: bool
 ) -> Response:
-    plant, expects = plant_of(request), expected_by(request)
+    plant, expects = plant_of(request), expected_by(request, wanted)
     caller = origin()
     return tagged(
         await body_settings.change_speed_set(plant, caller, body_id, n, wanted, expects, flash=flash)

@@ -10,6 +10,7 @@ from pydantic import BaseModel
 
 from api.common.requests import json_response
 from gateway.core.errors import Outdated
+from gateway.core.records import SentBack
 
 HEADER: Final = "If-Match"
 
@@ -46,15 +47,25 @@ def require_match(request: Request, etag: str) -> None:
 
 
 def expected_by(
-    request: Request, document: Callable[[Any], BaseModel] = lambda read: read
+    request: Request,
+    change: SentBack | None = None,
+    document: Callable[[Any], BaseModel] = lambda read: read,
 ) -> Callable[[Any], None] | None:
-    """What refuses a present state that `If-Match` does not name; None where any will do.
+    """What refuses a present state that `If-Match` does not name, or that what is sent back contradicts.
 
-    `document` makes of what is read what clients have read.
+    None where any will do. `document` makes of what is read what clients have read.
     """
-    if request.headers.get(HEADER, "*").strip() == "*":
+    told = change is not None and change.told
+    if request.headers.get(HEADER, "*").strip() == "*" and not told:
         return None
-    return lambda read: require_match(request, etag_of(document(read)))
+
+    def require(read: Any) -> None:
+        present = document(read)
+        require_match(request, etag_of(present))
+        if change is not None:
+            change.require_unchanged(present)
+
+    return require
 
 
 def tagged(document: BaseModel) -> Response:

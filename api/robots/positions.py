@@ -13,7 +13,7 @@ from api.common.problems import DECLARED
 from api.common.requests import json_response, new_router, origin, plant_of
 from api.robots.names import RobotId, UnitNumber, unit_of
 from gateway.core.errors import InvalidRequest
-from gateway.core.records import RequestModel, example
+from gateway.core.records import RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.fics.amounts import Amounts, AxisValue
 from gateway.fics.units import RobotUnit
@@ -45,10 +45,12 @@ class PositionEntry(RequestModel):
 
 
 class PositionUpload(
-    RequestModel,
+    SentBack,
     json_schema_extra=example(positions=[{"number": 1, "axes": {"X": {"value": 10, "unit": "mm"}}}]),
 ):
     """Positions to be stored; others stay as they are."""
+
+    read_only = frozenset(("robot_id", "unit", "ended_at"))
 
     positions: Annotated[list[PositionEntry], Field(min_length=1, max_length=LAST_POSITION)]
 
@@ -122,7 +124,7 @@ async def store_positions(
         )
         for index, entry in enumerate(upload.positions)
     ]
-    return await _store(request, unit_of(request, robot_id, unit), stored, (first, last))
+    return await _store(request, unit_of(request, robot_id, unit), stored, (first, last), upload)
 
 
 @router.get(
@@ -159,9 +161,13 @@ async def upload_positions(
 
 
 async def _store(
-    request: Request, unit: RobotUnit, stored: Sequence[Wanted], known: Sequence[int]
+    request: Request,
+    unit: RobotUnit,
+    stored: Sequence[Wanted],
+    known: Sequence[int],
+    upload: PositionUpload | None = None,
 ) -> Response:
-    plant, expects = plant_of(request), expected_by(request, lambda held: _table(unit, held))
+    plant, expects = plant_of(request), expected_by(request, upload, lambda held: _table(unit, held))
     await positions.store(plant, origin(), unit.robot_id, unit.number, stored, known, expects)
     return json_response(Uploaded(robot_id=unit.robot_id, unit=unit.number, count=len(stored)))
 

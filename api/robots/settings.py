@@ -30,5 +30,5 @@ async def change_settings(
     the robot refuses one, or tells another value afterwards, the problem tells which were changed before it.
     With `If-Match` all settings are read before, and nothing is sent where they are otherwise than they were.
     """
-    plant, expects = plant_of(request), expected_by(request)
+    plant, expects = plant_of(request), expected_by(request, change)
     return json_response(await settings.change(plant, origin(), robot_id, unit, change, expects))

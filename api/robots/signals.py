@@ -118,7 +118,7 @@ async def set_variable(
     `If-Match` is the ETag of this variable alone, as `?first=` gives it; it is read first then.
     """
     command = SetVariable(number=number, value=variable.value)
-    expects = expected_by(request, lambda value: VariableList(robot_id=robot_id, variables=[value]))
+    expects = expected_by(request, document=lambda value: VariableList(robot_id=robot_id, variables=[value]))
     plant = plant_of(request)
     return json_response(await robots.set_variable(plant, origin(), robot_id, command, expects))
 

@@ -1,9 +1,20 @@
 """What the records that the gateway gives to its clients, and takes from them, have in common."""
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, TypeAdapter
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    JsonValue,
+    ModelWrapValidatorHandler,
+    PrivateAttr,
+    TypeAdapter,
+    model_validator,
+)
 
+from gateway.core.errors import InvalidRequest
 from gateway.core.origin import current
 
 
@@ -31,3 +42,58 @@ class RequestModel(BaseModel):
     """What a client asks for: nothing is converted, and nothing unknown is passed over."""
 
     model_config = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+def require_same(told: Mapping[str, Any], present: BaseModel | None, place: str = "") -> None:
+    """Refuse members that cannot be set and are not as told.
+
+    :raises InvalidRequest: one is otherwise in the present document; nothing was sent.
+    """
+    held = {} if present is None else present.model_dump(mode="json", include=set(told))
+    for name, value in told.items():
+        if name not in held or held[name] != value:
+            raise InvalidRequest(
+                f"{place}{name}: it cannot be set, and is otherwise now; nothing was sent.",
+                "Leave it out, or send it as it was read.",
+            )
+
+
+class SentBack(RequestModel):
+    """A change that may be sent as GET gives it: members that cannot be set pass where they are unchanged."""
+
+    read_only: ClassVar[frozenset[str]]
+    """The members of the document that no request sets."""
+    wrapped: ClassVar[str | None] = None
+    """The member of the document that has the values, where they do not stand beside the others."""
+    _told: dict[str, Any] = PrivateAttr(default_factory=dict)
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _part(cls, given: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """Set aside what cannot be set."""
+        if not isinstance(given, dict):
+            return handler(given)
+        told = {name: it for name, it in given.items() if name in cls.read_only and cls._is_told(name, it)}
+        own = {name: it for name, it in given.items() if name not in told}
+        if cls.wrapped is not None and isinstance(own.get(cls.wrapped), dict):
+            own |= own.pop(cls.wrapped)
+        parted = handler(own)
+        parted._told = told  # noqa: SLF001  # its own class
+        return parted
+
+    @classmethod
+    def _is_told(cls, name: str, value: object) -> bool:
+        """Tell what a document says from a wish of the same name, such as `flash`."""
+        return name not in cls.model_fields or not isinstance(value, bool)
+
+    @property
+    def told(self) -> dict[str, Any]:
+        """The members that cannot be set, as they were sent."""
+        return self._told
+
+    def require_unchanged(self, present: BaseModel) -> None:
+        """Refuse members that cannot be set and are otherwise than in the present document.
+
+        :raises InvalidRequest: one is; nothing was sent.
+        """
+        require_same(self._told, present)

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Final, NamedTuple
 from pydantic import BaseModel, Field
 
 from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest
-from gateway.core.records import RequestModel, example
+from gateway.core.records import SentBack, example
 from gateway.fics.amounts import Amounts, AxisSpeeds, AxisValue, ByAxis, build, in_order, numbers
 from gateway.fics.axes import Coordinates
 from gateway.fics.errors import NotReadBack, PartlyChanged, RobotFailed
@@ -78,8 +78,10 @@ Percents = Annotated[ByAxis[PercentNumber] | None, Field(description=PERCENT)]
 Times = Annotated[ByAxis[Milliseconds] | None, Field(description=TIME)]
 
 
-class SettingsChange(RequestModel, json_schema_extra=example(speed_percent={"X": 50})):
+class SettingsChange(SentBack, json_schema_extra=example(speed_percent={"X": 50})):
     """Settings to change; what is not named stays as it is, and so do axes that are not named."""
+
+    read_only = frozenset(("robot_id", "unit"))
 
     smooth_acceleration: bool | None = Field(default=None, description="S-curve; of all axes of the unit.")
     speed_percent: Percents = None

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final, Self
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 
 from gateway.core.errors import InvalidRequest
-from gateway.core.records import RequestModel, example
+from gateway.core.records import SentBack, example, require_same
 from gateway.rorze.bodies import Body
 from gateway.rorze.changes import ChangeStep, Codec, Expectation, Item, Wanted, as_expected, change, read
 from gateway.rorze.own_refusals import clear_own_refusal
@@ -33,8 +33,13 @@ _UNREADABLE: Final = {f"0x{code:02X}": NOT_READABLE for code in (*range(0x40, 0x
 """Its speed sets are not complete, or the changes do not suit them."""
 
 
-class SpeedChangeRequest(RequestModel):
-    """A change of speed on the way: placed by where it begins, or by where it is done."""
+class SpeedChangeRequest(SentBack):
+    """A change of speed on the way: placed by where it begins, or by where it is done.
+
+    With both `begin` counts, and `end` has to be that of the pattern as it was read.
+    """
+
+    read_only = frozenset(("begin_in_unit", "end_in_unit", "speed"))
 
     point: ChangePoint = Field(description="Number of the change, 0-15.")
     begin: Amount | None = Field(
@@ -47,9 +52,20 @@ class SpeedChangeRequest(RequestModel):
 
     @model_validator(mode="after")
     def _one_place(self) -> Self:
-        if (self.begin is None) == (self.end is None):
-            raise ValueError("give begin or end, one of them")
+        if self.begin is None and self.end is None:
+            raise ValueError("give begin or end")
         return self
+
+    @property
+    def told(self) -> dict[str, Any]:
+        """With `begin`, where it is done is not set, too."""
+        return super().told | ({"end": self.end} if self.begin is not None and self.end is not None else {})
+
+    def place(self) -> dict[str, Any]:
+        """Where it is, and its speed, as the controller takes it."""
+        return self.model_dump(
+            exclude={"point", "end"} if self.begin is not None else {"point"}, exclude_none=True
+        )
 
     def planned(self) -> SpeedChange:
         """The same as the speed curve takes it."""
@@ -72,8 +88,27 @@ Changes = Annotated[
 ]
 
 
+class PatternSentBack(SentBack):
+    """A pattern that may be sent as it was read, with what the body works out of its changes of speed."""
+
+    read_only = frozenset(("body_id", "number", "flash", "steps"))
+    changes: Changes | None = None
+
+    @property
+    def told(self) -> dict[str, Any]:
+        """With what cannot be set of its changes, by their points."""
+        return super().told | {str(it.point): it.told for it in self.changes or () if it.told}
+
+    def require_unchanged(self, present: BaseModel) -> None:
+        """Refuse what cannot be set and is otherwise; errors as of `require_same`."""
+        super().require_unchanged(present)
+        points = {it.point: it for it in getattr(present, "changes", None) or ()}
+        for it in self.changes or ():
+            require_same(it.told, points.get(it.point), f"changes.{it.point}.")
+
+
 class PatternValues(
-    RequestModel, json_schema_extra=example(acceleration_set=12, deceleration_set=13, changes=[])
+    PatternSentBack, json_schema_extra=example(acceleration_set=12, deceleration_set=13, changes=[])
 ):
     """A pattern: two speed parameter sets, and its changes of speed."""
 
@@ -82,12 +117,11 @@ class PatternValues(
     changes: Changes = Field(default_factory=list)
 
 
-class PatternChange(RequestModel, json_schema_extra=example(deceleration_set=13)):
+class PatternChange(PatternSentBack, json_schema_extra=example(deceleration_set=13)):
     """What of a pattern shall change; the rest stays as it is."""
 
     acceleration_set: Slot | None = Field(default=None, description="0-29.")
     deceleration_set: Slot | None = Field(default=None, description="0-29.")
-    changes: Changes | None = None
 
 
 class SpeedChangeInfo(BaseModel):
@@ -272,4 +306,4 @@ def _wanted(
     if surplus:
         yield _clearing_item(present.number, surplus[0]), None
     for it in sorted(changes, key=attrgetter("point")):
-        yield _point_item(present.number, it.point), it.model_dump(exclude={"point"}, exclude_none=True)
+        yield _point_item(present.number, it.point), it.place()

@@ -97,6 +97,7 @@ async def change_settings(
     named = wanted.model_dump(include=wanted.model_fields_set)
     if not named:
         raise InvalidRequest("No setting is named; nothing was sent.", "Name what shall change.")
+    named = await _without_nulls(body, named)
     await _require_mode(body, named)
     if body.move is not None or (await body.where_it_rests()).runs:
         raise BodyBusy(f"{body.address} moves; no setting was changed.", "Wait for standstill.")
@@ -228,6 +229,22 @@ def _numbers(path: str, value: Any) -> Iterator[tuple[str, float]]:
             yield from _numbers(f"{path}.{name}", inner)
     elif value is not None:
         yield path, value
+
+
+async def _without_nulls(body: Body, named: Mapping[str, Any]) -> dict[str, Any]:
+    """Leave out those that are named as not set or not known, and are.
+
+    :raises InvalidRequest: one has a value, which null cannot end; nothing was sent.
+    """
+    nulls = {name: SETTINGS[name] for name, it in named.items() if it is None}
+    nulls = {name: it for name, it in nulls.items() if it.default is not None}
+    if nulls:
+        mode = named.get(MODE) or await read(body, SETTINGS[MODE].item)
+        there = {name: it for name, it in nulls.items() if _DIGITS[mode] in it.modes}
+        found, _ = await read_values(body, there)
+        for name in known(found):
+            raise InvalidRequest(f"{name}: null is no value of it; nothing was sent.")
+    return {name: it for name, it in named.items() if name not in nulls}
 
 
 async def _require_mode(body: Body, named: Mapping[str, Any]) -> None:

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from gateway.core.records import RequestModel, example
+from gateway.core.records import RequestModel, SentBack, example
 from gateway.rorze.speed_sets import Acceleration, Falling, MaximumSpeed, Rising, StartSpeed, go_together
 from protocols.rorze.interpolation import PulsesOfTurn, RobotType
 from protocols.rorze.notation import BILLION, Pulses, TwoDecimals
@@ -168,20 +168,30 @@ class Settings(EncoderSettings, HomingSettings):
     )
 
 
-class HomingChange(HomingSettings, json_schema_extra=example(origin_offset=20, homing_retries=1)):
+class HomingChange(SentBack, HomingSettings, json_schema_extra=example(origin_offset=20, homing_retries=1)):
     """What of the set-up of homing shall change; the rest stays as it is."""
+
+    read_only = frozenset(("body_id", "in_unit", "overrun", "last"))
+    wrapped = "settings"
 
     _go_together = model_validator(mode="after")(go_together)
 
 
-class EncoderChange(EncoderSettings, json_schema_extra=example(encoder_stall_threshold=128)):
+class EncoderChange(SentBack, EncoderSettings, json_schema_extra=example(encoder_stall_threshold=128)):
     """What of the set-up of the encoder shall change; the rest stays as it is."""
 
+    read_only = frozenset(("body_id", "operating_mode", "in_unit", "unavailable", "last"))
+    wrapped = "settings"
 
-class BodySettingsChange(Settings, json_schema_extra=example(origin_offset=20, homing_retries=1)):
+
+class BodySettingsChange(SentBack, Settings, json_schema_extra=example(origin_offset=20, homing_retries=1)):
     """Settings to change; the others stay as they are.
 
-    Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse.
+    Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse. Of all others
+    it says that they are not set, or cannot be read, which has to be so.
     """
+
+    read_only = frozenset(("body_id", "version", "in_unit", "unavailable", "flash", "about"))
+    wrapped = "settings"
 
     _go_together = model_validator(mode="after")(go_together)

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Final, TypeVar
 
 from pydantic import BaseModel, Field, model_validator
 
-from gateway.core.records import RequestModel, example
+from gateway.core.records import SentBack, example
 from gateway.rorze.bodies import Body
 from gateway.rorze.changes import ChangeStep, Expectation, Item, as_expected, change, plain, read
 from gateway.rorze.units import Scaled
@@ -41,6 +41,10 @@ _EXAMPLE: Final = example(
 )
 
 
+OF_THE_SET: Final = frozenset(
+    ("body_id", "number", "start_speed", "maximum_speed", "acceleration", "flash", "steps")
+)
+"""What is told of a set beside its parameters."""
 M = TypeVar("M", bound=BaseModel)
 
 
@@ -58,8 +62,10 @@ def go_together(request: M) -> M:
     return request
 
 
-class SpeedSetValues(RequestModel, json_schema_extra=_EXAMPLE):
+class SpeedSetValues(SentBack, json_schema_extra=_EXAMPLE):
     """The five parameters of a set."""
+
+    read_only = OF_THE_SET
 
     start_speed_pps: StartSpeed
     maximum_speed_pps: MaximumSpeed
@@ -77,8 +83,10 @@ class SpeedSetValues(RequestModel, json_schema_extra=_EXAMPLE):
         return SpeedParameters(*self.model_dump().values())
 
 
-class SpeedSetChange(RequestModel, json_schema_extra=example(maximum_speed_pps=20_000)):
+class SpeedSetChange(SentBack, json_schema_extra=example(maximum_speed_pps=20_000)):
     """Parameters of a set to change; the others stay as they are."""
+
+    read_only = OF_THE_SET
 
     start_speed_pps: StartSpeed | None = None
     maximum_speed_pps: MaximumSpeed | None = None

@@ -240,3 +240,23 @@ async def test_of_two_who_have_read_the_same_settings_one_changes_them(cell: Cel
     )
     assert sorted(answer.status_code for answer in answers) == [200, 412]
     assert len([text for text in cell.commands() if text.startswith("VAO ")]) == 1
+
+
+@in_cell()
+async def test_settings_and_positions_go_back_as_they_were_read(cell: Cell) -> None:
+    for method, path in (("PATCH", f"{UNIT}/settings"), ("PUT", f"{UNIT}/positions")):
+        if method == "PUT":
+            stored = {
+                "positions": [
+                    {"number": 1, "axes": {"X": {"value": 5, "unit": "mm"}}},
+                    {"number": 2, "axes": {"Y": {"value": -1, "unit": "mm"}}},
+                ]
+            }
+            assert (await cell.client.put(path, json=stored)).status_code == 200
+        document = (await cell.get(path)).json()
+        answer = await cell.client.request(method, path, json=document)
+        assert answer.status_code == 200, answer.text
+        assert (await cell.get(path)).json() == document
+        refused_ = await cell.client.request(method, path, json={**document, "unit": 2})
+        assert refused_.status_code == 422
+        assert refused_.json()["detail"].startswith("unit: it cannot be set, and is otherwise now")

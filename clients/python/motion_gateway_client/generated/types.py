@@ -269,6 +269,8 @@ class BackupComparison(TypedDict):
     """The X-Request-Id of the request that asked for it."""
     started_at: str
     ended_at: str | None
+    scales: list[ScaleDifference]
+    """The bodies whose scale is not that of the backup, and what `units` made of that."""
     commands: list[str] | None
     """The exact commands of a restore, in their order, once it has succeeded. Events leave them and the differences out: ask for the record."""
     differences: list[Difference] | None
@@ -424,6 +426,8 @@ class BodyComparisonRequest(TypedDict):
 
     backup: str
     """The text of a backup; comments after `;` mean nothing."""
+    units: NotRequired[Literal["keep_pulses", "convert"] | None]
+    """For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse."""
     from_body: NotRequired[str | None]
     """Take what the backup has of another body: two hex digits. Else of the same number."""
 
@@ -1456,6 +1460,8 @@ class BodyRestoreRequest(TypedDict):
 
     backup: str
     """The text of a backup; comments after `;` mean nothing."""
+    units: NotRequired[Literal["keep_pulses", "convert"] | None]
+    """For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse."""
     from_body: NotRequired[str | None]
     """Take what the backup has of another body: two hex digits. Else of the same number."""
     dry_run: NotRequired[bool]
@@ -1577,7 +1583,8 @@ class BodySettings(TypedDict):
 class BodySettingsChange(TypedDict):
     """Settings to change; the others stay as they are.
 
-    Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse.
+    Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse. Of all others
+    it says that they are not set, or cannot be read, which has to be so.
     """
 
     origin_offset: NotRequired[int | None]
@@ -1848,6 +1855,7 @@ class ChangeStep(TypedDict):
     outcome: Literal["unchanged", "changed"]
     """unchanged: it was so already, and nothing was sent; changed: set, and read back."""
     before: JsonValue
+    """Null also where it could not be read."""
 
 
 class ChangedPattern(TypedDict):
@@ -1890,9 +1898,9 @@ class ChangedSpeedSet(TypedDict):
     acceleration_pps_s: int
     """OS, 1-10,000,000; 0 where it was never set."""
     rising_percent: int
-    """OA, 0-100."""
+    """OA, 0-100; 0 where it was never set, too."""
     falling_percent: int
-    """OB, 0-100."""
+    """OB, 0-100; 0 where it was never set, too."""
     start_speed: Scaled | None
     """In the body's unit; null without a scale."""
     maximum_speed: Scaled | None
@@ -3261,6 +3269,8 @@ class LineComparisonRequest(TypedDict):
 
     backup: str
     """The text of a backup; comments after `;` mean nothing."""
+    units: NotRequired[Literal["keep_pulses", "convert"] | None]
+    """For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse."""
     bodies: NotRequired[list[str] | None]
     """These only: addresses such as 3F. Else all that the backup has."""
 
@@ -3556,6 +3566,8 @@ class LineRestoreRequest(TypedDict):
 
     backup: str
     """The text of a backup; comments after `;` mean nothing."""
+    units: NotRequired[Literal["keep_pulses", "convert"] | None]
+    """For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse."""
     bodies: NotRequired[list[str] | None]
     """These only: addresses such as 3F. Else all that the backup has."""
     dry_run: NotRequired[bool]
@@ -4077,11 +4089,11 @@ class Pattern(TypedDict):
 class PatternChange(TypedDict):
     """What of a pattern shall change; the rest stays as it is."""
 
+    changes: NotRequired[list[SpeedChangeRequest] | None]
     acceleration_set: NotRequired[int | None]
     """0-29."""
     deceleration_set: NotRequired[int | None]
     """0-29."""
-    changes: NotRequired[list[SpeedChangeRequest] | None]
 
 
 class PatternList(TypedDict):
@@ -4102,12 +4114,12 @@ class PatternSets(TypedDict):
 class PatternValues(TypedDict):
     """A pattern: two speed parameter sets, and its changes of speed."""
 
+    changes: NotRequired[list[SpeedChangeRequest]]
+    """All that it shall have."""
     acceleration_set: int
     """Speed parameter set of the acceleration, 0-29."""
     deceleration_set: int
     """Speed parameter set of the deceleration, 0-29."""
-    changes: NotRequired[list[SpeedChangeRequest]]
-    """All that it shall have."""
 
 
 class PlannedMove(TypedDict):
@@ -4317,8 +4329,10 @@ class PositionToStore(TypedDict):
     number: int
     position: NotRequired[Length | None]
     """Left out, where the motor stands."""
+    pulses: NotRequired[int | None]
+    """Instead of `position`: as GET gives it, encoder counts in encoder mode."""
     name: NotRequired[str | None]
-    """Left out, it keeps the name it has."""
+    """Left out or null, it keeps the name it has."""
 
 
 class PositionUpload(TypedDict):
@@ -4594,6 +4608,8 @@ class Restore(TypedDict):
     ]
     controllers: list[str]
     """The bodies or the robot it writes to."""
+    scales: list[ScaleDifference]
+    """The bodies whose scale is not that of the backup, and what `units` made of that."""
     commands: int
     """Commands to be written, as far as is known."""
     written: int
@@ -4637,6 +4653,8 @@ class RestorePlan(TypedDict):
     """The exact commands, in their order."""
     differences: list[Difference]
     """Empty where the controllers hold the backup already."""
+    scales: list[ScaleDifference]
+    """The bodies whose scale is not that of the backup, and what `units` made of that."""
 
 
 class RobotAbsoluteMoveRequest(TypedDict):
@@ -5905,6 +5923,19 @@ class RunRequest(TypedDict):
     """Execute one instruction only; without label and address the next one. Left out: false."""
 
 
+class ScaleDifference(TypedDict):
+    """A controller whose scale is not that of the backup."""
+
+    target: str
+    """The body."""
+    backup: str
+    """The scale of the backup: 100 pulses/mm."""
+    controller: str
+    """That of the body: 250 pulses/mm, or no scale."""
+    units: Literal["keep_pulses", "convert"]
+    """What was asked for: the same pulses, or the same lengths and speeds."""
+
+
 class Scaled(TypedDict):
     """A number of pulses, or of pulses per second, in the body's unit."""
 
@@ -6536,7 +6567,10 @@ class SpeedChangeInfo(TypedDict):
 
 
 class SpeedChangeRequest(TypedDict):
-    """A change of speed on the way: placed by where it begins, or by where it is done."""
+    """A change of speed on the way: placed by where it begins, or by where it is done.
+
+    With both `begin` counts, and `end` has to be that of the pattern as it was read.
+    """
 
     point: int
     """Number of the change, 0-15."""
@@ -6592,9 +6626,9 @@ class SpeedSet(TypedDict):
     acceleration_pps_s: int
     """OS, 1-10,000,000; 0 where it was never set."""
     rising_percent: int
-    """OA, 0-100."""
+    """OA, 0-100; 0 where it was never set, too."""
     falling_percent: int
-    """OB, 0-100."""
+    """OB, 0-100; 0 where it was never set, too."""
     start_speed: Scaled | None
     """In the body's unit; null without a scale."""
     maximum_speed: Scaled | None

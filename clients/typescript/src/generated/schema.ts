@@ -3942,6 +3942,11 @@ export interface components {
             /** Ended At */
             ended_at: string | null;
             /**
+             * Scales
+             * @description The bodies whose scale is not that of the backup, and what `units` made of that.
+             */
+            scales: components["schemas"]["ScaleDifference"][];
+            /**
              * Commands
              * @description The exact commands of a restore, in their order, once it has succeeded. Events leave them and the differences out: ask for the record.
              */
@@ -4348,6 +4353,11 @@ export interface components {
              * @description The text of a backup; comments after `;` mean nothing.
              */
             backup: string;
+            /**
+             * Units
+             * @description For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse.
+             */
+            units?: ("keep_pulses" | "convert") | null;
             /**
              * From Body
              * @description Take what the backup has of another body: two hex digits. Else of the same number.
@@ -7076,6 +7086,11 @@ export interface components {
              */
             backup: string;
             /**
+             * Units
+             * @description For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse.
+             */
+            units?: ("keep_pulses" | "convert") | null;
+            /**
              * From Body
              * @description Take what the backup has of another body: two hex digits. Else of the same number.
              */
@@ -7353,7 +7368,8 @@ export interface components {
          * BodySettingsChange
          * @description Settings to change; the others stay as they are.
          *
-         *     Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse.
+         *     Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse. Of all others
+         *     it says that they are not set, or cannot be read, which has to be so.
          * @example {
          *       "homing_retries": 1,
          *       "origin_offset": 20
@@ -8012,6 +8028,7 @@ export interface components {
              * @enum {string}
              */
             outcome: "unchanged" | "changed";
+            /** @description Null also where it could not be read. */
             before: components["schemas"]["JsonValue"];
         };
         /**
@@ -8090,12 +8107,12 @@ export interface components {
             acceleration_pps_s: number;
             /**
              * Rising Percent
-             * @description OA, 0-100.
+             * @description OA, 0-100; 0 where it was never set, too.
              */
             rising_percent: number;
             /**
              * Falling Percent
-             * @description OB, 0-100.
+             * @description OB, 0-100; 0 where it was never set, too.
              */
             falling_percent: number;
             /** @description In the body's unit; null without a scale. */
@@ -10783,6 +10800,11 @@ export interface components {
              */
             backup: string;
             /**
+             * Units
+             * @description For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse.
+             */
+            units?: ("keep_pulses" | "convert") | null;
+            /**
              * Bodies
              * @description These only: addresses such as 3F. Else all that the backup has.
              */
@@ -11535,6 +11557,11 @@ export interface components {
              * @description The text of a backup; comments after `;` mean nothing.
              */
             backup: string;
+            /**
+             * Units
+             * @description For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse.
+             */
+            units?: ("keep_pulses" | "convert") | null;
             /**
              * Bodies
              * @description These only: addresses such as 3F. Else all that the backup has.
@@ -12707,6 +12734,8 @@ export interface components {
          *     }
          */
         PatternChange: {
+            /** Changes */
+            changes?: components["schemas"]["SpeedChangeRequest"][] | null;
             /**
              * Acceleration Set
              * @description 0-29.
@@ -12717,8 +12746,6 @@ export interface components {
              * @description 0-29.
              */
             deceleration_set?: number | null;
-            /** Changes */
-            changes?: components["schemas"]["SpeedChangeRequest"][] | null;
         };
         /**
          * PatternList
@@ -12754,6 +12781,11 @@ export interface components {
          */
         PatternValues: {
             /**
+             * Changes
+             * @description All that it shall have.
+             */
+            changes?: components["schemas"]["SpeedChangeRequest"][];
+            /**
              * Acceleration Set
              * @description Speed parameter set of the acceleration, 0-29.
              */
@@ -12763,11 +12795,6 @@ export interface components {
              * @description Speed parameter set of the deceleration, 0-29.
              */
             deceleration_set: number;
-            /**
-             * Changes
-             * @description All that it shall have.
-             */
-            changes?: components["schemas"]["SpeedChangeRequest"][];
         };
         /**
          * PlannedMove
@@ -13209,8 +13236,13 @@ export interface components {
             /** @description Left out, where the motor stands. */
             position?: components["schemas"]["Length"] | null;
             /**
+             * Pulses
+             * @description Instead of `position`: as GET gives it, encoder counts in encoder mode.
+             */
+            pulses?: number | null;
+            /**
              * Name
-             * @description Left out, it keeps the name it has.
+             * @description Left out or null, it keeps the name it has.
              */
             name?: string | null;
         };
@@ -13834,6 +13866,11 @@ export interface components {
              */
             controllers: string[];
             /**
+             * Scales
+             * @description The bodies whose scale is not that of the backup, and what `units` made of that.
+             */
+            scales: components["schemas"]["ScaleDifference"][];
+            /**
              * Commands
              * @description Commands to be written, as far as is known.
              * @default 0
@@ -13934,6 +13971,11 @@ export interface components {
              * @description Empty where the controllers hold the backup already.
              */
             differences: components["schemas"]["Difference"][];
+            /**
+             * Scales
+             * @description The bodies whose scale is not that of the backup, and what `units` made of that.
+             */
+            scales: components["schemas"]["ScaleDifference"][];
         };
         /**
          * Retry
@@ -17310,6 +17352,33 @@ export interface components {
             single_step?: boolean;
         };
         /**
+         * ScaleDifference
+         * @description A controller whose scale is not that of the backup.
+         */
+        ScaleDifference: {
+            /**
+             * Target
+             * @description The body.
+             */
+            target: string;
+            /**
+             * Backup
+             * @description The scale of the backup: 100 pulses/mm.
+             */
+            backup: string;
+            /**
+             * Controller
+             * @description That of the body: 250 pulses/mm, or no scale.
+             */
+            controller: string;
+            /**
+             * Units
+             * @description What was asked for: the same pulses, or the same lengths and speeds.
+             * @enum {string}
+             */
+            units: "keep_pulses" | "convert";
+        };
+        /**
          * Scaled
          * @description A number of pulses, or of pulses per second, in the body's unit.
          */
@@ -18826,6 +18895,8 @@ export interface components {
         /**
          * SpeedChangeRequest
          * @description A change of speed on the way: placed by where it begins, or by where it is done.
+         *
+         *     With both `begin` counts, and `end` has to be that of the pattern as it was read.
          */
         SpeedChangeRequest: {
             /**
@@ -18944,12 +19015,12 @@ export interface components {
             acceleration_pps_s: number;
             /**
              * Rising Percent
-             * @description OA, 0-100.
+             * @description OA, 0-100; 0 where it was never set, too.
              */
             rising_percent: number;
             /**
              * Falling Percent
-             * @description OB, 0-100.
+             * @description OB, 0-100; 0 where it was never set, too.
              */
             falling_percent: number;
             /** @description In the body's unit; null without a scale. */
