@@ -391,7 +391,6 @@ export const en = {
     onlyInRam: "in RAM only",
     putBack: (number: number, pulses: number) => `Put ${number} back to ${pulses}`,
     putAllBack: (count: number) => `Put ${count} positions back`,
-    overwritten: "Overwritten",
   },
 
   motion: {

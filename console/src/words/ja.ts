@@ -391,7 +391,6 @@ export const ja: typeof en = {
     onlyInRam: "RAM のみ",
     putBack: (number, pulses) => `${number} を ${pulses} に戻す`,
     putAllBack: (count) => `位置 ${count} 件を元に戻す`,
-    overwritten: "上書き",
   },
 
   motion: {
