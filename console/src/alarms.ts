@@ -24,7 +24,7 @@ export interface Alarm {
   raised: string;
   ended: string | undefined;
   /** What else is told of the same event. */
-  parts: string[];
+  parts: { key: string; text: string; remedies: Remedy[] }[];
   remedies: Remedy[];
 }
 
@@ -36,6 +36,11 @@ type Told = Schemas["Alarm"];
 export function alarms(): Alarm[] {
   const lasting = boxes().filter(([head, ...parts]) => [head, ...parts].some((it) => it.ended_at === null));
   return [...lasting, ...boxes().filter((box) => !lasting.some(([head]) => head.id === box[0].id))].map(shown);
+}
+
+/** What is told of one thing, alone: what the box of another tells of it, too. */
+export function alarmsOf(address: string): Alarm[] {
+  return plant.alarms.filter(({ subject }) => subject.split("/")[2] === address).map((it) => shown([it]));
 }
 
 /** How many events there are; several alarms may tell one. */
@@ -89,7 +94,6 @@ function shown([alarm, ...others]: [Told, ...Told[]]): Alarm {
   const [, kind = "", who = ""] = alarm.subject.split("/");
   const page = PAGES[kind];
   const target = plant.target(who);
-  const calls = alarm.next.filter(({ method }) => method !== "GET");
   return {
     key: alarm.id,
     who: target ? nameOf(target) : who,
@@ -97,12 +101,27 @@ function shown([alarm, ...others]: [Told, ...Told[]]): Alarm {
     text: wordsOf(alarm, ["happened", "motor", "remedy"]),
     raised: clockOf(alarm.raised_at),
     ended: alarm.ended_at === null ? undefined : clockOf(alarm.ended_at),
-    parts: others.map((it) => wordsOf(it, ["happened"])),
+    parts: others.map((it) => ({
+      key: it.id,
+      text: wordsOf(it, ["happened"]),
+      remedies: it.subject === alarm.subject || it.ended_at !== null ? [] : remediesOf(it),
+    })),
     remedies: [
-      ...calls.map((call) => ({ label: call[language.now].replace(/[.。]$/, ""), deed: (gateway: Gateway) => gateway.call(call), why: () => obstacleTo(call, target) })),
+      ...remediesOf(alarm),
       { label: words().events.resetAlarm, deed: resetting([alarm, ...others]), why: () => whyNotReset([alarm, ...others]) },
     ],
   };
+}
+
+/** The calls that help, while it stands. */
+function remediesOf(alarm: Told): Remedy[] {
+  const target = plant.target(alarm.subject.split("/")[2] ?? "");
+  const calls = alarm.next.filter(({ method }) => method !== "GET");
+  return calls.map((call) => ({
+    label: call[language.now].replace(/[.。]$/, ""),
+    deed: (gateway: Gateway) => gateway.call(call),
+    why: () => obstacleTo(call, target),
+  }));
 }
 
 function whyNotReset(list: Told[]): string | undefined {
