@@ -108,7 +108,7 @@ function shown([alarm, ...others]: [Told, ...Told[]]): Alarm {
     })),
     remedies: [
       ...remediesOf(alarm),
-      { label: words().events.resetAlarm, deed: resetting([alarm, ...others]), why: () => whyNotReset([alarm, ...others]) },
+      { label: words().events.resetAlarm, deed: resetting([alarm, ...others]), why: () => obstacle("operate") },
     ],
   };
 }
@@ -122,10 +122,6 @@ function remediesOf(alarm: Told): Remedy[] {
     deed: (gateway: Gateway) => gateway.call(call),
     why: () => obstacleTo(call, target),
   }));
-}
-
-function whyNotReset(list: Told[]): string | undefined {
-  return obstacle("operate") ?? (list.some(({ ended_at }) => ended_at === null) ? words().events.lasts : undefined);
 }
 
 function obstacleTo({ right, path }: Schemas["NextCall"], target: Target | undefined): string | undefined {

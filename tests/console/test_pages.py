@@ -128,7 +128,7 @@ def test_what_a_button_sends_can_be_copied_as_curl(plant: Plant, open_console: O
     name, value = header.split(": ")
     answer = httpx.request(method, url, content=body, headers={name: value})
     assert answer.status_code == 202
-    assert answer.json()["frame"] == "&3F1+M100\\r"
+    assert answer.json()["frame"] == "&3F1+MA[29],100\\r"
 
 
 def test_copying_as_curl_changes_nothing_on_any_page(plant: Plant, open_console: Open) -> None:

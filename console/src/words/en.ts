@@ -511,7 +511,6 @@ export const en = {
     over: "over, not yet read",
     since: (raised: string) => `since ${raised}`,
     fromTo: (raised: string, ended: string) => `${raised} – ${ended}`,
-    lasts: "It can be reset once its cause is over.",
     resetAll: (count: number) => `Reset all ${count} that are over`,
     noAlarms: "Nothing needs attention.",
     alarmCount: (count: number) => (count === 1 ? "1 alarm" : `${count} alarms`),

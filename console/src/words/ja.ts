@@ -511,7 +511,6 @@ export const ja: typeof en = {
     over: "復旧済み・未確認",
     since: (raised) => `${raised} から`,
     fromTo: (raised, ended) => `${raised} – ${ended}`,
-    lasts: "原因がなくなると解除できます。",
     resetAll: (count) => `復旧済みの ${count} 件をすべて解除`,
     noAlarms: "対処が必要なものはありません。",
     alarmCount: (count) => `アラーム ${count} 件`,
