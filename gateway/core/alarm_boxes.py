@@ -7,6 +7,8 @@ from gateway.core.alarms import Alarm
 
 NEAR_S: Final = 5.0
 """Alarms that were raised so close to each other may tell the same event, in seconds."""
+SAME_S: Final = 60.0
+"""The same of the same cause at several bodies of a line, which are asked one after the other, in seconds."""
 _STOP_OR_MOVE: Final = (".move.", ".stop.unconfirmed")
 
 
@@ -42,7 +44,7 @@ def _tells(head: Alarm, alarm: Alarm, lines: dict[str, str | None]) -> bool:
             head.subject == alarm.subject and _near(head, alarm)
         )
     is_same = head.cause == alarm.cause and lines[head.id] == lines[alarm.id]
-    return is_same and head.subject != alarm.subject and head.id < alarm.id and _near(head, alarm)
+    return is_same and head.subject != alarm.subject and head.id < alarm.id and _near(head, alarm, SAME_S)
 
 
 def _rank(alarm: Alarm) -> int:
@@ -52,8 +54,8 @@ def _rank(alarm: Alarm) -> int:
     return 2 if any(part in alarm.cause for part in _STOP_OR_MOVE) else 1
 
 
-def _near(one: Alarm, other: Alarm) -> bool:
-    return abs((one.raised_at - other.raised_at).total_seconds()) <= NEAR_S
+def _near(one: Alarm, other: Alarm, within_s: float = NEAR_S) -> bool:
+    return abs((one.raised_at - other.raised_at).total_seconds()) <= within_s
 
 
 def _during(line: Alarm, alarm: Alarm) -> bool:

@@ -4,7 +4,7 @@ import json
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import httpx
 import pytest
@@ -128,7 +128,7 @@ def test_what_a_button_sends_can_be_copied_as_curl(plant: Plant, open_console: O
     name, value = header.split(": ")
     answer = httpx.request(method, url, content=body, headers={name: value})
     assert answer.status_code == 202
-    assert answer.json()["frame"] == "&3F1+M100\\r"
+    assert answer.json()["frame"] == "&3F1+MA[29],100\\r"
 
 
 def test_copying_as_curl_changes_nothing_on_any_page(plant: Plant, open_console: Open) -> None:
@@ -434,6 +434,111 @@ def test_an_alarm_has_its_remedy_beside_it(plant: Plant, open_console: Open) -> 
     expect(console.page.locator("tbody tr td").nth(3)).to_have_text(
         re.compile("^line1.00 has lost its power")
     )
+
+
+def test_what_is_over_has_both_its_times_and_all_of_it_is_reset_at_once(
+    plant: Plant, open_console: Open
+) -> None:
+    seen_to(plant)
+    console = open_console(plant.url, "#/events")
+    for body in ("00", "01"):
+        plant.line.tell("POST", f"/bodies/{body}/brown-outs", for_s=0.05)
+    until(
+        lambda: all(plant.gateway.get(f"/bodies/{it}")["power_cycled"] for it in ("00", "01")),
+        "both have lost their power",
+    )
+    lost = console.page.locator(".alarm", has_text="has lost its power")
+    expect(lost).to_have_count(1)  # one fuse, one event
+    expect(lost).to_contain_text("stands now")
+    expect(console.page.get_by_role("button", name=re.compile("^Reset all"))).to_have_count(0)
+    for body in ("00", "01"):
+        plant.gateway.http.post(f"/bodies/{body}/power-cycle/acknowledge").raise_for_status()
+    over = console.page.locator(".alarm", has_text="had lost its power")
+    expect(over).to_contain_text("over, not yet read")
+    expect(over).to_contain_text(re.compile(r"\d\d:\d\d:\d\d – \d\d:\d\d:\d\d"))
+    console.page.get_by_role("button", name=re.compile("^Reset all")).first.click()
+    expect(over).to_have_count(0)
+
+
+def test_the_worst_alarm_takes_the_place_of_the_lamp(plant: Plant, open_console: Open) -> None:
+    seen_to(plant)
+    console = open_console(plant.url)
+    tile = console.page.locator(".tile", has_text="line1.01")
+    expect(tile).to_contain_text("stands still")
+    plant.line.tell("POST", "/bodies/01/brown-outs", for_s=0.05)
+    expect(tile.locator(".lamp")).to_contain_text("lost its power")
+    expect(tile.get_by_role("img", name="Its origin is not known")).to_have_text("?")
+    seen_to(plant)
+    expect(tile.locator(".lamp")).to_contain_text("stands still")
+
+
+def seen_to(plant: Plant) -> None:
+    """Acknowledge and reset all that is told of bodies."""
+    for body in ("00", "01", "3F"):
+        plant.gateway.http.post(f"/bodies/{body}/power-cycle/acknowledge").raise_for_status()
+    for alarm in plant.gateway.get("/alarms?standing=true")["alarms"]:
+        plant.gateway.http.post(f"/alarms/{alarm['id']}/reset")
+
+
+def test_everything_stands_still_goes_with_the_first_motion(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url)
+    console.page.keyboard.press("Escape")
+    told = console.page.locator(".told")
+    expect(told).to_contain_text(re.compile(r"\d\d:\d\d:\d\d Everything stands still"))
+    move = {
+        "kind": "relative",
+        "direction": "cw",
+        "distance": {"value": 4000, "unit": "pulse"},
+        "max_speed": {"value": 500, "unit": "pulse/s"},
+    }
+    plant.gateway.http.post("/bodies/3F/moves", json=move).raise_for_status()
+    expect(told).not_to_contain_text("Everything stands still")
+
+
+def test_a_notice_stands_below_its_button_with_the_remedy_and_covers_nothing(
+    plant: Plant, open_console: Open
+) -> None:
+    plant.gateway.http.put("/bodies/3F/position", json={"value": 0, "unit": "pulse"}).raise_for_status()
+    console = open_console(plant.url, "#/axis/line1.3F")
+    console.page.route(
+        "**/bodies/line1.3F/moves",
+        lambda route: (
+            route.fulfill(status=409, json=REFUSED) if route.request.method == "POST" else route.continue_()
+        ),
+    )
+    console.page.get_by_label("Target (pulse)").fill("10")
+    console.button("Go").click()
+    notice = console.page.locator(".notices", has_text="It has lost its power.")
+    expect(notice.get_by_role("button", name="Acknowledge the power cycle", exact=True)).to_be_visible()
+    box, go = notice.bounding_box(), console.button("Go").bounding_box()
+    assert box
+    assert go
+    assert 0 <= box["y"] - (go["y"] + go["height"]) < 60
+    assert notice.evaluate("it => getComputedStyle(it).position") == "static"
+    console.page.unroute_all(behavior="wait")
+    console.button("Go").click()
+    expect(console.page.locator(".notices", has_text="It has lost its power.")).to_have_count(0)
+    expect(console.page.locator(".notices", has_text="Go")).to_have_count(0)  # its move is over
+
+
+REFUSED: Final = {
+    "type": "urn:motion-gateway:problem:power-cycled",
+    "title": "Power was lost",
+    "status": 409,
+    "detail": "It has lost its power.",
+    "moved": "no",
+    "remedy": "Acknowledge it.",
+    "next": [
+        {
+            "method": "POST",
+            "path": "/bodies/line1.3F/power-cycle/acknowledge",
+            "right": "operate",
+            "en": "Acknowledge the power cycle.",
+            "ja": "電源再投入を確認済みにします。",
+            "body": None,
+        }
+    ],
+}
 
 
 def test_what_happened_before_the_page_was_opened_can_be_read(plant: Plant, open_console: Open) -> None:

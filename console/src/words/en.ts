@@ -102,6 +102,7 @@ export const en = {
   >,
 
   notices: {
+    ended: (what: string, state: string) => `${what} It ended: ${state}.`,
     title: "Notices",
     done: (what: string) => `${what}: done.`,
     started: (what: string) => `${what}: under way.`,
@@ -161,6 +162,7 @@ export const en = {
     asOf: (age: string) => `read ${age} ago`,
     lastKnown: (age: string) => `as last known, ${age} ago`,
     to: (target: string) => `to ${target}`,
+    noOrigin: "Its origin is not known: it is counted from where it stood at power-on.",
     atMostTo: (target: string) => `at most to ${target}`,
     progress: "Way from start to target",
     units: (count: number) => `${count} units`,
@@ -389,7 +391,6 @@ export const en = {
     onlyInRam: "in RAM only",
     putBack: (number: number, pulses: number) => `Put ${number} back to ${pulses}`,
     putAllBack: (count: number) => `Put ${count} positions back`,
-    overwritten: "Overwritten",
   },
 
   motion: {
@@ -505,6 +506,12 @@ export const en = {
   events: {
     title: "Events and alarms",
     alarms: "Alarms",
+    overShort: "over",
+    standsNow: "stands now",
+    over: "over, not yet read",
+    since: (raised: string) => `since ${raised}`,
+    fromTo: (raised: string, ended: string) => `${raised} – ${ended}`,
+    resetAll: (count: number) => `Reset all ${count} that are over`,
     noAlarms: "Nothing needs attention.",
     alarmCount: (count: number) => (count === 1 ? "1 alarm" : `${count} alarms`),
     about: "About",

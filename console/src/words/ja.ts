@@ -101,6 +101,7 @@ export const ja: typeof en = {
   rights: { view: "閲覧", stop: "停止", operate: "操作", setup: "設定", admin: "管理" },
 
   notices: {
+    ended: (what, state) => `${what}結果: ${state}。`,
     title: "お知らせ",
     done: (what) => `${what}: 完了しました。`,
     started: (what) => `${what}: 実行中です。`,
@@ -161,6 +162,7 @@ export const ja: typeof en = {
     asOf: (age) => `${age}前の値`,
     lastKnown: (age) => `最後に分かった値（${age}前）`,
     to: (target) => `目標 ${target}`,
+    noOrigin: "原点が不明です。電源投入時の位置からの値です。",
     atMostTo: (target) => `最大 ${target} まで`,
     progress: "始点から目標まで",
     units: (count) => `ユニット ${count}`,
@@ -389,7 +391,6 @@ export const ja: typeof en = {
     onlyInRam: "RAM のみ",
     putBack: (number, pulses) => `${number} を ${pulses} に戻す`,
     putAllBack: (count) => `位置 ${count} 件を元に戻す`,
-    overwritten: "上書き",
   },
 
   motion: {
@@ -505,6 +506,12 @@ export const ja: typeof en = {
   events: {
     title: "イベントとアラーム",
     alarms: "アラーム",
+    overShort: "復旧済み",
+    standsNow: "発生中",
+    over: "復旧済み・未確認",
+    since: (raised) => `${raised} から`,
+    fromTo: (raised, ended) => `${raised} – ${ended}`,
+    resetAll: (count) => `復旧済みの ${count} 件をすべて解除`,
     noAlarms: "対処が必要なものはありません。",
     alarmCount: (count) => `アラーム ${count} 件`,
     about: "対象",

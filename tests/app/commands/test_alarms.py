@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from tests.app.fake_gateway import FakeGateway, always
+from tests.app.fake_gateway import Answer, FakeGateway, always
 
 ALARM = {
     "id": "al1",
@@ -62,7 +62,7 @@ def test_an_id_is_no_path(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_all_that_are_over_are_reset_oldest_first_and_nothing_else(monkeypatch: pytest.MonkeyPatch) -> None:
     newer = {**OVER, "id": "al9"}
-    answers = {
+    answers: dict[str, list[Answer]] = {
         "/alarms": [(200, {"alarms": [newer, ALARM, OVER]})],
         f"/alarms/{OVER['id']}/reset": [(200, RESET)],
         "/alarms/al9/reset": [(200, RESET)],
