@@ -97,6 +97,7 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
             scheme = "https" if access.certificate else "http"
             log.info("the journal and the keys are in %s", data)
             log.info("running on %s://%s:%d", scheme, config.server.host, listener.getsockname()[1])
+            access.on_key = lambda what, key: plant.events.publish(f"gateway.key.{what}", SUBJECT, key)
             access.start()
             notify("READY=1", "STATUS=")
             serving = asyncio.create_task(server.serve([listener]), name="server")

@@ -196,6 +196,12 @@ class Access(Table):
     subscribers_per_key: int = Field(50, ge=1, le=50_000)
     requests_per_key: int = Field(200, ge=1, le=50_000)
     moves_per_key_and_s: int = Field(20, ge=1, le=10_000)
+    key_lifetime_d: int = Field(365, ge=0, le=3650)
+    """Days for which a key is good of which nothing else is said; 0: for ever."""
+    key_warning_d: int = Field(30, ge=0, le=365)
+    """Days before the end of a key at which it is warned of."""
+    four_eyes: bool = False
+    """Whether a key of an admin takes a second admin."""
     lease_mode: Literal["off", "optional", "required"] = "optional"
     """Whether motions and settings take a lease: never, where somebody has one, or always."""
     oidc: Oidc | None = None

@@ -59,6 +59,10 @@ OF_ACCESS = (
         "gateway.refusals.burst", GATEWAY, RefusalsBurst, "many requests or sign-ins were refused in a minute"
     ),
     EventType("gateway.key.made", GATEWAY, KeyInfo, "an administrator has made a key"),
+    EventType("gateway.key.approved", GATEWAY, KeyInfo, "a second administrator has approved a key"),
+    EventType("gateway.key.rotated", GATEWAY, KeyInfo, "a new key has taken the place of one that ends soon"),
+    EventType("gateway.key.ends_soon", GATEWAY, KeyInfo, "a key ends within `access.key_warning_d`"),
+    EventType("gateway.key.expired", GATEWAY, KeyInfo, "the time of a key is over"),
     EventType("gateway.key.revoked", GATEWAY, KeyInfo, "a key can never be used again"),
 )
 

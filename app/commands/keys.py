@@ -1,4 +1,4 @@
-"""The commands that make, list and revoke keys, and the key that other commands send."""
+"""The commands that make, list, rotate and revoke keys, and the key that other commands send."""
 
 import re
 import time
@@ -16,12 +16,13 @@ from app.output import table
 from gateway.access.keys import KeyFault, KeyStore, KeyWordFault
 from gateway.access.roles import Role
 from gateway.security.chain import Chain, draft
-from gateway.security.entries import KEY_MADE, KEY_REVOKED, EntryType
+from gateway.security.entries import KEY_CHANGED, KEY_MADE, KEY_REVOKED, EntryType
 
 app = typer.Typer(
-    help="Make, list and revoke keys; a running gateway heeds it at once.", no_args_is_help=True
+    help="Make, list, rotate and revoke keys; a running gateway heeds it at once.", no_args_is_help=True
 )
 
+NEVER: Final = "never"
 _SECONDS: Final = {"s": 1, "m": 60, "h": 3600, "d": 86_400}
 
 
@@ -32,14 +33,22 @@ def create(
     scope: Annotated[
         str | None, typer.Option(help="Lines, bodies, groups and robots, such as line1,r1; all if left out.")
     ] = None,
-    expires: Annotated[str | None, typer.Option(help="When it ends, such as 12h or 90d.")] = None,
+    expires: Annotated[
+        str | None,
+        typer.Option(
+            help="When it ends, such as 12h or 90d, or never; left out: access.key_lifetime_d, a year."
+        ),
+    ] = None,
     data: Data = None,
 ) -> None:
     """Make a key and print it alone; it is shown this once."""
     try:
         addresses = None if scope is None else [part.strip() for part in scope.split(",")]
-        lasts_s = None if expires is None else seconds_of(expires)
-        made = _store(data).create(name, role, addresses, lasts_s)
+        store = _store(data)
+        lasts_s = store.policy().lifetime_s if expires is None else None
+        if expires not in (None, NEVER):
+            lasts_s = seconds_of(expires)
+        made = store.create(name, role, addresses, lasts_s)
     except KeyWordFault as fault:
         raise Failure(str(fault), exits.USAGE) from None
     except KeyFault as fault:
@@ -48,30 +57,55 @@ def create(
     typer.echo(made)
 
 
+@app.command()
+def rotate(
+    name: Annotated[str, typer.Argument(help="The name of the key; it stays.")],
+    overlap: Annotated[
+        str, typer.Option(help="How long the old key is good yet, such as 0s, 12h or 7d.")
+    ] = "7d",
+    data: Data = None,
+) -> None:
+    """Make a new key in the place of one, and print it alone; the old one is good for a while yet."""
+    try:
+        made = _existing_store(data).rotate(name, 0.0 if overlap == "0s" else seconds_of(overlap))
+    except KeyWordFault as fault:
+        raise Failure(str(fault), exits.USAGE) from None
+    except KeyFault as fault:
+        raise Failure(str(fault), exits.REFUSED) from None
+    _note(data, KEY_CHANGED, name, overlap=overlap)
+    typer.echo(made)
+
+
 @app.command("list")
 def list_keys(data: Data = None) -> None:
     """List the keys, without what is secret of them."""
     try:
         store = _existing_store(data)
-        keys = store.all()
+        keys = store.infos()
     except KeyFault as fault:
         raise Failure(str(fault), exits.REFUSED) from None
-    uses, now = store.uses(), time.time()
     head = ("NAME", "ROLE", "SCOPE", "BEGINS", "STATE", "CREATED", "EXPIRES", "LAST USED")
     rows = [
         (
             key.name,
             key.role.value,
             "all" if key.scope is None else ",".join(key.scope),
-            f"mg_{key.prefix}",
-            key.state_at(now),
-            _written(key.created),
-            _written(key.expires),
-            _written(uses.get(key.prefix)),
+            key.begins,
+            key.state,
+            _written(key.made_at),
+            _written(key.expires_at),
+            _written(key.used_at),
         )
         for key in keys
     ]
     typer.echo(table(head, rows))
+    for key in keys:
+        if key.ends_soon:
+            typer.echo(
+                f"warning: {key.name} ends at {_written(key.expires_at)}: "
+                f"motion-gateway keys rotate {key.name}",
+                err=True,
+            )
 
 
 @app.command()
@@ -126,5 +160,5 @@ def _existing_store(data: Path | None) -> KeyStore:
     return KeyStore(directory)
 
 
-def _written(at: float | None) -> str:
-    return "-" if at is None else datetime.fromtimestamp(at).astimezone().isoformat(" ", "minutes")
+def _written(at: datetime | None) -> str:
+    return "-" if at is None else at.astimezone().isoformat(" ", "minutes")

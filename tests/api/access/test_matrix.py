@@ -227,6 +227,8 @@ DELETE    /system/scans/current                          admin    plant
 GET       /access/keys                                   admin    plant
 POST      /access/keys                                   admin    plant
 DELETE    /access/keys/{name}                            admin    plant
+POST      /access/keys/{name}/rotate                     admin    plant
+POST      /access/keys/{name}/approve                    admin    plant
 GET       /livez                                         open     any
 GET       /readyz                                        open     any
 GET       /version                                       open     any

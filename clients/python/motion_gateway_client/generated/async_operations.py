@@ -133,6 +133,7 @@ from motion_gateway_client.generated.types import (
     RobotRestoreRequest,
     RobotSamples,
     RobotStepRequest,
+    Rotation,
     RunRequest,
     Scan,
     ScaraAlignRequest,
@@ -664,7 +665,10 @@ class AsyncOperations(Protocol):
         return answer
 
     async def issue_ticket(self, *, idempotency_key: str | None = None) -> Ticket:
-        """Give a ticket for one event stream, for browsers, whose WebSockets and EventSources send no key."""
+        """Give a ticket for one event stream, which ends with the session or the key it was given for.
+
+        It is for browsers, whose WebSockets and EventSources send no key.
+        """
         answer: Ticket = await self.call("POST", filled("/tickets"), idempotency_key=idempotency_key)
         return answer
 
@@ -1529,6 +1533,25 @@ class AsyncOperations(Protocol):
         """Make a key and tell it once. The header Idempotency-Key is refused: it would have the secret kept."""
         answer: MadeKey = await self.call(
             "POST", filled("/access/keys"), body=body, idempotency_key=idempotency_key
+        )
+        return answer
+
+    async def rotate_key(
+        self, name: str, body: Rotation, /, *, idempotency_key: str | None = None
+    ) -> MadeKey:
+        """Make a new key in the place of a good one and tell it once; the old one is good for the overlap yet."""
+        answer: MadeKey = await self.call(
+            "POST",
+            filled("/access/keys/{name}/rotate", name=name),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def approve_key(self, name: str, *, idempotency_key: str | None = None) -> KeyInfo:
+        """Let a key of an admin be good that another admin has made (`access.four_eyes`)."""
+        answer: KeyInfo = await self.call(
+            "POST", filled("/access/keys/{name}/approve", name=name), idempotency_key=idempotency_key
         )
         return answer
 

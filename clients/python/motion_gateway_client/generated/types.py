@@ -2275,6 +2275,10 @@ class EventList(TypedDict):
         | GatewayScanFinishedEvent
         | GatewayScanFailedEvent
         | GatewayKeyMadeEvent
+        | GatewayKeyApprovedEvent
+        | GatewayKeyRotatedEvent
+        | GatewayKeyEndsSoonEvent
+        | GatewayKeyExpiredEvent
         | GatewayKeyRevokedEvent
         | StreamSnapshotEvent
         | BodyMoveQueuedEvent
@@ -2577,6 +2581,54 @@ class GatewayJournalTroubleEvent(TypedDict):
     data: JournalTrouble
 
 
+class GatewayKeyApprovedEvent(TypedDict):
+    """A second administrator has approved a key; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.key.approved"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: KeyInfo
+
+
+class GatewayKeyEndsSoonEvent(TypedDict):
+    """A key ends within `access.key_warning_d`; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.key.ends_soon"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: KeyInfo
+
+
+class GatewayKeyExpiredEvent(TypedDict):
+    """The time of a key is over; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.key.expired"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: KeyInfo
+
+
 class GatewayKeyMadeEvent(TypedDict):
     """An administrator has made a key; about `/gateway`."""
 
@@ -2600,6 +2652,22 @@ class GatewayKeyRevokedEvent(TypedDict):
     id: str
     source: NotRequired[str]
     type: Literal["gateway.key.revoked"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: KeyInfo
+
+
+class GatewayKeyRotatedEvent(TypedDict):
+    """A new key has taken the place of one that ends soon; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.key.rotated"]
     subject: str
     time: str
     datacontenttype: NotRequired[Literal["application/json"]]
@@ -3041,7 +3109,13 @@ class KeyInfo(TypedDict):
     """The addresses of lines, bodies, groups and robots that it is for; null means all."""
     begins: str
     """How the key begins, which is no secret."""
-    state: Literal["good", "expired", "revoked"]
+    state: Literal["good", "expired", "revoked", "waiting"]
+    """`waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`)."""
+    ends_soon: bool
+    """Whether it ends within `access.key_warning_d`, and no newer key has its name."""
+    made_by: str | None
+    """Who made it over HTTP, if that was noted."""
+    approved_by: str | None
     made_at: str
     expires_at: str | None
     revoked_at: str | None
@@ -3799,7 +3873,13 @@ class MadeKey(TypedDict):
     """The addresses of lines, bodies, groups and robots that it is for; null means all."""
     begins: str
     """How the key begins, which is no secret."""
-    state: Literal["good", "expired", "revoked"]
+    state: Literal["good", "expired", "revoked", "waiting"]
+    """`waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`)."""
+    ends_soon: bool
+    """Whether it ends within `access.key_warning_d`, and no newer key has its name."""
+    made_by: str | None
+    """Who made it over HTTP, if that was noted."""
+    approved_by: str | None
     made_at: str
     expires_at: str | None
     revoked_at: str | None
@@ -3989,7 +4069,7 @@ class NewKey(TypedDict):
     scope: NotRequired[list[str] | None]
     """The addresses of lines, bodies, groups and robots that it is for; left out: all."""
     expires_s: NotRequired[float | None]
-    """In seconds from now; left out: it does not expire."""
+    """In seconds from now; left out: `access.key_lifetime_d`, a year if nothing else is said."""
 
 
 class NewLine(TypedDict):
@@ -4519,6 +4599,7 @@ class Readiness(TypedDict):
     ready: bool
     """Whether every line is open and set up, and somebody answers on it."""
     lines: dict[str, LineState]
+    """Those that the key of the request is for; without a good key none is named."""
     journal: Literal["ready", "unavailable"]
     """While it is unavailable, reads and stops go on; what else has an effect is refused."""
     detail: str
@@ -5913,6 +5994,13 @@ class RobotUnreadableEvent(TypedDict):
     data: Unreadable
 
 
+class Rotation(TypedDict):
+    """How a key is rotated."""
+
+    overlap_s: NotRequired[float]
+    """Seconds for which the old key is good yet. Left out: 604800.0."""
+
+
 class RunRequest(TypedDict):
     """Where a program begins: at a label or an address, else at its first instruction."""
 
@@ -7155,6 +7243,10 @@ Event: TypeAlias = (
     | GatewayScanFinishedEvent
     | GatewayScanFailedEvent
     | GatewayKeyMadeEvent
+    | GatewayKeyApprovedEvent
+    | GatewayKeyRotatedEvent
+    | GatewayKeyEndsSoonEvent
+    | GatewayKeyExpiredEvent
     | GatewayKeyRevokedEvent
     | StreamSnapshotEvent
     | BodyMoveQueuedEvent

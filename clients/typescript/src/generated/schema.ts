@@ -778,7 +778,9 @@ export interface paths {
         put?: never;
         /**
          * Issue Ticket
-         * @description Give a ticket for one event stream, for browsers, whose WebSockets and EventSources send no key.
+         * @description Give a ticket for one event stream, which ends with the session or the key it was given for.
+         *
+         *     It is for browsers, whose WebSockets and EventSources send no key.
          */
         post: operations["issueTicket"];
         delete?: never;
@@ -2049,6 +2051,46 @@ export interface paths {
          * @description Make a key and tell it once. The header Idempotency-Key is refused: it would have the secret kept.
          */
         post: operations["makeKey"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/access/keys/{name}/rotate": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Rotate Key
+         * @description Make a new key in the place of a good one and tell it once; the old one is good for the overlap yet.
+         */
+        post: operations["rotateKey"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/access/keys/{name}/approve": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Approve Key
+         * @description Let a key of an admin be good that another admin has made (`access.four_eyes`).
+         */
+        post: operations["approveKey"];
         delete?: never;
         options?: never;
         head?: never;
@@ -8862,7 +8904,7 @@ export interface components {
          */
         EventList: {
             /** Events */
-            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["LineOrderViolatedEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["LineLeaseTakenEvent"] | components["schemas"]["LineLeaseReleasedEvent"] | components["schemas"]["LineLeaseExpiredEvent"] | components["schemas"]["LineLeaseTakenOverEvent"] | components["schemas"]["LineLeaseBrokenEvent"] | components["schemas"]["AlarmRaisedEvent"] | components["schemas"]["AlarmResetEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["GatewayReloadedEvent"] | components["schemas"]["GatewayReloadFailedEvent"] | components["schemas"]["GatewayScanFinishedEvent"] | components["schemas"]["GatewayScanFailedEvent"] | components["schemas"]["GatewayKeyMadeEvent"] | components["schemas"]["GatewayKeyRevokedEvent"] | components["schemas"]["StreamSnapshotEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyLeaseTakenEvent"] | components["schemas"]["BodyLeaseReleasedEvent"] | components["schemas"]["BodyLeaseExpiredEvent"] | components["schemas"]["BodyLeaseTakenOverEvent"] | components["schemas"]["BodyLeaseBrokenEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyBackupStartedEvent"] | components["schemas"]["BodyBackupProgressEvent"] | components["schemas"]["BodyBackupSucceededEvent"] | components["schemas"]["BodyBackupFailedEvent"] | components["schemas"]["BodyBackupCancelledEvent"] | components["schemas"]["BodyComparisonStartedEvent"] | components["schemas"]["BodyComparisonProgressEvent"] | components["schemas"]["BodyComparisonSucceededEvent"] | components["schemas"]["BodyComparisonFailedEvent"] | components["schemas"]["BodyComparisonCancelledEvent"] | components["schemas"]["BodyPositionReadingStartedEvent"] | components["schemas"]["BodyPositionReadingProgressEvent"] | components["schemas"]["BodyPositionReadingSucceededEvent"] | components["schemas"]["BodyPositionReadingFailedEvent"] | components["schemas"]["BodyPositionReadingCancelledEvent"] | components["schemas"]["BodyPositionUploadStartedEvent"] | components["schemas"]["BodyPositionUploadProgressEvent"] | components["schemas"]["BodyPositionUploadSucceededEvent"] | components["schemas"]["BodyPositionUploadFailedEvent"] | components["schemas"]["BodyPositionUploadCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineBackupStartedEvent"] | components["schemas"]["LineBackupProgressEvent"] | components["schemas"]["LineBackupSucceededEvent"] | components["schemas"]["LineBackupFailedEvent"] | components["schemas"]["LineBackupCancelledEvent"] | components["schemas"]["LineComparisonStartedEvent"] | components["schemas"]["LineComparisonProgressEvent"] | components["schemas"]["LineComparisonSucceededEvent"] | components["schemas"]["LineComparisonFailedEvent"] | components["schemas"]["LineComparisonCancelledEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupLeaseTakenEvent"] | components["schemas"]["GroupLeaseReleasedEvent"] | components["schemas"]["GroupLeaseExpiredEvent"] | components["schemas"]["GroupLeaseTakenOverEvent"] | components["schemas"]["GroupLeaseBrokenEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStopsUnconfirmedEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotLeaseTakenEvent"] | components["schemas"]["RobotLeaseReleasedEvent"] | components["schemas"]["RobotLeaseExpiredEvent"] | components["schemas"]["RobotLeaseTakenOverEvent"] | components["schemas"]["RobotLeaseBrokenEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotInputChangedEvent"] | components["schemas"]["RobotStatusChangedEvent"] | components["schemas"]["RobotSensorChangedEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotUnitMissingEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotBackupStartedEvent"] | components["schemas"]["RobotBackupProgressEvent"] | components["schemas"]["RobotBackupSucceededEvent"] | components["schemas"]["RobotBackupFailedEvent"] | components["schemas"]["RobotBackupCancelledEvent"] | components["schemas"]["RobotComparisonStartedEvent"] | components["schemas"]["RobotComparisonProgressEvent"] | components["schemas"]["RobotComparisonSucceededEvent"] | components["schemas"]["RobotComparisonFailedEvent"] | components["schemas"]["RobotComparisonCancelledEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
+            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["LineOrderViolatedEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["LineLeaseTakenEvent"] | components["schemas"]["LineLeaseReleasedEvent"] | components["schemas"]["LineLeaseExpiredEvent"] | components["schemas"]["LineLeaseTakenOverEvent"] | components["schemas"]["LineLeaseBrokenEvent"] | components["schemas"]["AlarmRaisedEvent"] | components["schemas"]["AlarmResetEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["GatewayReloadedEvent"] | components["schemas"]["GatewayReloadFailedEvent"] | components["schemas"]["GatewayScanFinishedEvent"] | components["schemas"]["GatewayScanFailedEvent"] | components["schemas"]["GatewayKeyMadeEvent"] | components["schemas"]["GatewayKeyApprovedEvent"] | components["schemas"]["GatewayKeyRotatedEvent"] | components["schemas"]["GatewayKeyEndsSoonEvent"] | components["schemas"]["GatewayKeyExpiredEvent"] | components["schemas"]["GatewayKeyRevokedEvent"] | components["schemas"]["StreamSnapshotEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyLeaseTakenEvent"] | components["schemas"]["BodyLeaseReleasedEvent"] | components["schemas"]["BodyLeaseExpiredEvent"] | components["schemas"]["BodyLeaseTakenOverEvent"] | components["schemas"]["BodyLeaseBrokenEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyBackupStartedEvent"] | components["schemas"]["BodyBackupProgressEvent"] | components["schemas"]["BodyBackupSucceededEvent"] | components["schemas"]["BodyBackupFailedEvent"] | components["schemas"]["BodyBackupCancelledEvent"] | components["schemas"]["BodyComparisonStartedEvent"] | components["schemas"]["BodyComparisonProgressEvent"] | components["schemas"]["BodyComparisonSucceededEvent"] | components["schemas"]["BodyComparisonFailedEvent"] | components["schemas"]["BodyComparisonCancelledEvent"] | components["schemas"]["BodyPositionReadingStartedEvent"] | components["schemas"]["BodyPositionReadingProgressEvent"] | components["schemas"]["BodyPositionReadingSucceededEvent"] | components["schemas"]["BodyPositionReadingFailedEvent"] | components["schemas"]["BodyPositionReadingCancelledEvent"] | components["schemas"]["BodyPositionUploadStartedEvent"] | components["schemas"]["BodyPositionUploadProgressEvent"] | components["schemas"]["BodyPositionUploadSucceededEvent"] | components["schemas"]["BodyPositionUploadFailedEvent"] | components["schemas"]["BodyPositionUploadCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineBackupStartedEvent"] | components["schemas"]["LineBackupProgressEvent"] | components["schemas"]["LineBackupSucceededEvent"] | components["schemas"]["LineBackupFailedEvent"] | components["schemas"]["LineBackupCancelledEvent"] | components["schemas"]["LineComparisonStartedEvent"] | components["schemas"]["LineComparisonProgressEvent"] | components["schemas"]["LineComparisonSucceededEvent"] | components["schemas"]["LineComparisonFailedEvent"] | components["schemas"]["LineComparisonCancelledEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupLeaseTakenEvent"] | components["schemas"]["GroupLeaseReleasedEvent"] | components["schemas"]["GroupLeaseExpiredEvent"] | components["schemas"]["GroupLeaseTakenOverEvent"] | components["schemas"]["GroupLeaseBrokenEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStopsUnconfirmedEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotLeaseTakenEvent"] | components["schemas"]["RobotLeaseReleasedEvent"] | components["schemas"]["RobotLeaseExpiredEvent"] | components["schemas"]["RobotLeaseTakenOverEvent"] | components["schemas"]["RobotLeaseBrokenEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotInputChangedEvent"] | components["schemas"]["RobotStatusChangedEvent"] | components["schemas"]["RobotSensorChangedEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotUnitMissingEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotBackupStartedEvent"] | components["schemas"]["RobotBackupProgressEvent"] | components["schemas"]["RobotBackupSucceededEvent"] | components["schemas"]["RobotBackupFailedEvent"] | components["schemas"]["RobotBackupCancelledEvent"] | components["schemas"]["RobotComparisonStartedEvent"] | components["schemas"]["RobotComparisonProgressEvent"] | components["schemas"]["RobotComparisonSucceededEvent"] | components["schemas"]["RobotComparisonFailedEvent"] | components["schemas"]["RobotComparisonCancelledEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
             /** Cursor */
             cursor: string;
         };
@@ -9171,6 +9213,138 @@ export interface components {
             data: components["schemas"]["JournalTrouble"];
         };
         /**
+         * GatewayKeyApprovedEvent
+         * @description A second administrator has approved a key; about `/gateway`.
+         */
+        GatewayKeyApprovedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.key.approved";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["KeyInfo"];
+        };
+        /**
+         * GatewayKeyEndsSoonEvent
+         * @description A key ends within `access.key_warning_d`; about `/gateway`.
+         */
+        GatewayKeyEndsSoonEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.key.ends_soon";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["KeyInfo"];
+        };
+        /**
+         * GatewayKeyExpiredEvent
+         * @description The time of a key is over; about `/gateway`.
+         */
+        GatewayKeyExpiredEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.key.expired";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["KeyInfo"];
+        };
+        /**
          * GatewayKeyMadeEvent
          * @description An administrator has made a key; about `/gateway`.
          */
@@ -9237,6 +9411,50 @@ export interface components {
              * @enum {string}
              */
             type: "gateway.key.revoked";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["KeyInfo"];
+        };
+        /**
+         * GatewayKeyRotatedEvent
+         * @description A new key has taken the place of one that ends soon; about `/gateway`.
+         */
+        GatewayKeyRotatedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.key.rotated";
             /** Subject */
             subject: string;
             /**
@@ -10253,9 +10471,22 @@ export interface components {
             begins: string;
             /**
              * State
+             * @description `waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`).
              * @enum {string}
              */
-            state: "good" | "expired" | "revoked";
+            state: "good" | "expired" | "revoked" | "waiting";
+            /**
+             * Ends Soon
+             * @description Whether it ends within `access.key_warning_d`, and no newer key has its name.
+             */
+            ends_soon: boolean;
+            /**
+             * Made By
+             * @description Who made it over HTTP, if that was noted.
+             */
+            made_by: string | null;
+            /** Approved By */
+            approved_by: string | null;
             /**
              * Made At
              * Format: date-time
@@ -12111,9 +12342,22 @@ export interface components {
             begins: string;
             /**
              * State
+             * @description `waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`).
              * @enum {string}
              */
-            state: "good" | "expired" | "revoked";
+            state: "good" | "expired" | "revoked" | "waiting";
+            /**
+             * Ends Soon
+             * @description Whether it ends within `access.key_warning_d`, and no newer key has its name.
+             */
+            ends_soon: boolean;
+            /**
+             * Made By
+             * @description Who made it over HTTP, if that was noted.
+             */
+            made_by: string | null;
+            /** Approved By */
+            approved_by: string | null;
             /**
              * Made At
              * Format: date-time
@@ -12515,7 +12759,7 @@ export interface components {
             scope?: string[] | null;
             /**
              * Expires S
-             * @description In seconds from now; left out: it does not expire.
+             * @description In seconds from now; left out: `access.key_lifetime_d`, a year if nothing else is said.
              */
             expires_s?: number | null;
         };
@@ -13665,7 +13909,10 @@ export interface components {
              * @description Whether every line is open and set up, and somebody answers on it.
              */
             ready: boolean;
-            /** Lines */
+            /**
+             * Lines
+             * @description Those that the key of the request is for; without a good key none is named.
+             */
             lines: {
                 [key: string]: components["schemas"]["LineState"];
             };
@@ -17330,6 +17577,20 @@ export interface components {
          * @enum {string}
          */
         Role: "viewer" | "operator" | "setup" | "admin";
+        /**
+         * Rotation
+         * @description How a key is rotated.
+         * @example {
+         *       "overlap_s": 604800
+         *     }
+         */
+        Rotation: {
+            /**
+             * Overlap S
+             * @description Seconds for which the old key is good yet. Left out: 604800.0.
+             */
+            overlap_s?: number;
+        };
         /**
          * RunRequest
          * @description Where a program begins: at a label or an address, else at its first instruction.
@@ -25516,6 +25777,104 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["MadeKey"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    rotateKey: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The name of a key.
+                 * @example mes
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Rotation"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MadeKey"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    approveKey: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The name of a key.
+                 * @example mes
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["KeyInfo"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
