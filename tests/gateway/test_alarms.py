@@ -419,3 +419,29 @@ def test_a_robot_that_may_move_on_is_an_alarm_whose_next_calls_look_and_stop(
             await do_reset(it.plant)
 
     story()
+
+
+def test_an_operator_may_clear_what_an_operator_may_cause() -> None:
+    for row in (
+        ClearControllerStatus,
+        ClearStallSensorError,
+        ClearEncoderStallError,
+        ClearErrorOutputStatus,
+        ResetErrors,
+    ):
+        assert RIGHT_OF[row.effect] is Right.OPERATE, row.code
+
+
+@in_virtual_time
+async def test_the_alarm_of_ems_says_when_the_motor_takes_moves_again() -> None:
+    async with rig() as it:
+        it.touch(0x3F, lambda axis: axis.world.forced.update({EMS: True}))
+        it.axis().status |= 0x04
+        await it.body().poll()
+        said = standing(it.plant)["body.ems_error"].en.motor
+        assert "once it is off it takes them, cleared or not" in said
+        with pytest.raises(ControllerRefused):
+            await start(it, MoveClockwise(distance=5))
+        it.touch(0x3F, lambda axis: axis.world.forced.pop(EMS))
+        assert it.axis().status & 0x04
+        assert (await finished(it, MoveClockwise(distance=5))).status is MoveStatus.SUCCEEDED
