@@ -11,22 +11,28 @@ import pytest
 from gateway.causes import causes_of
 from gateway.config import parse
 from gateway.core.alarms import Alarm, AlarmLasts, Latched
+from gateway.core.errors import ControllerRefused
 from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore
+from gateway.core.rights import RIGHT_OF, Right
 from gateway.event_types import EVENT_TYPES
 from gateway.operations.alarms import reset
 from gateway.operations.commands import do
 from gateway.plant import Plant
+from protocols.fics.alarms import ResetErrors
+from protocols.rorze.encoder import ClearEncoderStallError
+from protocols.rorze.inputs_outputs import ClearErrorOutputStatus
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
+from protocols.rorze.stall_sensor import ClearStallSensorError
 from protocols.rorze.status import ClearControllerStatus, SetUserComment
 from simulator.fics.alarms import system_error
 from simulator.rorze.line import build_line
 from simulator.rorze.world import EMS
 from tests.fics_plants import fics_rig
-from tests.plants import SET_UP_S, Rig, Wire, configuration, finished, in_virtual_time, rig
+from tests.plants import SET_UP_S, Rig, Wire, configuration, finished, in_virtual_time, rig, start
 from tests.tested_plant import TestedPlant
 from tests.world import World
 from transports.base import Receiver, TransportLost
