@@ -29,6 +29,8 @@ from protocols.rorze.status import CONTROLLER_STATUS_BITS
 class _Bit(NamedTuple):
     en: str
     ja: str
+    motor_en: str
+    motor_ja: str
     remedy_en: str
     remedy_ja: str
     past_en: str
@@ -37,13 +39,15 @@ class _Bit(NamedTuple):
     next: tuple[NextCall, ...]
 
 
-STOPPED = "The motor has stopped, or stops; it takes no moves before the error is cleared."
-STOPPED_JA = "モータは停止した、または停止します。エラーを解除するまで移動できません。"
+STOPPED = "The motor has stopped, or stops."
+STOPPED_JA = "モータは停止した、または停止します。"
 
 ERROR_BITS: Final[Mapping[str, _Bit]] = {
     "limit_error": _Bit(
         "A limit sensor of {address} was reached.",
         "{address}がリミットセンサに達しました。",
+        f"{STOPPED} While the sensor is on it takes moves away from the limit only.",
+        f"{STOPPED_JA}センサがONの間は、リミットから離れる方向にだけ移動できます。エラー自体は移動を妨げません。",
         "See why it went so far, clear the error, and move it off the limit.",
         "原因を確認し、エラーを解除してから、リミットから離れる方向へ動かしてください。",
         "See why it went so far.",
@@ -54,6 +58,8 @@ ERROR_BITS: Final[Mapping[str, _Bit]] = {
     "ems_error": _Bit(
         "The EMS input of {address} was on.",
         "{address}のEMS入力がONになりました。",
+        f"{STOPPED} While the input is on it takes no moves; once it is off it takes them, cleared or not.",
+        f"{STOPPED_JA}EMS入力がONの間は移動できません。OFFに戻ると、エラーが残っていても移動できます。",
         "See why the EMS input came on, release it, then clear the error.",
         "EMS入力がONになった原因を確認し、解除してからエラーをクリアしてください。",
         "See why the EMS input came on.",
@@ -64,6 +70,8 @@ ERROR_BITS: Final[Mapping[str, _Bit]] = {
     "initialisation_error": _Bit(
         "{address} could not read its settings from flash memory when it was switched on.",
         "{address}は電源投入時にフラッシュメモリの設定を正しく読み出せませんでした。",
+        "The motor did nothing because of this. It takes moves, by settings that are not those it had.",
+        "これによるモータの動作はありません。移動はできますが、保存した設定では動きません。",
         "Check its settings, write them to flash memory again, then clear the error.",
         "設定を確認してフラッシュメモリに書き直し、エラーをクリアしてください。",
         "Check its settings before it is moved.",
@@ -74,6 +82,8 @@ ERROR_BITS: Final[Mapping[str, _Bit]] = {
     "range_error": _Bit(
         "{address} was to leave the range in which it may move.",
         "{address}が移動可能範囲を超えようとしました。",
+        f"{STOPPED} It takes moves within its range, cleared or not.",
+        f"{STOPPED_JA}範囲内であれば、エラーが残っていても移動できます。",
         "Check the position that was asked for and the range (EPS), then clear the error.",
         "指定した位置と移動範囲(EPS)を確認し、エラーをクリアしてください。",
         "Check the position that was asked for and the range (EPS).",
@@ -84,6 +94,8 @@ ERROR_BITS: Final[Mapping[str, _Bit]] = {
     "stall_error": _Bit(
         "{address} has lost steps (STALL).",
         "{address}が脱調しました(STALL)。",
+        f"{STOPPED} It takes no moves but an origin search before the STALL is cleared.",
+        f"{STOPPED_JA}脱調を解除するまで、原点サーチ以外の移動はできません。",
         "See what holds the motor. Reset the finder of the STALL that has told it, or home the body; its "
         "position is not to be believed before that.",
         "モータの負荷を確認し、脱調検出をリセットするか、原点サーチを行ってください。それまで位置は信頼できません。",
@@ -314,8 +326,8 @@ BODIES: Final[Sequence[Kind[Body]]] = (
     *(
         Kind(
             f"body.{name}",
-            words(told.en, STOPPED, told.remedy_en),
-            words(told.ja, STOPPED_JA, told.remedy_ja),
+            words(told.en, told.motor_en, told.remedy_en),
+            words(told.ja, told.motor_ja, told.remedy_ja),
             told.manual,
             told.next,
             partial(_shows, 1 << CONTROLLER_STATUS_BITS.index(name)),

@@ -427,7 +427,7 @@ class Body:
         if row is SetUserComment:  # `isinstance` of another model takes ten times as long, at every command
             return
         self.sent_count += 1
-        self.changes += command.effect in (Effect.SETTING, Effect.MAINTENANCE)
+        self.changes += command.effect in (Effect.SETTING, Effect.CLEARING, Effect.MAINTENANCE)
         self.rest = None
         self.power.note_sent(command)
         if row is SetOperatingMode:

@@ -424,7 +424,7 @@ class MoveProof:
         if causes:
             await self._fell_back(state)
             stopped = causes == ["stop_command"]
-            return Verdict(MoveStatus.STOPPED, *causes) if stopped else _ended_by(body, "+".join(causes))
+            return Verdict(MoveStatus.STOPPED, causes[0]) if stopped else _ended_by(body, "+".join(causes))
         kept = False if await self._fell_back(state) else await self._kept_its_power()
         if kept is False:
             return Verdict(MoveStatus.LOST, error=_without_power(body))

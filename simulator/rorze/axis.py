@@ -33,6 +33,8 @@ class Axis:
         """Whether a loss of power leaves the position as it is: the manual does not say."""
         self.keeps_comments = False
         """Whether user comments (9VS) outlast a loss of power, in a memory with a battery, say: as above."""
+        self.compares_inclusively = False
+        """Whether `<` and `>` of JCP hold for equal values: its page says so, chapter 20 does not."""
         self.refuses_stale_positions = False
         """Whether HPS must have told where the axis really is: the manual does not say."""
 

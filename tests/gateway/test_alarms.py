@@ -11,22 +11,28 @@ import pytest
 from gateway.causes import causes_of
 from gateway.config import parse
 from gateway.core.alarms import Alarm, AlarmLasts, Latched
+from gateway.core.errors import ControllerRefused
 from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore
+from gateway.core.rights import RIGHT_OF, Right
 from gateway.event_types import EVENT_TYPES
 from gateway.operations.alarms import listed, reset
 from gateway.operations.commands import do
 from gateway.plant import Plant
+from protocols.fics.alarms import ResetErrors
+from protocols.rorze.encoder import ClearEncoderStallError
+from protocols.rorze.inputs_outputs import ClearErrorOutputStatus
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
+from protocols.rorze.stall_sensor import ClearStallSensorError
 from protocols.rorze.status import ClearControllerStatus, SetUserComment
 from simulator.fics.alarms import system_error
 from simulator.rorze.line import build_line
 from simulator.rorze.world import EMS
 from tests.fics_plants import fics_rig
-from tests.plants import SET_UP_S, Rig, Wire, configuration, finished, in_virtual_time, rig
+from tests.plants import SET_UP_S, Rig, Wire, configuration, finished, in_virtual_time, rig, start
 from tests.tested_plant import TestedPlant
 from tests.world import World
 from transports.base import Receiver, TransportLost
@@ -447,3 +453,29 @@ def test_a_robot_that_may_move_on_is_an_alarm_whose_next_calls_look_and_stop(
             await do_reset(it.plant)
 
     story()
+
+
+def test_an_operator_may_clear_what_an_operator_may_cause() -> None:
+    for row in (
+        ClearControllerStatus,
+        ClearStallSensorError,
+        ClearEncoderStallError,
+        ClearErrorOutputStatus,
+        ResetErrors,
+    ):
+        assert RIGHT_OF[row.effect] is Right.OPERATE, row.code
+
+
+@in_virtual_time
+async def test_the_alarm_of_ems_says_when_the_motor_takes_moves_again() -> None:
+    async with rig() as it:
+        it.touch(0x3F, lambda axis: axis.world.forced.update({EMS: True}))
+        it.axis().status |= 0x04
+        await it.body().poll()
+        said = standing(it.plant)["body.ems_error"].en.motor
+        assert "once it is off it takes them, cleared or not" in said
+        with pytest.raises(ControllerRefused):
+            await start(it, MoveClockwise(distance=5))
+        it.touch(0x3F, lambda axis: axis.world.forced.pop(EMS))
+        assert it.axis().status & 0x04
+        assert (await finished(it, MoveClockwise(distance=5))).status is MoveStatus.SUCCEEDED

@@ -146,7 +146,8 @@ async def test_a_program_that_moves_the_motor_explains_where_it_is() -> None:
 async def test_one_garbled_reading_changes_nothing() -> None:
     async with battery_board() as it:
         await finished(it, MoveTo(position=1750))
-        execute, garbled = it.axis().execute, []
+        execute = it.axis().execute
+        garbled: list[str] = []
 
         def once(text: str, now: float) -> object:
             response = execute(text, now)
