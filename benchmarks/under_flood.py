@@ -163,7 +163,7 @@ class Stand:
     def connections(self) -> int:
         """How many sockets the gateway has open."""
         places = Path(f"/proc/{self.gateway.pid}/fd").iterdir()
-        return sum(os.readlink(place).startswith("socket:") for place in places)
+        return sum(str(place.readlink()).startswith("socket:") for place in places)
 
     async def _stop(self, client: Client, ends_at: float, found: Measured) -> None:
         while monotonic() < ends_at:
@@ -205,7 +205,7 @@ class Stand:
         return 1000 * max(0.0, took_s), status
 
     def _waited_s(self) -> float:
-        return waited_s(self.gateway.pid, os.getpid())
+        return waited_s(self.gateway.pid) + waited_s(os.getpid())
 
     def _ended(self, path: str, text: str, body: int | None, after: float) -> list[Fact]:
         told = self.truth[path].of("command", body)
