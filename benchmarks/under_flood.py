@@ -5,9 +5,10 @@ The yardstick of each flood is the same gateway alone, and a server beside it th
 
 import asyncio
 import json
+import os
 import sys
 from asyncio.subprocess import PIPE, Process
-from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
+from collections.abc import AsyncIterator, Awaitable
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,7 +16,7 @@ from tempfile import TemporaryDirectory
 from time import monotonic
 from typing import Any, Final
 
-from benchmarks.processes import cpu_s, free_port, module, resident_mib
+from benchmarks.processes import cpu_s, free_port, module, resident_mib, waited_s
 from benchmarks.stop_latency import SPEEDS
 from gateway.access.keys import KeyStore
 from gateway.access.roles import Role
@@ -31,8 +32,11 @@ BEAT_S: Final = 0.1
 HEARTBEAT_S: Final = 0.5
 STOP_PAUSE_S: Final = 0.02
 READY_S: Final = 60.0
-SETTLE_S: Final = 0.3
-"""A flood has begun by then, and has ended."""
+SETTLE_S: Final = 0.1
+"""A flood has begun by then."""
+REST_S: Final = 3.0
+"""What a flood has left behind is gone by then."""
+LOOK_S: Final = 0.5
 _ROBOT: Final = '{id = "r1", units = [{number = 1, axes = ["X", "Y", "Z"]}]}'
 _JOGS: Final = {
     "/bodies/3F/jogs": {"at_most": {"value": 900_000, "unit": "pulse"}},
@@ -50,7 +54,10 @@ class Measured:
     """One flood, or none."""
 
     stops_ms: list[float] = field(default_factory=list)
-    """From the request of a stop to its answer, for a body that stands still."""
+    """From the request of a stop to its answer, for a body that stands still.
+
+    These and the next are without the time for which this process or the gateway waited for a processor.
+    """
     beats_ms: list[float] = field(default_factory=list)
     """From a heartbeat to its answer."""
     echoes_ms: list[float] = field(default_factory=list)
@@ -61,9 +68,6 @@ class Measured:
     """From the last heartbeat of a jog to the command that ends it."""
     failures: list[str] = field(default_factory=list)
     """What was answered wrongly, or not at all."""
-    resident_mib: float = 0.0
-    idle_share: float = 0.0
-    """The part of a processor that the gateway takes when the flood is over."""
 
 
 class Client:
@@ -149,17 +153,21 @@ class Stand:
         found.holds_ms = [ms for at, ms in self.holds if begun_at <= at <= ended_at]
         return found
 
-    async def rest(self, found: Measured) -> None:
-        """Look at what a flood has left behind."""
-        await asyncio.sleep(SETTLE_S)
+    async def rest(self) -> tuple[float, float]:
+        """What floods have left behind: the share of a processor that the gateway takes, and its MiB."""
+        await asyncio.sleep(REST_S)
         before, begun_at = cpu_s(self.gateway), monotonic()
-        await asyncio.sleep(SETTLE_S)
-        found.idle_share = (cpu_s(self.gateway) - before) / (monotonic() - begun_at)
-        found.resident_mib = resident_mib(self.gateway)
+        await asyncio.sleep(LOOK_S)
+        return (cpu_s(self.gateway) - before) / (monotonic() - begun_at), resident_mib(self.gateway)
+
+    def connections(self) -> int:
+        """How many sockets the gateway has open."""
+        places = Path(f"/proc/{self.gateway.pid}/fd").iterdir()
+        return sum(str(place.readlink()).startswith("socket:") for place in places)
 
     async def _stop(self, client: Client, ends_at: float, found: Measured) -> None:
         while monotonic() < ends_at:
-            took_ms, status = await _timed(client.ask("POST", "/bodies/00/stop", {"mode": "immediate"}))
+            took_ms, status = await self._timed(client.ask("POST", "/bodies/00/stop", {"mode": "immediate"}))
             found.stops_ms.append(took_ms)
             if status != 200:
                 found.failures.append(f"a stop was answered {status}")
@@ -175,12 +183,12 @@ class Stand:
             return
         assert self.echo is not None
         place = f"{path}/{jog['id']}/heartbeat"
-        last_at = monotonic()
+        last_at, before_s = monotonic(), self._waited_s()
         while monotonic() < ends_at:
             await asyncio.sleep(BEAT_S)
-            found.echoes_ms.append((await _timed(self.echo.ask("GET", "/")))[0])
-            last_at = monotonic()
-            took_ms, status = await _timed(client.ask("POST", place))
+            found.echoes_ms.append((await self._timed(self.echo.ask("GET", "/")))[0])
+            last_at, before_s = monotonic(), self._waited_s()
+            took_ms, status = await self._timed(client.ask("POST", place))
             found.beats_ms.append(took_ms)
             if status != 200:
                 found.failures.append(f"a heartbeat of {path} was answered {status}")
@@ -188,17 +196,20 @@ class Stand:
         text, body = _ENDS[path]
         while not (ended := self._ended(path, text, body, last_at)):  # noqa: ASYNC110  # the line tells nobody
             await asyncio.sleep(0.01)
-        found.silences_ms.append(1000 * (ended[0].at - last_at))
+        found.silences_ms.append(1000 * (ended[0].at - last_at - self._waited_s() + before_s))
+
+    async def _timed(self, asking: Awaitable[tuple[int, Any]]) -> tuple[float, int]:
+        begun_at, before_s = monotonic(), self._waited_s()
+        status, _ = await asking
+        took_s = monotonic() - begun_at - self._waited_s() + before_s
+        return 1000 * max(0.0, took_s), status
+
+    def _waited_s(self) -> float:
+        return waited_s(self.gateway.pid) + waited_s(os.getpid())
 
     def _ended(self, path: str, text: str, body: int | None, after: float) -> list[Fact]:
         told = self.truth[path].of("command", body)
         return [it for it in told if it.at > after and str(it.facts["text"]).startswith(text)]
-
-
-async def _timed(asking: Awaitable[tuple[int, Any]]) -> tuple[float, int]:
-    begun_at = monotonic()
-    status, _ = await asking
-    return 1000 * (monotonic() - begun_at), status
 
 
 @asynccontextmanager
@@ -279,17 +290,3 @@ async def _teach(stand: Stand) -> None:
         await client.ask("POST", f"/bodies/3F/commands/{name}", value)
     await client.ask("POST", "/robots/r1/units/1/moves?wait=60", {"kind": "home"})
     client.close()
-
-
-def each_of(names: Sequence[str], seconds: float) -> Callable[[], Awaitable[dict[str, Measured]]]:
-    """Measure nothing at first, under an empty name, and then each flood."""
-
-    async def measure() -> dict[str, Measured]:
-        found: dict[str, Measured] = {}
-        async with stand() as standing:
-            for name in ("", *names):
-                found[name] = await standing.measure(name, seconds)
-                await standing.rest(found[name])
-        return found
-
-    return measure
