@@ -125,7 +125,7 @@ def test_a_full_disk_takes_all_or_nothing(tmp_path: Path, monkeypatch: pytest.Mo
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         return write(descriptor, text[: len(text) - 50])
 
-    monkeypatch.setattr(chain_module.os, "write", half)
+    monkeypatch.setattr(os, "write", half)
     with pytest.raises(OSError, match="No space"):
         it.append([draft("key.made", "key6")])
     monkeypatch.undo()
