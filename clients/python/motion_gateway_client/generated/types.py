@@ -2211,7 +2211,7 @@ class Entry(TypedDict):
     target: str
     """What it is about: the name of a key, an address, a path."""
     count: int
-    """1, or how many alike were counted in this entry because they came in a flood."""
+    """1, or the number of those alike that were counted in this entry, for they came in a flood."""
     since: str | None
     """When the first of these came; null where `count` is 1."""
     data: dict[str, Any]
@@ -6389,7 +6389,7 @@ class SecurityEntries(TypedDict):
 
     entries: list[Entry]
     cursor: int | None
-    """Give it as `cursor` for older ones; null where there are none."""
+    """The number to give as `cursor` for older ones; null where there are none."""
 
 
 class SecurityTrouble(TypedDict):

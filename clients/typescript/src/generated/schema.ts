@@ -8861,7 +8861,7 @@ export interface components {
             target: string;
             /**
              * Count
-             * @description 1, or how many alike were counted in this entry because they came in a flood.
+             * @description 1, or the number of those alike that were counted in this entry, for they came in a flood.
              */
             count: number;
             /**
@@ -18582,7 +18582,7 @@ export interface components {
             entries: components["schemas"]["Entry"][];
             /**
              * Cursor
-             * @description Give it as `cursor` for older ones; null where there are none.
+             * @description The number to give as `cursor` for older ones; null where there are none.
              */
             cursor: number | null;
         };
