@@ -21,7 +21,7 @@ class Entry(BaseModel):
     request_id: str | None = Field(description="The X-Request-Id of the request.")
     target: str = Field(description="What it is about: the name of a key, an address, a path.")
     count: int = Field(
-        description="1, or the number of those alike that were counted in this entry, for they came in a flood."
+        description="1, or the number of those alike that were counted in this entry in a flood."
     )
     since: datetime | None = Field(description="When the first of these came; null where `count` is 1.")
     data: dict[str, Any] = Field(description="What else belongs to it, by its type.")

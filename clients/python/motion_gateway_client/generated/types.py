@@ -2211,7 +2211,7 @@ class Entry(TypedDict):
     target: str
     """What it is about: the name of a key, an address, a path."""
     count: int
-    """1, or the number of those alike that were counted in this entry, for they came in a flood."""
+    """1, or the number of those alike that were counted in this entry in a flood."""
     since: str | None
     """When the first of these came; null where `count` is 1."""
     data: dict[str, Any]
@@ -4569,6 +4569,7 @@ class RefusalsBurst(TypedDict):
     """Refusals that came faster than by mistake."""
 
     refusals: int
+    """Their number."""
     seconds: float
     """Within this time."""
     type: str

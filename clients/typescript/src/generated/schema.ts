@@ -8861,7 +8861,7 @@ export interface components {
             target: string;
             /**
              * Count
-             * @description 1, or the number of those alike that were counted in this entry, for they came in a flood.
+             * @description 1, or the number of those alike that were counted in this entry in a flood.
              */
             count: number;
             /**
@@ -13881,7 +13881,10 @@ export interface components {
          * @description Refusals that came faster than by mistake.
          */
         RefusalsBurst: {
-            /** Refusals */
+            /**
+             * Refusals
+             * @description Their number.
+             */
             refusals: number;
             /**
              * Seconds
