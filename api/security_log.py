@@ -17,7 +17,9 @@ class SecurityEntries(BaseModel):
     """Entries, the newest first."""
 
     entries: list[Entry]
-    cursor: int | None = Field(description="Give it as `cursor` for older ones; null where there are none.")
+    cursor: int | None = Field(
+        description="The number to give as `cursor` for older ones; null where there are none."
+    )
 
 
 @router.get("/security", Right.ADMIN, response_model=SecurityEntries)

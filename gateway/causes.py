@@ -3,6 +3,7 @@
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
+from functools import partial
 from typing import Final
 
 from gateway.core.alarms import Cause, Facts, Kind, past, words
@@ -212,6 +213,10 @@ GATEWAY: Final[Sequence[Kind[str]]] = (
 refused could cause that."""
 
 
+def _reason(trouble: Callable[[], str | None] | None, _: str) -> str | None:
+    return None if trouble is None else trouble()
+
+
 def causes_of(
     families: Collection[Family],
     ports: Mapping[str, AnyLine],
@@ -226,8 +231,7 @@ def causes_of(
     for kind in LINES:
         yield kind.among(ports.get)
     for trouble in GATEWAY:
-        why = troubles.get(trouble.name, lambda: None)
-        yield trouble.among(lambda _, why=why: why())
+        yield trouble.among(partial(_reason, troubles.get(trouble.name)))
     for family in families:
         for cause in family.causes():
             if latch:

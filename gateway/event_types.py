@@ -41,7 +41,7 @@ class SecurityTrouble(EventData):
 class RefusalsBurst(EventData):
     """Refusals that came faster than by mistake."""
 
-    refusals: int
+    refusals: int = Field(description="Their number.")
     seconds: float = Field(description="Within this time.")
     type: str = Field(description="The type of the last, as in the security log.")
     address: str | None = Field(description="The network address of the last.")

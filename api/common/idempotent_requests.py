@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from http import HTTPStatus
@@ -22,6 +23,7 @@ from gateway.core.aside import aside
 from gateway.core.errors import GatewayError, InvalidRequest, NoReply
 from gateway.core.move_record import Move, MoveRecord
 from gateway.core.origin import acting, current
+from gateway.core.rights import Right
 from gateway.core.targets import Begun
 from gateway.operations.keys import Answered, Key, Keys, LeftOpen
 from gateway.rorze.scaras.record import ScaraMove
@@ -157,11 +159,11 @@ class IdempotentRequests:
         return answer
 
 
-def relies_on_key(scope: Scope) -> bool:
-    """Whether a request does something, stops nothing, and has a key."""
-    if scope["type"] != "http" or scope["method"] not in WITH_EFFECT:
+def relies_on_key(scope: Scope, right_of: Callable[[Scope], Right | None]) -> bool:
+    """Whether a request changes something, stops nothing, and has a key; its route tells the right."""
+    if scope["type"] != "http" or scope["method"] not in WITH_EFFECT or not has_key(scope):
         return False
-    return has_key(scope) and takes_key(scope["method"], scope["path"])
+    return takes_key(scope["method"], scope["path"], right_of(scope))
 
 
 def _key_of(scope: Scope) -> str:

@@ -12,7 +12,7 @@ from starlette.types import Message, Receive, Scope, Send
 
 from api.common.fast_route import NO_QUERY, NOTHING, FastCall, NotPlain
 from api.common.faults import InvalidBody
-from api.common.idempotency import WITH_EFFECT, require_no_key
+from api.common.idempotency import READS, WITH_EFFECT, require_no_key
 from api.common.query_params import require_known
 from api.common.routes import HttpRoute
 from gateway.core.aside import aside
@@ -187,7 +187,7 @@ class StrictRoute(HttpRoute):
         handle = super().get_route_handler()
         self._stops = self.right is Right.STOP
         effect = not WITH_EFFECT.isdisjoint(self.methods or ())
-        self._refuses_keys = self.refuses_keys and effect and not self._stops
+        self._refuses_keys = self.refuses_keys and effect and self.right not in {*READS, Right.STOP}
         # One that is not in the document, or describes its body there, reads that itself: CSV, a program.
         reads_itself = not self.include_in_schema or "requestBody" in (self.openapi_extra or {})
         takes_nothing = self.body_field is None and not reads_itself

@@ -21,7 +21,7 @@ class Entry(BaseModel):
     request_id: str | None = Field(description="The X-Request-Id of the request.")
     target: str = Field(description="What it is about: the name of a key, an address, a path.")
     count: int = Field(
-        description="1, or how many alike were counted in this entry because they came in a flood."
+        description="1, or the number of those alike that were counted in this entry in a flood."
     )
     since: datetime | None = Field(description="When the first of these came; null where `count` is 1.")
     data: dict[str, Any] = Field(description="What else belongs to it, by its type.")
@@ -62,7 +62,7 @@ REQUEST_REFUSED: Final = _row(
 )
 SESSION_ENDED: Final = _row("session.ended", "a session has ended before its time", "why", "of")
 KEY_MADE: Final = _row("key.made", "a key was made", "role", "scope", "expires_at", folds=False)
-KEY_CHANGED: Final = _row("key.changed", "a key was changed", "role", "scope", "expires_at", folds=False)
+KEY_CHANGED: Final = _row("key.changed", "a key was changed", "role", "scope", "expires_at", "overlap", folds=False)
 KEY_REVOKED: Final = _row("key.revoked", "a key was ended", "role", "scope", folds=False)
 LEASE_TAKEN: Final = _row("lease.taken", "a part of the plant was leased", "lease", "ttl_s")
 LEASE_TAKEN_OVER: Final = _row("lease.taken_over", "an admin has taken over a lease", "lease", "holder")

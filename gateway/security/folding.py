@@ -16,6 +16,7 @@ SINGLY: Final = 20
 """Entries of one caller at one address in a window that stand singly."""
 SINGLY_IN_ALL: Final = 100
 """The same of all callers together."""
+BUSY_WITH_REFUSALS: Final = 20
 MOST_SENDERS: Final = 20
 """Senders that are counted each for itself; all others are counted together."""
 
@@ -38,6 +39,8 @@ class Counted:
 class Folding:
     """The window of one type of entries."""
 
+    busy: int = SINGLY_IN_ALL
+    """After so many in a window the next is longer, too: refusals need no credential."""
     length_s: float = SHORTEST_S
     began_at: float = float("-inf")
     _singly: dict[Sender, int] = field(default_factory=dict)
@@ -56,7 +59,7 @@ class Folding:
 
     def begin(self, now: float) -> None:
         """Begin the next window: a longer one if this one has counted, else a shorter one."""
-        factor = 2.0 if self._is_flood else 0.5
+        factor = 2.0 if self._is_flood or sum(self._singly.values()) > self.busy else 0.5
         self.length_s = min(max(self.length_s * factor, SHORTEST_S), LONGEST_S)
         self.began_at, self._is_flood = now, False
         self._singly.clear()

@@ -16,7 +16,7 @@ from gateway.core.origin import GATEWAY, Origin, current
 from gateway.security import entries
 from gateway.security.chain import Chain, Draft, draft, newest
 from gateway.security.entries import Entry, EntryType
-from gateway.security.folding import Folding
+from gateway.security.folding import BUSY_WITH_REFUSALS, SINGLY_IN_ALL, Folding
 
 log = logging.getLogger(__name__)
 
@@ -201,7 +201,8 @@ class SecurityLog:
     # floods
 
     def _folding(self, type_: EntryType) -> Folding:
-        folding = self._foldings.setdefault(type_.name, Folding())
+        busy = BUSY_WITH_REFUSALS if type_.is_refusal else SINGLY_IN_ALL
+        folding = self._foldings.setdefault(type_.name, Folding(busy))
         now = self._clock()
         if folding.is_over(now):
             self._write_count(type_.name, folding)

@@ -288,7 +288,7 @@ def test_every_cause_is_worded_in_both_languages_of_what_its_event_tells() -> No
 NEEDS_NOBODY: Final = {
     "line": {"up", "strict", "message", "scan.running", "scan.finished", "scan.failed"},
     "gateway": {
-        *("journal.recovered", "shutting_down", "reloaded", "key.made", "key.revoked"),
+        *("journal.recovered", "security.recovered", "shutting_down", "reloaded", "key.made", "key.revoked"),
         *("scan.finished", "scan.failed"),
     },
     "stream": {"gap", "snapshot"},

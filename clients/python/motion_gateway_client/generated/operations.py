@@ -150,6 +150,9 @@ from motion_gateway_client.generated.types import (
     ScaraPathRequest,
     ScaraRetractRequest,
     ScaraRotateRequest,
+    SecurityEntries,
+    SessionInfo,
+    SessionList,
     SettingsChange,
     SignalState,
     SpeedAccepted,
@@ -1523,6 +1526,39 @@ class Operations(Protocol):
         """Let a key never be used again: its next request is refused, and its event streams end within 5 s."""
         answer: KeyInfo = self.call(
             "DELETE", filled("/access/keys/{name}", name=name), idempotency_key=idempotency_key
+        )
+        return answer
+
+    def list_sessions(self) -> SessionList:
+        """List who has signed in with a browser, from where, and when the session was last used."""
+        answer: SessionList = self.call("GET", filled("/access/sessions"))
+        return answer
+
+    def end_sessions(self, *, key: str | None = None, idempotency_key: str | None = None) -> SessionList:
+        """End all sessions of a key, which stays good, and list them."""
+        answer: SessionList = self.call(
+            "DELETE", filled("/access/sessions"), query={"key": key}, idempotency_key=idempotency_key
+        )
+        return answer
+
+    def end_session(self, session_id: str, *, idempotency_key: str | None = None) -> SessionInfo:
+        """End a session: its next request is refused, and its event streams end within 5 s."""
+        answer: SessionInfo = self.call(
+            "DELETE",
+            filled("/access/sessions/{session_id}", session_id=session_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def list_security_entries(
+        self, *, limit: int | None = None, cursor: int | None = None
+    ) -> SecurityEntries:
+        """List the security log: sign-ins, refusals, keys, sessions, leases, reloads and what else needs a name.
+
+        No use of the gateway pushes an entry out; what comes in a flood is counted in one.
+        """
+        answer: SecurityEntries = self.call(
+            "GET", filled("/security"), query={"limit": limit, "cursor": cursor}
         )
         return answer
 

@@ -2210,6 +2210,34 @@ class EndFrame(TypedDict):
     """The byte of 9MD, 0 after a normal end."""
 
 
+class Entry(TypedDict):
+    """An entry of the security log, as it stands in its file."""
+
+    number: int
+    """Counts up by one from the first entry; none is given twice."""
+    time: str
+    type: str
+    """Such as `key.made`; docs/configuration.md lists all."""
+    caller: str | None
+    """The name of the key or of the token's holder, what else has caused it, such as SIGHUP, or null where the caller is not known."""
+    address: str | None
+    """The network address that the request came from."""
+    request_id: str | None
+    """The X-Request-Id of the request."""
+    target: str
+    """What it is about: the name of a key, an address, a path."""
+    count: int
+    """1, or the number of those alike that were counted in this entry in a flood."""
+    since: str | None
+    """When the first of these came; null where `count` is 1."""
+    data: dict[str, Any]
+    """What else belongs to it, by its type."""
+    previous: str
+    """The `hash` of the entry before, 64 zeros in the first."""
+    hash: str
+    """SHA-256 of the entry's line up to this member, in hex."""
+
+
 class ErrorOutputChoice(TypedDict):
     """Which output reports a cause, and how."""
 
@@ -2274,6 +2302,9 @@ class EventList(TypedDict):
         | GatewayReloadFailedEvent
         | GatewayScanFinishedEvent
         | GatewayScanFailedEvent
+        | GatewaySecurityTroubleEvent
+        | GatewaySecurityRecoveredEvent
+        | GatewayRefusalsBurstEvent
         | GatewayKeyMadeEvent
         | GatewayKeyApprovedEvent
         | GatewayKeyRotatedEvent
@@ -2693,6 +2724,22 @@ class GatewayLoopHeldEvent(TypedDict):
     data: LoopHeld
 
 
+class GatewayRefusalsBurstEvent(TypedDict):
+    """Many requests or sign-ins were refused in a minute; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.refusals.burst"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RefusalsBurst
+
+
 class GatewayReloadFailedEvent(TypedDict):
     """The file was not taken; nothing has changed; about `/gateway`."""
 
@@ -2755,6 +2802,38 @@ class GatewayScanFinishedEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: PortScan
+
+
+class GatewaySecurityRecoveredEvent(TypedDict):
+    """The security log can be written again; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.security.recovered"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Nothing
+
+
+class GatewaySecurityTroubleEvent(TypedDict):
+    """The security log cannot be written; what is to stand in it waits; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.security.trouble"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: SecurityTrouble
 
 
 class GatewayShuttingDownEvent(TypedDict):
@@ -4606,6 +4685,19 @@ class Readiness(TypedDict):
     """The same in words, and what to do."""
 
 
+class RefusalsBurst(TypedDict):
+    """Refusals that came faster than by mistake."""
+
+    refusals: int
+    """Their number."""
+    seconds: float
+    """Within this time."""
+    type: str
+    """The type of the last, as in the security log."""
+    address: str | None
+    """The network address of the last."""
+
+
 class RelativeMoveRequest(TypedDict):
     """Move by a distance (RC-420 manual 13.2)."""
 
@@ -6445,6 +6537,20 @@ class Section(TypedDict):
     upper: Length
 
 
+class SecurityEntries(TypedDict):
+    """Entries, the newest first."""
+
+    entries: list[Entry]
+    cursor: int | None
+    """The number to give as `cursor` for older ones; null where there are none."""
+
+
+class SecurityTrouble(TypedDict):
+    """Why the security log cannot be written."""
+
+    reason: str
+
+
 class SensorBits(TypedDict):
     """The sensors, bits of CLD (RC-420 manual 14)."""
 
@@ -6462,6 +6568,26 @@ class SensorChange(TypedDict):
     sensor: str
     """stall, origin, cw_limit, ccw_limit, in_position or ems."""
     on: bool
+
+
+class SessionInfo(TypedDict):
+    """A session, without what is secret of it."""
+
+    id: str
+    """Names the session, and lets nobody in."""
+    name: str
+    """The name of the key, or of the token's holder."""
+    role: Role
+    address: str | None
+    """The network address that it was begun from."""
+    began_at: str
+    used_at: str
+
+
+class SessionList(TypedDict):
+    """Sessions, the one that was used last first."""
+
+    sessions: list[SessionInfo]
 
 
 class Settings(TypedDict):
@@ -7242,6 +7368,9 @@ Event: TypeAlias = (
     | GatewayReloadFailedEvent
     | GatewayScanFinishedEvent
     | GatewayScanFailedEvent
+    | GatewaySecurityTroubleEvent
+    | GatewaySecurityRecoveredEvent
+    | GatewayRefusalsBurstEvent
     | GatewayKeyMadeEvent
     | GatewayKeyApprovedEvent
     | GatewayKeyRotatedEvent

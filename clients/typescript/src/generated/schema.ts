@@ -778,9 +778,7 @@ export interface paths {
         put?: never;
         /**
          * Issue Ticket
-         * @description Give a ticket for one event stream, which ends with the session or the key it was given for.
-         *
-         *     It is for browsers, whose WebSockets and EventSources send no key.
+         * @description Give a ticket for one event stream, for browsers, whose WebSockets and EventSources send no key.
          */
         post: operations["issueTicket"];
         delete?: never;
@@ -2057,46 +2055,6 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/access/keys/{name}/rotate": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Rotate Key
-         * @description Make a new key in the place of a good one and tell it once; the old one is good for the overlap yet.
-         */
-        post: operations["rotateKey"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/access/keys/{name}/approve": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Approve Key
-         * @description Let a key of an admin be good that another admin has made (`access.four_eyes`).
-         */
-        post: operations["approveKey"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
     "/access/keys/{name}": {
         parameters: {
             query?: never;
@@ -2112,6 +2070,72 @@ export interface paths {
          * @description Let a key never be used again: its next request is refused, and its event streams end within 5 s.
          */
         delete: operations["revokeKey"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/access/sessions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Sessions
+         * @description List who has signed in with a browser, from where, and when the session was last used.
+         */
+        get: operations["listSessions"];
+        put?: never;
+        post?: never;
+        /**
+         * End Sessions
+         * @description End all sessions of a key, which stays good, and list them.
+         */
+        delete: operations["endSessions"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/access/sessions/{session_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * End Session
+         * @description End a session: its next request is refused, and its event streams end within 5 s.
+         */
+        delete: operations["endSession"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/security": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Security Entries
+         * @description List the security log: sign-ins, refusals, keys, sessions, leases, reloads and what else needs a name.
+         *
+         *     No use of the gateway pushes an entry out; what comes in a flood is counted in one.
+         */
+        get: operations["listSecurityEntries"];
+        put?: never;
+        post?: never;
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -3474,8 +3498,6 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
-            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it. */
-            max_speed?: components["schemas"]["Rate"] | null;
         };
         /**
          * Alarm
@@ -3541,13 +3563,6 @@ export interface components {
             manual: string;
             en: components["schemas"]["AlarmText"];
             ja: components["schemas"]["AlarmText"];
-            /** @description Its words once its cause is over, which take the place of `en` and `ja` then; null where these stay, or were replaced. */
-            when_over: components["schemas"]["PastWords"] | null;
-            /**
-             * Part Of
-             * @description The id of the standing alarm that tells the same event: of a failed move that of its cause, of a body that of its line, of several bodies that of the first. Events leave it out.
-             */
-            part_of: string | null;
             /**
              * Next
              * @description The calls that help, in the order in which they do.
@@ -3984,11 +3999,6 @@ export interface components {
             /** Ended At */
             ended_at: string | null;
             /**
-             * Scales
-             * @description The bodies whose scale is not that of the backup, and what `units` made of that.
-             */
-            scales: components["schemas"]["ScaleDifference"][];
-            /**
              * Commands
              * @description The exact commands of a restore, in their order, once it has succeeded. Events leave them and the differences out: ask for the record.
              */
@@ -4395,11 +4405,6 @@ export interface components {
              * @description The text of a backup; comments after `;` mean nothing.
              */
             backup: string;
-            /**
-             * Units
-             * @description For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse.
-             */
-            units?: ("keep_pulses" | "convert") | null;
             /**
              * From Body
              * @description Take what the backup has of another body: two hex digits. Else of the same number.
@@ -4893,8 +4898,6 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
-            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it. */
-            max_speed?: components["schemas"]["Rate"] | null;
             /** @description The jog ends after this distance; never further than 10 s take at its top speed, nor beyond the soft limits. */
             at_most?: components["schemas"]["Length"] | null;
         };
@@ -7128,11 +7131,6 @@ export interface components {
              */
             backup: string;
             /**
-             * Units
-             * @description For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse.
-             */
-            units?: ("keep_pulses" | "convert") | null;
-            /**
              * From Body
              * @description Take what the backup has of another body: two hex digits. Else of the same number.
              */
@@ -7410,8 +7408,7 @@ export interface components {
          * BodySettingsChange
          * @description Settings to change; the others stay as they are.
          *
-         *     Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse. Of all others
-         *     it says that they are not set, or cannot be read, which has to be so.
+         *     Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse.
          * @example {
          *       "homing_retries": 1,
          *       "origin_offset": 20
@@ -8070,7 +8067,6 @@ export interface components {
              * @enum {string}
              */
             outcome: "unchanged" | "changed";
-            /** @description Null also where it could not be read. */
             before: components["schemas"]["JsonValue"];
         };
         /**
@@ -8149,12 +8145,12 @@ export interface components {
             acceleration_pps_s: number;
             /**
              * Rising Percent
-             * @description OA, 0-100; 0 where it was never set, too.
+             * @description OA, 0-100.
              */
             rising_percent: number;
             /**
              * Falling Percent
-             * @description OB, 0-100; 0 where it was never set, too.
+             * @description OB, 0-100.
              */
             falling_percent: number;
             /** @description In the body's unit; null without a scale. */
@@ -8824,6 +8820,74 @@ export interface components {
             cause: number;
         };
         /**
+         * Entry
+         * @description An entry of the security log, as it stands in its file.
+         */
+        Entry: {
+            /**
+             * Number
+             * @description Counts up by one from the first entry; none is given twice.
+             */
+            number: number;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Type
+             * @description Such as `key.made`; docs/configuration.md lists all.
+             */
+            type: string;
+            /**
+             * Caller
+             * @description The name of the key or of the token's holder, what else has caused it, such as SIGHUP, or null where the caller is not known.
+             */
+            caller: string | null;
+            /**
+             * Address
+             * @description The network address that the request came from.
+             */
+            address: string | null;
+            /**
+             * Request Id
+             * @description The X-Request-Id of the request.
+             */
+            request_id: string | null;
+            /**
+             * Target
+             * @description What it is about: the name of a key, an address, a path.
+             */
+            target: string;
+            /**
+             * Count
+             * @description 1, or the number of those alike that were counted in this entry in a flood.
+             */
+            count: number;
+            /**
+             * Since
+             * @description When the first of these came; null where `count` is 1.
+             */
+            since: string | null;
+            /**
+             * Data
+             * @description What else belongs to it, by its type.
+             */
+            data: {
+                [key: string]: unknown;
+            };
+            /**
+             * Previous
+             * @description The `hash` of the entry before, 64 zeros in the first.
+             */
+            previous: string;
+            /**
+             * Hash
+             * @description SHA-256 of the entry's line up to this member, in hex.
+             */
+            hash: string;
+        };
+        /**
          * ErrorOutputChoice
          * @description Which output reports a cause, and how.
          * @example {
@@ -8904,7 +8968,7 @@ export interface components {
          */
         EventList: {
             /** Events */
-            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["LineOrderViolatedEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["LineLeaseTakenEvent"] | components["schemas"]["LineLeaseReleasedEvent"] | components["schemas"]["LineLeaseExpiredEvent"] | components["schemas"]["LineLeaseTakenOverEvent"] | components["schemas"]["LineLeaseBrokenEvent"] | components["schemas"]["AlarmRaisedEvent"] | components["schemas"]["AlarmResetEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["GatewayReloadedEvent"] | components["schemas"]["GatewayReloadFailedEvent"] | components["schemas"]["GatewayScanFinishedEvent"] | components["schemas"]["GatewayScanFailedEvent"] | components["schemas"]["GatewayKeyMadeEvent"] | components["schemas"]["GatewayKeyApprovedEvent"] | components["schemas"]["GatewayKeyRotatedEvent"] | components["schemas"]["GatewayKeyEndsSoonEvent"] | components["schemas"]["GatewayKeyExpiredEvent"] | components["schemas"]["GatewayKeyRevokedEvent"] | components["schemas"]["StreamSnapshotEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyLeaseTakenEvent"] | components["schemas"]["BodyLeaseReleasedEvent"] | components["schemas"]["BodyLeaseExpiredEvent"] | components["schemas"]["BodyLeaseTakenOverEvent"] | components["schemas"]["BodyLeaseBrokenEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyBackupStartedEvent"] | components["schemas"]["BodyBackupProgressEvent"] | components["schemas"]["BodyBackupSucceededEvent"] | components["schemas"]["BodyBackupFailedEvent"] | components["schemas"]["BodyBackupCancelledEvent"] | components["schemas"]["BodyComparisonStartedEvent"] | components["schemas"]["BodyComparisonProgressEvent"] | components["schemas"]["BodyComparisonSucceededEvent"] | components["schemas"]["BodyComparisonFailedEvent"] | components["schemas"]["BodyComparisonCancelledEvent"] | components["schemas"]["BodyPositionReadingStartedEvent"] | components["schemas"]["BodyPositionReadingProgressEvent"] | components["schemas"]["BodyPositionReadingSucceededEvent"] | components["schemas"]["BodyPositionReadingFailedEvent"] | components["schemas"]["BodyPositionReadingCancelledEvent"] | components["schemas"]["BodyPositionUploadStartedEvent"] | components["schemas"]["BodyPositionUploadProgressEvent"] | components["schemas"]["BodyPositionUploadSucceededEvent"] | components["schemas"]["BodyPositionUploadFailedEvent"] | components["schemas"]["BodyPositionUploadCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineBackupStartedEvent"] | components["schemas"]["LineBackupProgressEvent"] | components["schemas"]["LineBackupSucceededEvent"] | components["schemas"]["LineBackupFailedEvent"] | components["schemas"]["LineBackupCancelledEvent"] | components["schemas"]["LineComparisonStartedEvent"] | components["schemas"]["LineComparisonProgressEvent"] | components["schemas"]["LineComparisonSucceededEvent"] | components["schemas"]["LineComparisonFailedEvent"] | components["schemas"]["LineComparisonCancelledEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupLeaseTakenEvent"] | components["schemas"]["GroupLeaseReleasedEvent"] | components["schemas"]["GroupLeaseExpiredEvent"] | components["schemas"]["GroupLeaseTakenOverEvent"] | components["schemas"]["GroupLeaseBrokenEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStopsUnconfirmedEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotLeaseTakenEvent"] | components["schemas"]["RobotLeaseReleasedEvent"] | components["schemas"]["RobotLeaseExpiredEvent"] | components["schemas"]["RobotLeaseTakenOverEvent"] | components["schemas"]["RobotLeaseBrokenEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotInputChangedEvent"] | components["schemas"]["RobotStatusChangedEvent"] | components["schemas"]["RobotSensorChangedEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotUnitMissingEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotBackupStartedEvent"] | components["schemas"]["RobotBackupProgressEvent"] | components["schemas"]["RobotBackupSucceededEvent"] | components["schemas"]["RobotBackupFailedEvent"] | components["schemas"]["RobotBackupCancelledEvent"] | components["schemas"]["RobotComparisonStartedEvent"] | components["schemas"]["RobotComparisonProgressEvent"] | components["schemas"]["RobotComparisonSucceededEvent"] | components["schemas"]["RobotComparisonFailedEvent"] | components["schemas"]["RobotComparisonCancelledEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
+            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["LineOrderViolatedEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["LineLeaseTakenEvent"] | components["schemas"]["LineLeaseReleasedEvent"] | components["schemas"]["LineLeaseExpiredEvent"] | components["schemas"]["LineLeaseTakenOverEvent"] | components["schemas"]["LineLeaseBrokenEvent"] | components["schemas"]["AlarmRaisedEvent"] | components["schemas"]["AlarmResetEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["GatewayReloadedEvent"] | components["schemas"]["GatewayReloadFailedEvent"] | components["schemas"]["GatewayScanFinishedEvent"] | components["schemas"]["GatewayScanFailedEvent"] | components["schemas"]["GatewaySecurityTroubleEvent"] | components["schemas"]["GatewaySecurityRecoveredEvent"] | components["schemas"]["GatewayRefusalsBurstEvent"] | components["schemas"]["GatewayKeyMadeEvent"] | components["schemas"]["GatewayKeyRevokedEvent"] | components["schemas"]["StreamSnapshotEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyLeaseTakenEvent"] | components["schemas"]["BodyLeaseReleasedEvent"] | components["schemas"]["BodyLeaseExpiredEvent"] | components["schemas"]["BodyLeaseTakenOverEvent"] | components["schemas"]["BodyLeaseBrokenEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyBackupStartedEvent"] | components["schemas"]["BodyBackupProgressEvent"] | components["schemas"]["BodyBackupSucceededEvent"] | components["schemas"]["BodyBackupFailedEvent"] | components["schemas"]["BodyBackupCancelledEvent"] | components["schemas"]["BodyComparisonStartedEvent"] | components["schemas"]["BodyComparisonProgressEvent"] | components["schemas"]["BodyComparisonSucceededEvent"] | components["schemas"]["BodyComparisonFailedEvent"] | components["schemas"]["BodyComparisonCancelledEvent"] | components["schemas"]["BodyPositionReadingStartedEvent"] | components["schemas"]["BodyPositionReadingProgressEvent"] | components["schemas"]["BodyPositionReadingSucceededEvent"] | components["schemas"]["BodyPositionReadingFailedEvent"] | components["schemas"]["BodyPositionReadingCancelledEvent"] | components["schemas"]["BodyPositionUploadStartedEvent"] | components["schemas"]["BodyPositionUploadProgressEvent"] | components["schemas"]["BodyPositionUploadSucceededEvent"] | components["schemas"]["BodyPositionUploadFailedEvent"] | components["schemas"]["BodyPositionUploadCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineBackupStartedEvent"] | components["schemas"]["LineBackupProgressEvent"] | components["schemas"]["LineBackupSucceededEvent"] | components["schemas"]["LineBackupFailedEvent"] | components["schemas"]["LineBackupCancelledEvent"] | components["schemas"]["LineComparisonStartedEvent"] | components["schemas"]["LineComparisonProgressEvent"] | components["schemas"]["LineComparisonSucceededEvent"] | components["schemas"]["LineComparisonFailedEvent"] | components["schemas"]["LineComparisonCancelledEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupLeaseTakenEvent"] | components["schemas"]["GroupLeaseReleasedEvent"] | components["schemas"]["GroupLeaseExpiredEvent"] | components["schemas"]["GroupLeaseTakenOverEvent"] | components["schemas"]["GroupLeaseBrokenEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStopsUnconfirmedEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotLeaseTakenEvent"] | components["schemas"]["RobotLeaseReleasedEvent"] | components["schemas"]["RobotLeaseExpiredEvent"] | components["schemas"]["RobotLeaseTakenOverEvent"] | components["schemas"]["RobotLeaseBrokenEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotInputChangedEvent"] | components["schemas"]["RobotStatusChangedEvent"] | components["schemas"]["RobotSensorChangedEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotUnitMissingEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotBackupStartedEvent"] | components["schemas"]["RobotBackupProgressEvent"] | components["schemas"]["RobotBackupSucceededEvent"] | components["schemas"]["RobotBackupFailedEvent"] | components["schemas"]["RobotBackupCancelledEvent"] | components["schemas"]["RobotComparisonStartedEvent"] | components["schemas"]["RobotComparisonProgressEvent"] | components["schemas"]["RobotComparisonSucceededEvent"] | components["schemas"]["RobotComparisonFailedEvent"] | components["schemas"]["RobotComparisonCancelledEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
             /** Cursor */
             cursor: string;
         };
@@ -9213,138 +9277,6 @@ export interface components {
             data: components["schemas"]["JournalTrouble"];
         };
         /**
-         * GatewayKeyApprovedEvent
-         * @description A second administrator has approved a key; about `/gateway`.
-         */
-        GatewayKeyApprovedEvent: {
-            /**
-             * Specversion
-             * @default 1.0
-             * @constant
-             */
-            specversion: "1.0";
-            /** Id */
-            id: string;
-            /**
-             * Source
-             * @default /motion-gateway
-             */
-            source: string;
-            /**
-             * @description discriminator enum property added by openapi-typescript
-             * @enum {string}
-             */
-            type: "gateway.key.approved";
-            /** Subject */
-            subject: string;
-            /**
-             * Time
-             * Format: date-time
-             */
-            time: string;
-            /**
-             * Datacontenttype
-             * @default application/json
-             * @constant
-             */
-            datacontenttype: "application/json";
-            /** Sequence */
-            sequence: string;
-            /** Cursor */
-            cursor: string;
-            /** Correlationid */
-            correlationid?: string | null;
-            data: components["schemas"]["KeyInfo"];
-        };
-        /**
-         * GatewayKeyEndsSoonEvent
-         * @description A key ends within `access.key_warning_d`; about `/gateway`.
-         */
-        GatewayKeyEndsSoonEvent: {
-            /**
-             * Specversion
-             * @default 1.0
-             * @constant
-             */
-            specversion: "1.0";
-            /** Id */
-            id: string;
-            /**
-             * Source
-             * @default /motion-gateway
-             */
-            source: string;
-            /**
-             * @description discriminator enum property added by openapi-typescript
-             * @enum {string}
-             */
-            type: "gateway.key.ends_soon";
-            /** Subject */
-            subject: string;
-            /**
-             * Time
-             * Format: date-time
-             */
-            time: string;
-            /**
-             * Datacontenttype
-             * @default application/json
-             * @constant
-             */
-            datacontenttype: "application/json";
-            /** Sequence */
-            sequence: string;
-            /** Cursor */
-            cursor: string;
-            /** Correlationid */
-            correlationid?: string | null;
-            data: components["schemas"]["KeyInfo"];
-        };
-        /**
-         * GatewayKeyExpiredEvent
-         * @description The time of a key is over; about `/gateway`.
-         */
-        GatewayKeyExpiredEvent: {
-            /**
-             * Specversion
-             * @default 1.0
-             * @constant
-             */
-            specversion: "1.0";
-            /** Id */
-            id: string;
-            /**
-             * Source
-             * @default /motion-gateway
-             */
-            source: string;
-            /**
-             * @description discriminator enum property added by openapi-typescript
-             * @enum {string}
-             */
-            type: "gateway.key.expired";
-            /** Subject */
-            subject: string;
-            /**
-             * Time
-             * Format: date-time
-             */
-            time: string;
-            /**
-             * Datacontenttype
-             * @default application/json
-             * @constant
-             */
-            datacontenttype: "application/json";
-            /** Sequence */
-            sequence: string;
-            /** Cursor */
-            cursor: string;
-            /** Correlationid */
-            correlationid?: string | null;
-            data: components["schemas"]["KeyInfo"];
-        };
-        /**
          * GatewayKeyMadeEvent
          * @description An administrator has made a key; about `/gateway`.
          */
@@ -9433,50 +9365,6 @@ export interface components {
             data: components["schemas"]["KeyInfo"];
         };
         /**
-         * GatewayKeyRotatedEvent
-         * @description A new key has taken the place of one that ends soon; about `/gateway`.
-         */
-        GatewayKeyRotatedEvent: {
-            /**
-             * Specversion
-             * @default 1.0
-             * @constant
-             */
-            specversion: "1.0";
-            /** Id */
-            id: string;
-            /**
-             * Source
-             * @default /motion-gateway
-             */
-            source: string;
-            /**
-             * @description discriminator enum property added by openapi-typescript
-             * @enum {string}
-             */
-            type: "gateway.key.rotated";
-            /** Subject */
-            subject: string;
-            /**
-             * Time
-             * Format: date-time
-             */
-            time: string;
-            /**
-             * Datacontenttype
-             * @default application/json
-             * @constant
-             */
-            datacontenttype: "application/json";
-            /** Sequence */
-            sequence: string;
-            /** Cursor */
-            cursor: string;
-            /** Correlationid */
-            correlationid?: string | null;
-            data: components["schemas"]["KeyInfo"];
-        };
-        /**
          * GatewayLoopHeldEvent
          * @description The gateway was suspended or held up; about `/gateway`.
          */
@@ -9519,6 +9407,50 @@ export interface components {
             /** Correlationid */
             correlationid?: string | null;
             data: components["schemas"]["LoopHeld"];
+        };
+        /**
+         * GatewayRefusalsBurstEvent
+         * @description Many requests or sign-ins were refused in a minute; about `/gateway`.
+         */
+        GatewayRefusalsBurstEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.refusals.burst";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["RefusalsBurst"];
         };
         /**
          * GatewayReloadFailedEvent
@@ -9695,6 +9627,94 @@ export interface components {
             /** Correlationid */
             correlationid?: string | null;
             data: components["schemas"]["PortScan"];
+        };
+        /**
+         * GatewaySecurityRecoveredEvent
+         * @description The security log can be written again; about `/gateway`.
+         */
+        GatewaySecurityRecoveredEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.security.recovered";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Nothing"];
+        };
+        /**
+         * GatewaySecurityTroubleEvent
+         * @description The security log cannot be written; what is to stand in it waits; about `/gateway`.
+         */
+        GatewaySecurityTroubleEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.security.trouble";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["SecurityTrouble"];
         };
         /**
          * GatewayShuttingDownEvent
@@ -10471,22 +10491,9 @@ export interface components {
             begins: string;
             /**
              * State
-             * @description `waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`).
              * @enum {string}
              */
-            state: "good" | "expired" | "revoked" | "waiting";
-            /**
-             * Ends Soon
-             * @description Whether it ends within `access.key_warning_d`, and no newer key has its name.
-             */
-            ends_soon: boolean;
-            /**
-             * Made By
-             * @description Who made it over HTTP, if that was noted.
-             */
-            made_by: string | null;
-            /** Approved By */
-            approved_by: string | null;
+            state: "good" | "expired" | "revoked";
             /**
              * Made At
              * Format: date-time
@@ -11030,11 +11037,6 @@ export interface components {
              * @description The text of a backup; comments after `;` mean nothing.
              */
             backup: string;
-            /**
-             * Units
-             * @description For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse.
-             */
-            units?: ("keep_pulses" | "convert") | null;
             /**
              * Bodies
              * @description These only: addresses such as 3F. Else all that the backup has.
@@ -11789,11 +11791,6 @@ export interface components {
              */
             backup: string;
             /**
-             * Units
-             * @description For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse.
-             */
-            units?: ("keep_pulses" | "convert") | null;
-            /**
              * Bodies
              * @description These only: addresses such as 3F. Else all that the backup has.
              */
@@ -12342,22 +12339,9 @@ export interface components {
             begins: string;
             /**
              * State
-             * @description `waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`).
              * @enum {string}
              */
-            state: "good" | "expired" | "revoked" | "waiting";
-            /**
-             * Ends Soon
-             * @description Whether it ends within `access.key_warning_d`, and no newer key has its name.
-             */
-            ends_soon: boolean;
-            /**
-             * Made By
-             * @description Who made it over HTTP, if that was noted.
-             */
-            made_by: string | null;
-            /** Approved By */
-            approved_by: string | null;
+            state: "good" | "expired" | "revoked";
             /**
              * Made At
              * Format: date-time
@@ -12759,7 +12743,7 @@ export interface components {
             scope?: string[] | null;
             /**
              * Expires S
-             * @description In seconds from now; left out: `access.key_lifetime_d`, a year if nothing else is said.
+             * @description In seconds from now; left out: it does not expire.
              */
             expires_s?: number | null;
         };
@@ -12897,14 +12881,6 @@ export interface components {
             request_id: string | null;
         };
         /**
-         * PastWords
-         * @description An alarm whose cause is over, in both languages: nothing of it is told as so now.
-         */
-        PastWords: {
-            en: components["schemas"]["AlarmText"];
-            ja: components["schemas"]["AlarmText"];
-        };
-        /**
          * PathDefinition
          * @description A whole path; without points it is cleared.
          * @example {
@@ -12978,8 +12954,6 @@ export interface components {
          *     }
          */
         PatternChange: {
-            /** Changes */
-            changes?: components["schemas"]["SpeedChangeRequest"][] | null;
             /**
              * Acceleration Set
              * @description 0-29.
@@ -12990,6 +12964,8 @@ export interface components {
              * @description 0-29.
              */
             deceleration_set?: number | null;
+            /** Changes */
+            changes?: components["schemas"]["SpeedChangeRequest"][] | null;
         };
         /**
          * PatternList
@@ -13025,11 +13001,6 @@ export interface components {
          */
         PatternValues: {
             /**
-             * Changes
-             * @description All that it shall have.
-             */
-            changes?: components["schemas"]["SpeedChangeRequest"][];
-            /**
              * Acceleration Set
              * @description Speed parameter set of the acceleration, 0-29.
              */
@@ -13039,6 +13010,11 @@ export interface components {
              * @description Speed parameter set of the deceleration, 0-29.
              */
             deceleration_set: number;
+            /**
+             * Changes
+             * @description All that it shall have.
+             */
+            changes?: components["schemas"]["SpeedChangeRequest"][];
         };
         /**
          * PlannedMove
@@ -13366,8 +13342,6 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
-            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it. */
-            max_speed?: components["schemas"]["Rate"] | null;
         };
         /**
          * PositionName
@@ -13480,13 +13454,8 @@ export interface components {
             /** @description Left out, where the motor stands. */
             position?: components["schemas"]["Length"] | null;
             /**
-             * Pulses
-             * @description Instead of `position`: as GET gives it, encoder counts in encoder mode.
-             */
-            pulses?: number | null;
-            /**
              * Name
-             * @description Left out or null, it keeps the name it has.
+             * @description Left out, it keeps the name it has.
              */
             name?: string | null;
         };
@@ -13848,24 +13817,6 @@ export interface components {
             ended_at: string | null;
         };
         /**
-         * Rate
-         * @description A speed with its unit.
-         * @example {
-         *       "unit": "pulse/s",
-         *       "value": 1000
-         *     }
-         */
-        Rate: {
-            /** Value */
-            value: number;
-            /**
-             * Unit
-             * @description Other units than pulse/s need the body's scale in the configuration.
-             * @enum {string}
-             */
-            unit: "pulse/s" | "mm/s" | "um/s" | "deg/s" | "mdeg/s";
-        };
-        /**
          * RawReply
          * @description What was answered.
          */
@@ -13909,10 +13860,7 @@ export interface components {
              * @description Whether every line is open and set up, and somebody answers on it.
              */
             ready: boolean;
-            /**
-             * Lines
-             * @description Those that the key of the request is for; without a good key none is named.
-             */
+            /** Lines */
             lines: {
                 [key: string]: components["schemas"]["LineState"];
             };
@@ -13927,6 +13875,32 @@ export interface components {
              * @description The same in words, and what to do.
              */
             detail: string;
+        };
+        /**
+         * RefusalsBurst
+         * @description Refusals that came faster than by mistake.
+         */
+        RefusalsBurst: {
+            /**
+             * Refusals
+             * @description Their number.
+             */
+            refusals: number;
+            /**
+             * Seconds
+             * @description Within this time.
+             */
+            seconds: number;
+            /**
+             * Type
+             * @description The type of the last, as in the security log.
+             */
+            type: string;
+            /**
+             * Address
+             * @description The network address of the last.
+             */
+            address: string | null;
         };
         /**
          * RelativeMoveRequest
@@ -13973,8 +13947,6 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
-            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it. */
-            max_speed?: components["schemas"]["Rate"] | null;
         };
         /**
          * ReloadFailed
@@ -14113,11 +14085,6 @@ export interface components {
              */
             controllers: string[];
             /**
-             * Scales
-             * @description The bodies whose scale is not that of the backup, and what `units` made of that.
-             */
-            scales: components["schemas"]["ScaleDifference"][];
-            /**
              * Commands
              * @description Commands to be written, as far as is known.
              * @default 0
@@ -14218,11 +14185,6 @@ export interface components {
              * @description Empty where the controllers hold the backup already.
              */
             differences: components["schemas"]["Difference"][];
-            /**
-             * Scales
-             * @description The bodies whose scale is not that of the backup, and what `units` made of that.
-             */
-            scales: components["schemas"]["ScaleDifference"][];
         };
         /**
          * Retry
@@ -14260,11 +14222,6 @@ export interface components {
              * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
              */
             start_within_s?: number;
-            /**
-             * Speed Percent
-             * @description Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own.
-             */
-            speed_percent?: number | null;
             /**
              * Coordinates
              * @description Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user.
@@ -16508,11 +16465,6 @@ export interface components {
              * @description Number of the position, 1-1999; it has to be set.
              */
             position: number;
-            /**
-             * Speed Percent
-             * @description Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own.
-             */
-            speed_percent?: number | null;
         };
         /**
          * RobotPowerCycleAcknowledgedEvent
@@ -16683,11 +16635,6 @@ export interface components {
              * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
              */
             start_within_s?: number;
-            /**
-             * Speed Percent
-             * @description Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own.
-             */
-            speed_percent?: number | null;
             /**
              * Coordinates
              * @description Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user.
@@ -17578,20 +17525,6 @@ export interface components {
          */
         Role: "viewer" | "operator" | "setup" | "admin";
         /**
-         * Rotation
-         * @description How a key is rotated.
-         * @example {
-         *       "overlap_s": 604800
-         *     }
-         */
-        Rotation: {
-            /**
-             * Overlap S
-             * @description Seconds for which the old key is good yet. Left out: 604800.0.
-             */
-            overlap_s?: number;
-        };
-        /**
          * RunRequest
          * @description Where a program begins: at a label or an address, else at its first instruction.
          * @example {
@@ -17611,33 +17544,6 @@ export interface components {
              * @description Execute one instruction only; without label and address the next one. Left out: false.
              */
             single_step?: boolean;
-        };
-        /**
-         * ScaleDifference
-         * @description A controller whose scale is not that of the backup.
-         */
-        ScaleDifference: {
-            /**
-             * Target
-             * @description The body.
-             */
-            target: string;
-            /**
-             * Backup
-             * @description The scale of the backup: 100 pulses/mm.
-             */
-            backup: string;
-            /**
-             * Controller
-             * @description That of the body: 250 pulses/mm, or no scale.
-             */
-            controller: string;
-            /**
-             * Units
-             * @description What was asked for: the same pulses, or the same lengths and speeds.
-             * @enum {string}
-             */
-            units: "keep_pulses" | "convert";
         };
         /**
          * Scaled
@@ -18671,6 +18577,27 @@ export interface components {
             upper: components["schemas"]["Length"];
         };
         /**
+         * SecurityEntries
+         * @description Entries, the newest first.
+         */
+        SecurityEntries: {
+            /** Entries */
+            entries: components["schemas"]["Entry"][];
+            /**
+             * Cursor
+             * @description The number to give as `cursor` for older ones; null where there are none.
+             */
+            cursor: number | null;
+        };
+        /**
+         * SecurityTrouble
+         * @description Why the security log cannot be written.
+         */
+        SecurityTrouble: {
+            /** Reason */
+            reason: string;
+        };
+        /**
          * SensorBits
          * @description The sensors, bits of CLD (RC-420 manual 14).
          */
@@ -18700,6 +18627,46 @@ export interface components {
             sensor: string;
             /** On */
             on: boolean;
+        };
+        /**
+         * SessionInfo
+         * @description A session, without what is secret of it.
+         */
+        SessionInfo: {
+            /**
+             * Id
+             * @description Names the session, and lets nobody in.
+             */
+            id: string;
+            /**
+             * Name
+             * @description The name of the key, or of the token's holder.
+             */
+            name: string;
+            role: components["schemas"]["Role"];
+            /**
+             * Address
+             * @description The network address that it was begun from.
+             */
+            address: string | null;
+            /**
+             * Began At
+             * Format: date-time
+             */
+            began_at: string;
+            /**
+             * Used At
+             * Format: date-time
+             */
+            used_at: string;
+        };
+        /**
+         * SessionList
+         * @description Sessions, the one that was used last first.
+         */
+        SessionList: {
+            /** Sessions */
+            sessions: components["schemas"]["SessionInfo"][];
         };
         /**
          * Settings
@@ -19156,8 +19123,6 @@ export interface components {
         /**
          * SpeedChangeRequest
          * @description A change of speed on the way: placed by where it begins, or by where it is done.
-         *
-         *     With both `begin` counts, and `end` has to be that of the pattern as it was read.
          */
         SpeedChangeRequest: {
             /**
@@ -19276,12 +19241,12 @@ export interface components {
             acceleration_pps_s: number;
             /**
              * Rising Percent
-             * @description OA, 0-100; 0 where it was never set, too.
+             * @description OA, 0-100.
              */
             rising_percent: number;
             /**
              * Falling Percent
-             * @description OB, 0-100; 0 where it was never set, too.
+             * @description OB, 0-100.
              */
             falling_percent: number;
             /** @description In the body's unit; null without a scale. */
@@ -22125,10 +22090,7 @@ export interface operations {
     issueTicket: {
         parameters: {
             query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path?: never;
             cookie?: never;
         };
@@ -23623,10 +23585,7 @@ export interface operations {
     draftCurve: {
         parameters: {
             query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
@@ -23726,10 +23685,7 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
@@ -23830,10 +23786,7 @@ export interface operations {
     cancelBodyBackup: {
         parameters: {
             query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
@@ -24245,10 +24198,7 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description The line's id.
@@ -24349,10 +24299,7 @@ export interface operations {
     cancelLineBackup: {
         parameters: {
             query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description The line's id.
@@ -24759,10 +24706,7 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description The robot's id in the configuration.
@@ -24863,10 +24807,7 @@ export interface operations {
     cancelRobotBackup: {
         parameters: {
             query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description The robot's id in the configuration.
@@ -25799,104 +25740,6 @@ export interface operations {
             };
         };
     };
-    rotateKey: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The name of a key.
-                 * @example mes
-                 */
-                name: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["Rotation"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            201: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["MadeKey"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    approveKey: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The name of a key.
-                 * @example mes
-                 */
-                name: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["KeyInfo"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
     revokeKey: {
         parameters: {
             query?: never;
@@ -25922,6 +25765,174 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["KeyInfo"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listSessions: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    endSessions: {
+        parameters: {
+            query: {
+                /** @description The name of a key. */
+                key: string;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    endSession: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The id of a session. */
+                session_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionInfo"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listSecurityEntries: {
+        parameters: {
+            query?: {
+                limit?: number;
+                /** @description Only those older than this cursor. */
+                cursor?: number | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SecurityEntries"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -26073,10 +26084,7 @@ export interface operations {
     calculateCoordinates: {
         parameters: {
             query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description The robot's id in the configuration.
@@ -26124,10 +26132,7 @@ export interface operations {
     calculatePositions: {
         parameters: {
             query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description The robot's id in the configuration.
@@ -26847,10 +26852,7 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
@@ -26951,10 +26953,7 @@ export interface operations {
     cancelBodyPositionReading: {
         parameters: {
             query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
