@@ -111,7 +111,19 @@ class Stops(StopsUnderWay["_BodyStop"]):
     def _stop_groups(self, wanted: list[Body], new: list[Body], mode: StopMode) -> None:
         for group in self._groups_within(wanted):
             if not set(new).isdisjoint(group.members):
-                _submit_quietly(group, mode)
+                self._stop_group(group, mode)
+
+    def _stop_group(self, group: Group, mode: StopMode) -> None:
+        """One frame for all members; the single frames behind it do not depend on it."""
+        with suppress(GatewayError):
+            stop = group.line.submit(group.number, _stop_of(mode), Lane.STOP)
+            stop.add_done_callback(partial(self._note_group, group))
+
+    def _note_group(self, group: Group, stop: "asyncio.Future[Outcome]") -> None:
+        """One that did not answer its stop is not asked for proofs, either."""
+        line = group.line
+        if isinstance(stop.result(), NoReply) and line.state == "ready" and not is_prompt(line):
+            self._sweeps[line.id].distrust(group)
 
     def under_way(self, body: Body) -> bool:
         """Whether a stop of the body is not confirmed yet."""
@@ -450,9 +462,3 @@ async def _over(future: "asyncio.Future[Outcome] | None") -> None:
 
 def _stop_of(mode: StopMode) -> StopImmediately | StopDecelerating:
     return StopImmediately() if mode == "immediate" else StopDecelerating()
-
-
-def _submit_quietly(group: Group, mode: StopMode) -> None:
-    """One frame for all members; the single frames behind it do not depend on it."""
-    with suppress(GatewayError):
-        group.line.submit(group.number, _stop_of(mode), Lane.STOP)
