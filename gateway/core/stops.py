@@ -85,6 +85,8 @@ class Stopping(ABC):
         self.mode = mode
         self._report = report
         self._began_at = asyncio.get_running_loop().time()
+        self.due_at = self._began_at + CONFIRM_WITHIN_S
+        """When its motor is to stand, in the event loop's time."""
         self._overdue = False
         self._trouble: Said | None = None
         """Why it was not sent."""
@@ -117,7 +119,7 @@ class Stopping(ABC):
     async def see_through(self) -> None:
         """Repeat the stop until standstill is proved. To cancel this gives it up."""
         loop = asyncio.get_running_loop()
-        self._warn_in(CONFIRM_WITHIN_S)
+        self._warn_in(self.due_at - loop.time())
         try:
             began_at = loop.time()
             while not await self._is_proved():

@@ -2,9 +2,10 @@
 
 import asyncio
 from collections.abc import Callable
+from contextlib import suppress
 from math import inf
 
-from gateway.core.errors import GatewayError
+from gateway.core.errors import ControllerRefused, GatewayError
 from gateway.core.lanes import Lane
 from gateway.rorze.bodies import NO_PROGRAM_S, STATUS, Body, Group
 from gateway.rorze.line import Line
@@ -80,12 +81,28 @@ class BodyWatch:
                 await self._look(self._health.lane_of_called_for(now) if wanted else background_of(body.line))
             elif self._is_unheard(now) and not self._stopping(body.line):
                 async with self._health.turn(status_s(body.line)):
-                    await body.ask(STATUS, lane=background_of(body.line))
+                    await self._see_whether_it_is_there()
         if self._mark_wanted(now):
             if self._is_over(self._mark_at, now):
                 self._mark_at = self._health.next_mark(now)
             async with self._health.turn(mark_s(body.line, written=body.power.mark is not None)):
                 await body.mark.tend(background_of(body.line))
+
+    async def _see_whether_it_is_there(self) -> None:
+        """Ask for its program, now and then, else for its status.
+
+        Where it is known that no program runs a stop of many need not ask for that.
+        """
+        body = self._body
+        if self._program_is_due():
+            with suppress(ControllerRefused):  # one without programs refuses
+                await body.ask(GetProgramStatus(), lane=background_of(body.line))
+                return
+        await body.ask(STATUS, lane=background_of(body.line))
+
+    def _program_is_due(self) -> bool:
+        line = self._body.line
+        return not is_prompt(line) and _is_due(self._body.no_program_at)
 
     async def _look(self, lane: Lane) -> None:
         """Look at once among clients' reads, and in the background when it has its turn."""
@@ -108,7 +125,7 @@ class BodyWatch:
             return False
         asked_at, self._asked_at = self._asked_at, now
         self._ask_at = self._health.next_status(now)
-        return heard_at <= asked_at
+        return heard_at <= asked_at or self._program_is_due()
 
     def _mark_wanted(self, now: float) -> bool:
         return self._has_mark() and (self._body.power.mark_due or now >= self._mark_at)
@@ -165,10 +182,14 @@ async def _learn_all_programs(health: Health, sweep: Sweep) -> None:
 async def _learn_programs(health: Health, sweep: Sweep, group: Group) -> None:
     """Know where no program runs: a stop of many need not ask each for it."""
     members = sweep.represented_by(group)
-    known_at = (member.no_program_at or -inf for member in members if member.online)
-    if min(known_at, default=inf) < _now() - NO_PROGRAM_S / 2:
+    if any(member.online and _is_due(member.no_program_at) for member in members):
         await asyncio.sleep(health.next_of_group(_now(), len(members), len(sweep.groups)) - _now())
         await sweep.ask(members, GetProgramStatus(), Lane.BACKGROUND)
+
+
+def _is_due(no_program_at: float | None) -> bool:
+    """Whether to ask for a program, before that none runs is believed no more."""
+    return no_program_at is None or no_program_at < _now() - NO_PROGRAM_S / 2
 
 
 def _now() -> float:

@@ -23,8 +23,8 @@ from protocols.rorze.row import LAST_BODY, LINK_MASTER, RorzeCommand
 REPLIES_REMEMBERED = 32
 STOP_REPLY_BYTES = 24
 """Of the reply to a stop, and of the message that a move has ended."""
-GROUP_REPLY_BYTES, MEMBER_REPLY_BYTES = 8, 5
-"""Of a group's reply to a stop, and of each member's part in it."""
+GROUP_REPLY_BYTES, MEMBER_REPLY_BYTES = 8, 8
+"""Of a group's reply to a stop, and of each member's part in it, where some members were moving."""
 NONCES = 2048
 """Position entries a fence can ask for. All take their turn, so that no late echo is the next fence's own."""
 SILENT_BODIES = 3
@@ -144,13 +144,13 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         if exchange.lane not in STOPS:
             return Awaited.FIRST
         if exchange.deadline is not None:
-            before = sum(map(self._stop_reply_bytes, self._sent))
-            queue_s = before * self.byte_time_s - self.reply_timeout_s / 2
+            queued = sum(map(self._stop_reply_bytes, [*self._sent, exchange]))
+            queue_s = queued * self.byte_time_s - self.reply_timeout_s / 2
             exchange.await_until(exchange.deadline + max(0.0, queue_s))
         return Awaited.BESIDE
 
     def _stop_reply_bytes(self, stop: RorzeExchange) -> int:
-        """What the wire carries before the reply to a later stop, as far as that may still be to come."""
+        """How much the wire carries to the gateway because of one stop."""
         if stop.target <= LAST_BODY:
             return STOP_REPLY_BYTES
         return GROUP_REPLY_BYTES + MEMBER_REPLY_BYTES * len(self.groups.get(stop.target, ()))

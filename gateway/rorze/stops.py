@@ -4,6 +4,7 @@ import asyncio
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
+from math import inf
 from typing import Any, Final
 
 from pydantic import Field
@@ -241,8 +242,8 @@ class _BodyStop(Stopping):
         self._sweep, self._company_of, self._silent_lines = sweep, company_of, silent_lines
         self._most = 1
         """The most stops at a time that its line has had beside it, with it."""
-        self._refuted = False
-        """Whether an attempt to prove that it stands has failed."""
+        self._refuted_at: float | None = None
+        """When it was asked last whether it stands, if it said no; endless where it did not tell."""
         self.silent_after_s = max(REPEAT_S, body.line.reply_timeout_s)
         self._events = events
         self._stop: asyncio.Future[Outcome] | None = None
@@ -344,21 +345,32 @@ class _BodyStop(Stopping):
         await _over(self._end)
         if self.body.line.is_asked_later(self.body.number):
             return False
+        asked_at = asyncio.get_running_loop().time()
         try:
             self._why = await self._why_not_still()
         except GatewayError as error:
             address = self.body.address
             self._why = Said.unknown(Said(f"the motor of {address}", f"{address} のモータ"), error)
+            self._refuted_at = inf
         else:
             self._answers = True
-        self._refuted = self._why is not None
+            self._refuted_at = None if self._why is None else asked_at
         self.tell()
         return self._why is None
 
     def has_had_no_turn(self) -> bool:
-        """Whether others on its line have their proofs first, for as long as the wire needs for all."""
-        may_be = self._answers and not self._refuted and self.report.state == "acknowledged"
-        return may_be and self._in_time() and not is_silent(self.body.line)
+        """Whether nothing speaks against it yet, for as long as the wire needs for the proofs of all.
+
+        Its reply may still stand behind those of others, and what was asked before it was to stand proves
+        nothing.
+        """
+        is_open = _under_way(self._stop) and self.report.state == "sent"
+        may_be = self._answers and (is_open or self.report.state == "acknowledged")
+        return may_be and not self._is_refuted() and self._in_time() and not is_silent(self.body.line)
+
+    def _is_refuted(self) -> bool:
+        """Whether it was to stand when it was last asked, and did not say that it does."""
+        return self._refuted_at is not None and self._refuted_at >= self.due_at
 
     def goes_first(self) -> bool:
         """Whether its body answers, and is asked before those who do not; not for ever, for they may live."""
@@ -377,8 +389,7 @@ class _BodyStop(Stopping):
 
     def is_due(self) -> bool:
         """Whether it was to be confirmed by now."""
-        passed_s = asyncio.get_running_loop().time() - self._began_at
-        return passed_s >= CONFIRM_WITHIN_S - CLOCK_S and not self.has_had_no_turn()
+        return asyncio.get_running_loop().time() >= self.due_at - CLOCK_S and not self.has_had_no_turn()
 
     def _warn(self) -> None:
         """Wait where the line may be silent as a whole: that is known in a moment."""
