@@ -85,6 +85,8 @@ class PortLoop(ABC):
         self._tx_free_at = 0.0
         self._last_rx_at = 0.0
         self._stuck_since: float | None = None
+        self._held_s = 0.0
+        """For how long the event loop had been held when that was seen last."""
         self._all_answered = False
         """Whether all that was written has been answered: none of it can wait in the port."""
         self._timer: asyncio.Handle | None = None
@@ -111,6 +113,10 @@ class PortLoop(ABC):
     @abstractmethod
     def _pass_deadlines(self, now: float) -> float | None:
         """Give up waiting for what is overdue, and tell when to look again."""
+
+    @abstractmethod
+    def _wait_longer(self, seconds: float) -> None:
+        """Wait for all that is awaited for so much longer."""
 
     @abstractmethod
     def data_received(self, data: bytes) -> None:
@@ -310,10 +316,21 @@ class PortLoop(ABC):
         # Kept beside the handle: uvloop's handles of timers that are due at once do not tell their time.
         self._timer, self._timer_at = self._loop.call_at(at, self._wake), at
 
+    def _note_hold(self, now: float) -> None:
+        """While the loop was held nothing was read: nobody at the far end is late because of that."""
+        held_s = self.admission.held_s(now)
+        if held_s > self._held_s:
+            longer_s, self._held_s = held_s - self._held_s, held_s
+            if self._stuck_since is not None:
+                self._stuck_since += longer_s
+            self._wait_longer(longer_s)
+
     def _wake(self) -> None:
         self._timer = None
         try:
-            deadline = self._pass_deadlines(self._loop.time())
+            now = self._loop.time()
+            self._note_hold(now)
+            deadline = self._pass_deadlines(now)
             if deadline is not None:
                 self._wake_at(deadline)
         except Exception as fault:
@@ -350,6 +367,8 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """What somebody waits for."""
         self._expiry: asyncio.TimerHandle | None = None
         self._expiry_at = 0.0
+        self._held_when_heard_s = 0.0
+        """For how long the event loop had been held when a reply was heard last."""
         self.load = session.load
 
     @property
@@ -361,6 +380,10 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def late_reply_s(self) -> float:
         """How long after its deadline a reply may still arrive."""
         return self._session.late_reply_s
+
+    def held_since_heard_s(self, now: float) -> float:
+        """For how long the event loop was held since a reply was heard."""
+        return self.admission.held_s(now) - self._held_when_heard_s
 
     def waiting(self) -> dict[str, int]:
         """How many exchanges wait in each lane."""
@@ -417,6 +440,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
             while self._open and self._session.has_something():
                 now = self._loop.time()
                 self.admission.revise()  # what was asked for before a suspension is not written
+                self._note_hold(now)
                 if not self._port_is_free(now):
                     return
                 exchange = self._session.next(now, ready=self._ready)
@@ -466,6 +490,9 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         resumes_at = self._last_rx_at + GAP_S if self._reader.pending() else None
         self._session.pass_deadlines(now, resumes_at)
         return self._session.deadline()
+
+    def _wait_longer(self, seconds: float) -> None:
+        self._session.wait_longer(seconds)
 
     def cancel(self, unwanted: Callable[[X], bool], reason: GatewayError) -> None:
         """Take out of the queue what is not wanted any more."""
@@ -542,6 +569,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     def _receive(self, reply: F) -> None:
         """Hear a reply; the next frame goes out before its waiters have it."""
+        self._held_when_heard_s = self.admission.held_s(self._last_rx_at)
         settle = self._session.receive(reply, self._last_rx_at)
         self._all_answered = self._session.all_answered
         self._pump()

@@ -2,7 +2,7 @@
 
 import asyncio
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Generic, Literal, NamedTuple, Protocol, Self, TypeVar
 
 from pydantic import PrivateAttr
@@ -24,6 +24,8 @@ CONFIRM_WITHIN_S = 2.0
 """After this time without standstill an event calls for the hardware stop; the stop is still repeated."""
 RECORD_WITHIN_S = 1.0
 """A move that was stopped is recorded within this; if not, the next one does not wait any longer."""
+CLOCK_S = 0.001
+"""A timer may be early by so much."""
 UNCONFIRMED = "Standstill is not confirmed: use the hardware stop."
 UNCONFIRMED_JA = "静止を確認できていません。ハードウェアの停止を使ってください。"
 
@@ -81,12 +83,15 @@ class Stopping(ABC):
     silent_after_s = REPEAT_S
     """After this time since the last reply on its line nobody is on the point of answering."""
 
-    def __init__(self, mode: StopMode, report: Report) -> None:
+    def __init__(
+        self, mode: StopMode, report: Report, held_s: Callable[[float], float] = lambda _now: 0.0
+    ) -> None:
         self.mode = mode
         self._report = report
         self._began_at = asyncio.get_running_loop().time()
-        self.due_at = self._began_at + CONFIRM_WITHIN_S
-        """When its motor is to stand, in the event loop's time."""
+        self._held_s = held_s
+        """For how long the event loop was held until a time of its clock."""
+        self._held_before_s = held_s(self._began_at)
         self._overdue = False
         self._trouble: Said | None = None
         """Why it was not sent."""
@@ -114,12 +119,24 @@ class Stopping(ABC):
     def publish(self, what: str) -> None:
         """Tell everybody how far it has come."""
 
+    # time
+
+    @property
+    def waited_s(self) -> float:
+        """How long it has been under way, without the time in which the gateway itself was held up."""
+        now = asyncio.get_running_loop().time()
+        return now - self._began_at - (self._held_s(now) - self._held_before_s)
+
+    def is_late(self) -> bool:
+        """Whether its motor was to stand by now."""
+        return self.waited_s >= CONFIRM_WITHIN_S - CLOCK_S
+
     # repeating
 
     async def see_through(self) -> None:
         """Repeat the stop until standstill is proved. To cancel this gives it up."""
         loop = asyncio.get_running_loop()
-        self._warn_in(self.due_at - loop.time())
+        self._warn_in(CONFIRM_WITHIN_S)
         try:
             began_at = loop.time()
             while not await self._is_proved():
@@ -175,6 +192,9 @@ class Stopping(ABC):
 
     def _warn(self) -> None:
         if self._report.state == "confirmed":
+            return
+        if not self.is_late():
+            self._warn_in(CONFIRM_WITHIN_S - self.waited_s)
             return
         if self.has_had_no_turn():
             self._warn_in(REPEAT_S)

@@ -149,7 +149,7 @@ class _RobotStop(Stopping):
         mode: StopMode,
     ) -> None:
         self.report = RobotStopReport(robot_id=units[0].robot_id)
-        super().__init__(mode, self.report)
+        super().__init__(mode, self.report, line.admission.held_s)
         self._units, self._line, self._errors, self._bits, self._tell = units, line, errors, bits, tell
         self._refusal: str | None = None
         """The error the robot refused it with, last."""

@@ -51,7 +51,8 @@ def is_silent(line: Line) -> bool:
 
 def _quiet_timeouts(line: Line) -> float:
     """For how many times as long as a reply may take nobody has been heard."""
-    return (_now() - line.last_heard_at) / line.reply_timeout_s
+    now = _now()
+    return (now - line.last_heard_at - line.held_since_heard_s(now)) / line.reply_timeout_s
 
 
 def _now() -> float:

@@ -45,8 +45,8 @@ STOP_BYTES = 8
 """Of a stop, or the end of a program; replies go the other way meanwhile."""
 GOES_FIRST = 2
 """Who does not answer is asked behind the proofs of others for so many times as long as these may take."""
-CLOCK_S = 0.001
-"""A timer may be early by so much."""
+LAST_LOOK_S = 2 * REPEAT_S
+"""A motor that ran so shortly before it was to stand counts as running."""
 UNKNOWN_CODE = "0x49"
 """A controller without user programs refuses the question for them so, or without a code."""
 NOT_AT_REST: Final = Said("The motor has not come to rest.", "モータがまだ静止していません。")
@@ -237,13 +237,13 @@ class _BodyStop(Stopping):
         silent_lines: SilentLines,
     ) -> None:
         self.report = StopReport(body_id=body.address)
-        super().__init__(mode, self.report)
+        super().__init__(mode, self.report, body.line.admission.held_s)
         self.body = body
         self._sweep, self._company_of, self._silent_lines = sweep, company_of, silent_lines
         self._most = 1
         """The most stops at a time that its line has had beside it, with it."""
         self._refuted_at: float | None = None
-        """When it was asked last whether it stands, if it said no; endless where it did not tell."""
+        """Its age when its body was asked last, and said that it moves; endless where it did not tell."""
         self.silent_after_s = max(REPEAT_S, body.line.reply_timeout_s)
         self._events = events
         self._stop: asyncio.Future[Outcome] | None = None
@@ -345,7 +345,7 @@ class _BodyStop(Stopping):
         await _over(self._end)
         if self.body.line.is_asked_later(self.body.number):
             return False
-        asked_at = asyncio.get_running_loop().time()
+        asked_at = self.waited_s
         try:
             self._why = await self._why_not_still()
         except GatewayError as error:
@@ -370,7 +370,7 @@ class _BodyStop(Stopping):
 
     def _is_refuted(self) -> bool:
         """Whether it was to stand when it was last asked, and did not say that it does."""
-        return self._refuted_at is not None and self._refuted_at >= self.due_at
+        return self._refuted_at is not None and self._refuted_at >= CONFIRM_WITHIN_S - LAST_LOOK_S
 
     def goes_first(self) -> bool:
         """Whether its body answers, and is asked before those who do not; not for ever, for they may live."""
@@ -379,8 +379,9 @@ class _BodyStop(Stopping):
 
     def _in_time(self, times: int = 1) -> bool:
         """Whether it began no longer ago than the wire needs for the proofs of all, or so many times that."""
-        needed_s = max(CONFIRM_WITHIN_S, proofs_s(self.body.line, self._most))
-        return asyncio.get_running_loop().time() - self._began_at < times * needed_s
+        line = self.body.line
+        needed_s = CONFIRM_WITHIN_S + line.reply_timeout_s + proofs_s(line, self._most)
+        return self.waited_s < times * needed_s
 
     @property
     def began_at(self) -> float:
@@ -389,7 +390,7 @@ class _BodyStop(Stopping):
 
     def is_due(self) -> bool:
         """Whether it was to be confirmed by now."""
-        return asyncio.get_running_loop().time() >= self.due_at - CLOCK_S and not self.has_had_no_turn()
+        return self.is_late() and not self.has_had_no_turn()
 
     def _warn(self) -> None:
         """Wait where the line may be silent as a whole: that is known in a moment."""
