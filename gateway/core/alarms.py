@@ -26,6 +26,8 @@ HISTORY: Final = 1000
 """Alarms that are over and reset are kept until so many newer ones exist."""
 AGAIN: Final = "gateway: it came again"
 """`reset_by` of an alarm that a newer one has replaced."""
+DISPROVED: Final = "gateway: disproved"
+"""`reset_by` of an alarm that has ended itself, and is a note only: it was seen that it had no cause."""
 
 Facts = Mapping[str, Any]
 T = TypeVar("T")
@@ -69,7 +71,11 @@ class Alarm(Record):
         default=None, description="When its cause was seen to be over; null while it lasts."
     )
     reset_at: datetime | None = Field(default=None, description="Null while the alarm stands.")
-    reset_by: str | None = Field(default=None, description="Who has reset it.")
+    reset_by: str | None = Field(
+        default=None,
+        description=f"Who has reset it; `{AGAIN}` where a newer one stands in its place, `{DISPROVED}` where "
+        "it turned out to have had no cause.",
+    )
     caller: str = Field(description="In whose name the gateway was at work when it came.")
     request_id: str | None = Field(description="The X-Request-Id of the request behind that.")
     move_id: str | None = Field(default=None, description="The move it has ended, if it has.")
@@ -115,6 +121,8 @@ class Cause:
     """Somebody has asked for it: it is an alarm only where alarms latch."""
     is_told: Callable[[str], bool] = _over
     """Whether an alarm of something larger tells it, too, by the subject; not where alarms latch."""
+    disproved: Callable[[str], bool] = _over
+    """Asked when it is over, by the subject: has it turned out that there was no cause?"""
 
 
 def _while_true_of(find: Callable[[str], T | None], holds: Callable[[T], bool]) -> Callable[[str], bool]:
@@ -145,6 +153,8 @@ class Kind(Generic[T]):
     wanted: bool = False
     is_told: Callable[[T], bool] | None = None
     """Whether an alarm of its line tells it, too."""
+    disproved: Callable[[T], bool] | None = None
+    """Asked when it is over: has it turned out that there was no cause?"""
 
     def among(self, find: Callable[[str], T | None]) -> Cause:
         """The cause of those that are found by their address; None is one that is configured no more."""
@@ -160,6 +170,7 @@ class Kind(Generic[T]):
             self.facts,
             self.wanted,
             _over if self.is_told is None else _while_true_of(find, self.is_told),
+            _over if self.disproved is None else _while_true_of(find, self.disproved),
         )
 
 
@@ -266,15 +277,18 @@ class Alarms:
     # looking
 
     def note_ends(self) -> None:
-        """Note which causes are over."""
-        for alarm in self._standing.values():
+        """Note which causes are over; what has turned out to have had none is reset."""
+        for alarm in list(self._standing.values()):
             self._note_end(alarm)
 
     def _note_end(self, alarm: Alarm) -> None:
         cause = self._causes.get(alarm.cause)
         if alarm.ended_at is None and not (cause is not None and cause.lasts(alarm.subject)):
             alarm.ended_at = datetime.now(UTC)
-            self.on_change(alarm)
+            if cause is not None and cause.disproved(alarm.subject):
+                self._reset(alarm, DISPROVED)
+            else:
+                self.on_change(alarm)
 
     def standing(self) -> list[Alarm]:
         """Those that are not reset, newest first."""
@@ -291,7 +305,7 @@ class Alarms:
         :raises NotFound: there is none, or it is no longer kept.
         """
         found = self._over.get(alarm_id)
-        for alarm in self._standing.values():
+        for alarm in list(self._standing.values()):
             if alarm.id == alarm_id:
                 self._note_end(found := alarm)
         if found is None:

@@ -39,6 +39,8 @@ REOPEN_S = (0.2, 5.0)
 REMEDY = "Mend that, or check the cable; the gateway goes on trying the port."
 GAP_S = 0.1
 """A reply that has begun may pause this long before it counts as cut off."""
+TURNAROUNDS = 16
+"""So many replies make the mean of how long one takes."""
 ORDER_TOLD_S = 3600.0
 """That replies come out of order is told when it begins, and again when it was not so for this time."""
 EXPIRY_STEP_S = 0.05
@@ -367,6 +369,10 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """What somebody waits for."""
         self._expiry: asyncio.TimerHandle | None = None
         self._expiry_at = 0.0
+        self.turnaround_s = 0.0
+        """How long the far end, and this machine, took of late for a reply besides the bytes of it."""
+        self._heard_bytes = 0
+        """Since the last frame was written."""
         self._held_when_heard_s = 0.0
         """For how long the event loop had been held when a reply was heard last."""
         self.load = session.load
@@ -464,6 +470,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
             if self._send(exchange.frame, now):
                 if self.intents is not None:
                     self.intents.note_written(exchange)
+                self._heard_bytes = 0
                 deadline = self._tx_free_at + exchange.timeout_s
                 self._session.written(exchange, now, deadline)
                 self._wake_at(deadline)
@@ -477,6 +484,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def data_received(self, data: bytes) -> None:
         """Bytes from the port."""
         self._last_rx_at = self._loop.time()
+        self._heard_bytes += len(data)
         try:
             for frame in self._reader.feed(data):
                 if isinstance(frame, Garbage):
@@ -572,9 +580,15 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         self._held_when_heard_s = self.admission.held_s(self._last_rx_at)
         settle = self._session.receive(reply, self._last_rx_at)
         self._all_answered = self._session.all_answered
+        if self._all_answered:
+            self._note_turnaround()
         self._pump()
         if settle is not None:
             settle()
+
+    def _note_turnaround(self) -> None:
+        took_s = self._last_rx_at - self._tx_free_at - self._heard_bytes * self.byte_time_s
+        self.turnaround_s += (min(max(took_s, 0.0), self.reply_timeout_s) - self.turnaround_s) / TURNAROUNDS
 
     def _was_overtaken(self, late: X, by: X) -> None:
         """A reply came after that to a later frame."""

@@ -93,6 +93,8 @@ class Stopping(ABC):
         """For how long the event loop was held until a time of its clock."""
         self._held_before_s = held_s(self._began_at)
         self._overdue = False
+        self._was_being_proved = False
+        """Whether the proof that is, or was, under way last began before the call for the hardware stop."""
         self._trouble: Said | None = None
         """Why it was not sent."""
         self._at_once = asyncio.Event()
@@ -131,6 +133,11 @@ class Stopping(ABC):
         """Whether its motor was to stand by now."""
         return self.waited_s >= CONFIRM_WITHIN_S - CLOCK_S
 
+    @property
+    def disproves_its_alarm(self) -> bool:
+        """Whether the proof of standstill was under way already when the hardware stop was called for."""
+        return self._overdue and self._was_being_proved and self._report.state == "confirmed"
+
     # repeating
 
     async def see_through(self) -> None:
@@ -141,7 +148,7 @@ class Stopping(ABC):
             began_at = loop.time()
             while not await self._is_proved():
                 await self._pause(self.pause_s(loop.time() - began_at))
-                began_at = loop.time()
+                began_at, self._was_being_proved = loop.time(), False
                 self._repeat()
         finally:
             self._warning.cancel()
@@ -199,7 +206,7 @@ class Stopping(ABC):
         if self.has_had_no_turn():
             self._warn_in(REPEAT_S)
             return
-        self._overdue = True
+        self._overdue = self._was_being_proved = True
         self.tell()
         self.publish("unconfirmed")
 

@@ -73,6 +73,7 @@ ROBOTS: Final[Sequence[Kind[Robot]]] = (
         "C-HOST manual 2-7, 2-8",
         (ROBOT, STOP),
         lambda robot: robot.stops.unconfirmed is not None,
+        disproved=lambda robot: robot.stops.was_proved,
     ),
     stopped("robot", "C-HOST manual 2-7, 2-8", (ROBOT,), lambda robot: robot.stops.unconfirmed is not None),
     Kind(

@@ -123,6 +123,7 @@ BODIES: Final[Sequence[Kind[Body]]] = (
         (LINE_STATE, STOP),
         lambda body: not body.online,
         is_told=lambda body: body.number in body.line.unasked,
+        disproved=lambda body: body.number in body.line.answered_late,
     ),
     Kind(
         "body.power_cycled",
@@ -156,6 +157,7 @@ BODIES: Final[Sequence[Kind[Body]]] = (
         (STATUS, STOP, LINE_STATE),
         lambda body: body.being_stopped,
         is_told=lambda body: body.line.tells_of_stops,
+        disproved=lambda body: body.stop_was_proved,
     ),
     stopped("body", "RC-420 manual 5.4.1", (STATUS, POSITION), lambda body: body.being_stopped),
     Kind(

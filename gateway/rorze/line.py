@@ -155,6 +155,11 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         return self._session.silent
 
     @property
+    def answered_late(self) -> set[int]:
+        """The bodies that were called silent last, and answered before they were given up."""
+        return self._session.answered_late
+
+    @property
     def mute(self) -> set[int]:
         """The bodies that did not answer their last stop."""
         return self._session.mute

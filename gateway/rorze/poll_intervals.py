@@ -24,9 +24,9 @@ MARK_EXCHANGES = 3
 """The comment is read, written, and read back."""
 ATTENDED_AT_A_TIME = 2
 """So many bodies of a line of many are attended at a time: who follows a motor takes turns with few."""
-CALLED_FOR_SHARE = 0.1
+CALLED_FOR_SHARE = 0.05
 """Share of the line's time for looks that something has called for and that go among clients' reads."""
-LEARN_SHARE = 0.4
+LEARN_SHARE = 0.38
 """Share of the line's time for all else that is asked anew, as at the start; with those less than half."""
 GROUP_BYTES, MEMBER_BYTES = 16, 8
 """Of 9CD or URD to a group and its reply, and for each member in it, at most."""
@@ -48,25 +48,31 @@ def wire_s(line: Line, wire_bytes: int, exchanges: int = 1) -> float:
     return wire_bytes * (line.byte_time_s or SLOWEST_BYTE_S) + exchanges * TURNAROUND_S
 
 
+def taken_s(line: Line, wire_bytes: int, exchanges: int = 1) -> float:
+    """How long so many bytes take with the replies as late as they are: a busy machine reads them late."""
+    late_s = max(line.turnaround_s - TURNAROUND_S, 0.0)
+    return wire_s(line, wire_bytes, exchanges) + exchanges * late_s
+
+
 def poll_s(line: Line) -> float:
     """How long a poll takes; a move that has just begun may be over by then, and nobody has to ask twice."""
-    return wire_s(line, POLL_BYTES, exchanges=2)
+    return taken_s(line, POLL_BYTES, exchanges=2)
 
 
 def status_s(line: Line) -> float:
     """How long the question for the status takes."""
-    return wire_s(line, STATUS_BYTES)
+    return taken_s(line, STATUS_BYTES)
 
 
 def mark_s(line: Line, *, written: bool) -> float:
     """How long it takes to read a mark, or to write one where there is none."""
     exchanges = 1 if written else MARK_EXCHANGES
-    return wire_s(line, exchanges * MARK_BYTES, exchanges)
+    return taken_s(line, exchanges * MARK_BYTES, exchanges)
 
 
 def group_s(line: Line, members: int) -> float:
     """How long the question for the status takes, to a group of so many."""
-    return wire_s(line, GROUP_BYTES + members * MEMBER_BYTES)
+    return taken_s(line, GROUP_BYTES + members * MEMBER_BYTES)
 
 
 def is_prompt(line: Line) -> bool:

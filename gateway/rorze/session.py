@@ -72,6 +72,8 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         self.introducer = introducer
         self.silent: set[int] = set()
         """Those, and the one that seems to be silent while the line is still being fenced."""
+        self.answered_late: set[int] = set()
+        """Those who were called silent last, and answered before they were given up."""
         self.mute: set[int] = set()
         """Those who did not answer their last stop."""
         self.others_prove: Callable[[int], bool] = lambda _body: False
@@ -235,6 +237,8 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
                 self._evasive_since.pop(answer.body, None)
                 self.mute.discard(answer.body)
                 if answer.body in self.silent or answer.body in self.offline:
+                    if answer.body not in self.offline:
+                        self.answered_late.add(answer.body)
                     self.offline.discard(answer.body)
                     self.silent.discard(answer.body)
                     self.on_online(answer.body)
@@ -400,6 +404,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
     def _call_silent(self, body: int, *, asked: bool) -> None:
         if body not in self.silent:
             self.silent.add(body)
+            self.answered_late.discard(body)
             self.on_offline(body, asked)
 
     # the end

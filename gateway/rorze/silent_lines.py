@@ -9,7 +9,7 @@ from gateway.core.events import EventHub
 from gateway.core.stops import CONFIRM_WITHIN_S
 from gateway.rorze.bodies import Body
 from gateway.rorze.line import Line
-from gateway.rorze.poll_intervals import wire_s
+from gateway.rorze.poll_intervals import taken_s
 from gateway.rorze.session import SILENT_BODIES
 
 QUIET_TIMEOUTS = 2
@@ -40,8 +40,8 @@ class Unconfirmed(Protocol):
 
 
 def proofs_s(line: Line, stops: int) -> float:
-    """How long the wire needs to stop so many bodies and to see them stand."""
-    return stops * wire_s(line, PROOF_BYTES, PROOF_EXCHANGES)
+    """How long it takes to stop so many bodies and to see them stand."""
+    return stops * taken_s(line, PROOF_BYTES, PROOF_EXCHANGES)
 
 
 def is_silent(line: Line) -> bool:

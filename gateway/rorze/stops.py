@@ -219,6 +219,7 @@ class Stops(StopsUnderWay["_BodyStop"]):
         with working("stops"):
             await carry_on(what, stop.see_through)
         survived(what, stop.withdraw, partial(self._forget, stop))
+        body.stop_was_proved = stop.disproves_its_alarm
         body.being_stopped = any(it is not stop and it.body is body for it in self._tasks)
         survived(what, partial(body.was_stopped, stop.report.position), partial(stop.publish, "confirmed"))
         await _move_recorded(body)
