@@ -20,7 +20,6 @@ from benchmarks.gateways import SWEEP_GROUPS, write_config
 from benchmarks.http_client import Door, get, post
 from benchmarks.processes import free_port, gateway, simulated_line
 from benchmarks.stop_latency import FAR, FILL_S, teach_speeds
-from gateway.core.load import WINDOW_S
 
 MEMBERS = 15
 START_S = 20.0

@@ -1,9 +1,11 @@
 """The loop was held while replies lay in the port's buffer: no controller is silent or late because of it."""
 
 import asyncio
+import re
 
 import pytest
 
+from gateway.core.alarms import DISPROVED
 from gateway.core.stops import CONFIRM_WITHIN_S
 from gateway.rorze.jogs import BodyJogRequest
 from protocols.fics.homing import HomeRobot
@@ -151,3 +153,29 @@ def test_a_body_that_is_silent_itself_is_told_in_spite_of_holds(holds: Holds) ->
             assert [event.subject for event in it.events("body.offline")] == ["/bodies/line1.3F"]
 
     story()
+
+
+@in_virtual_time
+async def test_the_alarm_of_a_body_that_answers_before_it_is_given_up_ends_itself_as_a_note() -> None:
+    async with rig() as it:
+        told = it.plant.events.subscribe(types=["body.offline"])
+        it.wire.deaf_to = re.compile(rb">&3F[^\r]*\r")
+        await anext(told)
+        it.wire.deaf_to = None
+        await asyncio.sleep(5.0)
+        assert it.body().online
+        assert it.plant.alarms.standing() == []
+        [note] = it.plant.alarms.history()
+        assert (note.cause, note.reset_by) == ("body.offline", DISPROVED)
+
+
+@in_virtual_time
+async def test_the_alarm_of_a_body_that_was_given_up_stands_until_it_is_reset() -> None:
+    async with rig() as it:
+        it.wire.deaf_to = re.compile(rb">&3F[^\r]*\r")
+        await asyncio.sleep(20.0)
+        it.wire.deaf_to = None
+        await asyncio.sleep(20.0)
+        assert it.body().online
+        [alarm] = it.plant.alarms.standing()
+        assert (alarm.cause, alarm.ended_at is None) == ("body.offline", False)
