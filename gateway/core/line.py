@@ -577,12 +577,12 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     def _receive(self, reply: F) -> None:
         """Hear a reply; the next frame goes out before its waiters have it."""
-        self._held_when_heard_s = self.admission.held_s(self._last_rx_at)
         settle = self._session.receive(reply, self._last_rx_at)
         self._all_answered = self._session.all_answered
         if self._all_answered:
             self._note_turnaround()
         self._pump()
+        self._held_when_heard_s = self._held_s
         if settle is not None:
             settle()
 

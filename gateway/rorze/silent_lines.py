@@ -49,6 +49,11 @@ def is_silent(line: Line) -> bool:
     return _quiet_timeouts(line) >= QUIET_TIMEOUTS + line.late_reply_s / line.reply_timeout_s
 
 
+def is_heard(line: Line) -> bool:
+    """Whether somebody on a line was heard within the time of a reply."""
+    return _quiet_timeouts(line) <= 1
+
+
 def _quiet_timeouts(line: Line) -> float:
     """For how many times as long as a reply may take nobody has been heard."""
     now = _now()

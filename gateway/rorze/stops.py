@@ -31,7 +31,7 @@ from gateway.rorze.bodies import PROGRAM_RUNS, Body, Group, R
 from gateway.rorze.exchange import Answered, Outcome
 from gateway.rorze.line import Line
 from gateway.rorze.poll_intervals import is_prompt, wire_s
-from gateway.rorze.silent_lines import SilentLines, is_silent, proofs_s
+from gateway.rorze.silent_lines import SilentLines, is_heard, is_silent, proofs_s
 from gateway.rorze.sweep import Sweep
 from protocols.rorze.position import GetPosition
 from protocols.rorze.programs import EndProgram, GetProgramStatus
@@ -365,7 +365,7 @@ class _BodyStop(Stopping):
         Its reply may still stand behind those of others, and what was asked before it was to stand proves
         nothing.
         """
-        is_open = _under_way(self._stop) and self.report.state == "sent"
+        is_open = _under_way(self._stop) and self.report.state == "sent" and is_heard(self.body.line)
         may_be = self._answers and (is_open or self.report.state == "acknowledged")
         return may_be and not self._is_refuted() and self._in_time() and not is_silent(self.body.line)
 
