@@ -32,6 +32,9 @@ class Unconfirmed(Protocol):
     def began_at(self) -> float:
         """When it was asked for, in the event loop's time."""
 
+    def is_late(self) -> bool:
+        """Whether its motor was to stand by now."""
+
     def is_due(self) -> bool:
         """Whether it was to be confirmed by now."""
 
@@ -78,7 +81,11 @@ class SilentLines:
 
     def may_be(self, line: Line) -> bool:
         """Whether it will be known in a moment if a line with many stops is silent."""
-        return 1 < _quiet_timeouts(line) < QUIET_TIMEOUTS and self._many_are_due(line)
+        if is_heard(line) or is_silent(line):
+            return False
+        if self._many_are_due(line):
+            return _quiet_timeouts(line) < QUIET_TIMEOUTS
+        return sum(stop.is_late() for stop in self._stops_on(line)) > MORE_THAN_A_FUSE
 
     def note_overdue(self, line: Line) -> None:
         """A stop on this line is not confirmed in time: tell the line where that is the cause."""

@@ -352,7 +352,7 @@ class _BodyStop(Stopping):
         except GatewayError as error:
             address = self.body.address
             self._why = Said.unknown(Said(f"the motor of {address}", f"{address} のモータ"), error)
-            self._refuted_at = inf
+            self._refuted_at = inf if is_heard(self.body.line) else None
         else:
             self._answers = True
             self._refuted_at = None if self._why is None else asked_at
