@@ -26,6 +26,8 @@ HISTORY: Final = 1000
 """Alarms that are over and reset are kept until so many newer ones exist."""
 AGAIN: Final = "gateway: it came again"
 """`reset_by` of an alarm that a newer one has replaced."""
+DISPROVED: Final = "gateway: disproved"
+"""`reset_by` of an alarm that has ended itself, and is a note only: it was seen that it had no cause."""
 
 Facts = Mapping[str, Any]
 T = TypeVar("T")
@@ -85,7 +87,11 @@ class Alarm(Record):
         default=None, description="When its cause was seen to be over; null while it lasts."
     )
     reset_at: datetime | None = Field(default=None, description="Null while the alarm stands.")
-    reset_by: str | None = Field(default=None, description="Who has reset it.")
+    reset_by: str | None = Field(
+        default=None,
+        description=f"Who has reset it; `{AGAIN}` where a newer one stands in its place, `{DISPROVED}` where "
+        "it turned out to have had no cause.",
+    )
     caller: str = Field(description="In whose name the gateway was at work when it came.")
     request_id: str | None = Field(description="The X-Request-Id of the request behind that.")
     move_id: str | None = Field(default=None, description="The move it has ended, if it has.")
@@ -145,6 +151,8 @@ class Cause:
     """Whether it keeps its subject from moving, where alarms latch."""
     over: PastWords | None = None
     """What is told once it is over; None where it only happened at a moment."""
+    disproved: Callable[[str], bool] = _over
+    """Asked when it is over, by the subject: has it turned out that there was no cause?"""
 
 
 def _while_true_of(find: Callable[[str], T | None], holds: Callable[[T], bool]) -> Callable[[str], bool]:
@@ -178,6 +186,8 @@ class Kind(Generic[T]):
     latches: bool = True
     """Whether it keeps its subject from moving, where alarms latch."""
     over: PastWords | None = None
+    disproved: Callable[[T], bool] | None = None
+    """Asked when it is over: has it turned out that there was no cause?"""
 
     def among(self, find: Callable[[str], T | None]) -> Cause:
         """The cause of those that are found by their address; None is one that is configured no more."""
@@ -195,6 +205,7 @@ class Kind(Generic[T]):
             _over if self.is_told is None else _while_true_of(find, self.is_told),
             self.latches,
             self.over,
+            _over if self.disproved is None else _while_true_of(find, self.disproved),
         )
 
 
@@ -303,8 +314,8 @@ class Alarms:
     # looking
 
     def note_ends(self) -> None:
-        """Note which causes are over."""
-        for alarm in self._standing.values():
+        """Note which causes are over; what has turned out to have had none is reset."""
+        for alarm in list(self._standing.values()):
             self._note_end(alarm)
 
     def _note_end(self, alarm: Alarm) -> None:
@@ -312,7 +323,10 @@ class Alarms:
         if alarm.ended_at is None and not (cause is not None and cause.lasts(alarm.subject)):
             alarm.ended_at = datetime.now(UTC)
             _say_past(alarm)
-            self.on_change(alarm)
+            if cause is not None and cause.disproved(alarm.subject):
+                self._reset(alarm, DISPROVED)
+            else:
+                self.on_change(alarm)
 
     def standing(self) -> list[Alarm]:
         """Those that are not reset, newest first."""
@@ -329,7 +343,7 @@ class Alarms:
         :raises NotFound: there is none, or it is no longer kept.
         """
         found = self._over.get(alarm_id)
-        for alarm in self._standing.values():
+        for alarm in list(self._standing.values()):
             if alarm.id == alarm_id:
                 self._note_end(found := alarm)
         if found is None:

@@ -124,6 +124,7 @@ ROBOTS: Final[Sequence[Kind[Robot]]] = (
                 "確認が遅れた原因を調べてください。",
             ),
         ),
+        disproved=lambda robot: robot.stops.was_proved,
     ),
     stopped("robot", "C-HOST manual 2-7, 2-8", (ROBOT,), lambda robot: robot.stops.unconfirmed is not None),
     Kind(

@@ -159,6 +159,7 @@ BODIES: Final[Sequence[Kind[Body]]] = (
                 "動かす前に位置を確認してください。",
             ),
         ),
+        disproved=lambda body: body.number in body.line.answered_late,
     ),
     Kind(
         "body.power_cycled",
@@ -217,6 +218,7 @@ BODIES: Final[Sequence[Kind[Body]]] = (
                 "確認が遅れた原因を調べてください。",
             ),
         ),
+        disproved=lambda body: body.stop_was_proved,
     ),
     stopped("body", "RC-420 manual 5.4.1", (STATUS, POSITION), lambda body: body.being_stopped),
     Kind(

@@ -153,6 +153,8 @@ class Body:
     watched: bool = False
     """Whether the robot it belongs to is asked as a whole, so that nobody need ask it again and again."""
     being_stopped: bool = False
+    stop_was_proved: bool = False
+    """Whether the last stop was being proved already when it was called late."""
     """Whether a stop is under way that is not confirmed yet."""
     stopped_at: int | None = None
     """Where it stood when a stop was confirmed since its last move was sent."""

@@ -39,12 +39,12 @@ from gateway.rorze.alarms import causes
 from gateway.rorze.backup_restore import BodyRestore
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.body_now import BodyNow
-from gateway.rorze.body_watch import BodyWatch, watch_sweep
+from gateway.rorze.body_watch import BodyWatch, watch_groups
 from gateway.rorze.endless_programs import EndlessPrograms
 from gateway.rorze.event_settings import watch_events
 from gateway.rorze.event_types import TYPES
 from gateway.rorze.exchange import RorzeExchange
-from gateway.rorze.group_definition import define, planned_group, watch_groups
+from gateway.rorze.group_definition import define, planned_group
 from gateway.rorze.guards import Guards
 from gateway.rorze.jogs import BodyJog, BodyJogs
 from gateway.rorze.line import Line
@@ -176,9 +176,11 @@ class Rorze(Family):
             self._amid_a_restore,
             self.endless.refuses_start,
         )
-        sweep = self.sweeps[line.id] = Sweep(line, self.bodies_of(line), table.sweep_numbers)
+        sweep = self.sweeps[line.id] = Sweep(
+            line, self.bodies_of(line), table.sweep_numbers, partial(self._groups_on, line)
+        )
         line.ask_groups = sweep.look_for_silent
-        for own in sweep.groups:
+        for own in sweep.own:
             own.on_strangers = partial(self._on_strangers, own)
         self._health[line.id] = Health(line, table.health_share)
         self._tables[line.id] = table
@@ -454,8 +456,7 @@ class Rorze(Family):
             yield BodyWatch(body, health, sweep, self.stops.on_line).run
             if body in self._events:
                 yield partial(watch_events, body, self._events[body])
-        yield partial(watch_sweep, health, sweep)
-        yield partial(watch_groups, line, partial(self._groups_on, line))
+        yield partial(watch_groups, health, sweep)
         yield self._sampler(line).run
 
     def _sampler(self, line: Line) -> Sampler:

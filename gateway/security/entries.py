@@ -62,7 +62,9 @@ REQUEST_REFUSED: Final = _row(
 )
 SESSION_ENDED: Final = _row("session.ended", "a session has ended before its time", "why", "of")
 KEY_MADE: Final = _row("key.made", "a key was made", "role", "scope", "expires_at", folds=False)
-KEY_CHANGED: Final = _row("key.changed", "a key was changed", "role", "scope", "expires_at", "overlap", folds=False)
+KEY_CHANGED: Final = _row(
+    "key.changed", "a key was changed", "role", "scope", "expires_at", "overlap", folds=False
+)
 KEY_REVOKED: Final = _row("key.revoked", "a key was ended", "role", "scope", folds=False)
 LEASE_TAKEN: Final = _row("lease.taken", "a part of the plant was leased", "lease", "ttl_s")
 LEASE_TAKEN_OVER: Final = _row("lease.taken_over", "an admin has taken over a lease", "lease", "holder")
