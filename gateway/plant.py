@@ -176,10 +176,10 @@ class Plant:
     def _start(self, line_id: str) -> None:
         line, what = self._ports[line_id], f"a watch of line {line_id}"
         line.start()
+        watches = list(self._family_of(line_id).watches(line))  # all, or a fault has begun none
         with acting(POLL):
             self._watches[line_id] = [
-                asyncio.create_task(carry_on(what, watch), name=what)
-                for watch in self._family_of(line_id).watches(line)
+                asyncio.create_task(carry_on(what, watch), name=what) for watch in watches
             ]
 
     async def _unwatch(self, line_id: str) -> None:

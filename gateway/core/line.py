@@ -20,7 +20,7 @@ from gateway.core.journal.intents import Intents
 from gateway.core.lanes import Lane
 from gateway.core.line_state import LineState
 from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
-from gateway.core.own_faults import carry_on, survived
+from gateway.core.own_faults import carry_on, insist, survived
 from gateway.core.sequence_lock import SequenceLock, Series, all_held
 from gateway.core.session import Session
 from gateway.core.trace_filter import FrameSubject
@@ -140,7 +140,7 @@ class PortLoop(ABC):
             return
         self._loop = asyncio.get_running_loop()
         with acting(SET_UP):
-            self._tasks = [self._begun(self._keep_open())]
+            self._tasks = [self._begun(carry_on(f"the port of line {self.id}", self._keep_open))]
         with acting(PROBE):
             beside = f"the work beside line {self.id}"
             self._tasks += [self._begun(carry_on(beside, work)) for work in self._beside()]
@@ -316,7 +316,7 @@ class PortLoop(ABC):
                 return
             self._timer.cancel()
         # Kept beside the handle: uvloop's handles of timers that are due at once do not tell their time.
-        self._timer, self._timer_at = self._loop.call_at(at, self._wake), at
+        self._timer, self._timer_at = self._loop.call_at(at, insist, "a deadline of a line", self._wake), at
 
     def _note_hold(self, now: float) -> None:
         """While the loop was held nothing was read: nobody at the far end is late because of that."""

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from gateway.core.errors import GatewayError
 from gateway.core.lanes import Lane
-from gateway.core.own_faults import all_of, carry_on, insist, seen_to, survived, twice
+from gateway.core.own_faults import all_of, at_end_of, carry_on, seen_to, survived, twice
 from gateway.core.records import request_id_field
 from gateway.core.stops import (
     CONFIRM_WITHIN_S,
@@ -98,7 +98,7 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
         task = asyncio.create_task(self._see_through(stop), name=what)
         self._running[mode], self._tasks[stop] = stop, task
         self._motion.stops = len(self._tasks)
-        task.add_done_callback(lambda _: insist(f"the end of {what}", partial(self._over, stop)))
+        at_end_of(task, f"the end of {what}", partial(self._over, stop))
         survived(f"the {what}", stop.submit, partial(stop.publish, "requested"))  # its task repeats it
 
     def _hear_error(self, error: str, asked_after: int) -> None:

@@ -133,8 +133,8 @@ class BodyJogs:
         )
         it, what = _Session(jog, body, move), f"the jog of {body.address}"
         it.over = asyncio.create_task(carry_on(what, partial(self._see_over, it)), name=what)
-        self._sessions[jog.id] = it
         self._await_heartbeat(it)
+        self._sessions[jog.id] = it
         over = [key for key, each in self._sessions.items() if each.over.done()]
         for key in over[: max(0, len(over) - KEPT)]:
             del self._sessions[key]

@@ -13,7 +13,7 @@ from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSen
 from gateway.core.events import EventHub
 from gateway.core.lanes import Lane
 from gateway.core.origin import working
-from gateway.core.own_faults import all_of, carry_on, insist, safely, survived, twice
+from gateway.core.own_faults import all_of, at_end_of, carry_on, safely, survived, twice
 from gateway.core.records import request_id_field
 from gateway.core.stops import (
     CONFIRM_WITHIN_S,
@@ -186,7 +186,7 @@ class Stops(StopsUnderWay["_BodyStop"]):
         task = asyncio.create_task(self._see_through(stop), name=f"stop {body.address}")
         self._running[body, mode], self._tasks[stop] = stop, task
         body.being_stopped = True
-        task.add_done_callback(lambda _: insist("the end of a stop", partial(self._over, stop)))
+        at_end_of(task, "the end of a stop", partial(self._over, stop))
         begun = (stop.submit, partial(stop.publish, "requested"), partial(self.on_begin, body))
         survived(f"the stop of {body.address}", *begun)  # it is repeated by its task
 

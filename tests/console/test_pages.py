@@ -13,6 +13,8 @@ from playwright.sync_api import Locator, Route, expect
 from tests.console.browser import SCAN_MS, Console, Guarded, Plant, plant_in
 from tests.e2e.processes import LONGEST_WAIT_S, simulated_line, simulated_robot, until
 
+pytestmark = pytest.mark.prove
+
 Open = Callable[..., Console]
 
 PAGES = (

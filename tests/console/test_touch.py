@@ -9,6 +9,8 @@ from tests.console.browser import Console, Plant
 from tests.console.test_pages import PAGES
 from tests.e2e.processes import until
 
+pytestmark = pytest.mark.prove
+
 Open = Callable[..., Console]
 BESIDE_PX = 200
 HITS_STOP = """() => {
