@@ -47,7 +47,7 @@ class Alarm(TypedDict):
     reset_at: str | None
     """Null while the alarm stands."""
     reset_by: str | None
-    """Who has reset it."""
+    """Who has reset it; `gateway: it came again` where a newer one stands in its place, `gateway: disproved` where it turned out to have had no cause."""
     caller: str
     """In whose name the gateway was at work when it came."""
     request_id: str | None
@@ -1242,9 +1242,11 @@ class BodyPowerCycledEvent(TypedDict):
 
 
 class BodyPowerLoss(TypedDict):
-    """How sure the gateway is."""
+    """How sure the gateway is, and why."""
 
     certain: bool
+    why: str
+    """A sign that was seen: its mark is gone, or its position changed, say."""
 
 
 class BodyPowerMarkMissingEvent(TypedDict):
@@ -4599,7 +4601,7 @@ class ProgramState(TypedDict):
     body_id: str
     running: bool
     end_cause: str | None
-    """Of the last program; null while one runs."""
+    """Of the last program; null while one runs, and where the end of `run` is unknown."""
     address: int
     """The address it is at, or has ended at (UND)."""
     line: int
@@ -7319,7 +7321,7 @@ Block: TypeAlias = Literal["a", "b", "c", "d"]
 DetailKind: TypeAlias = Literal["none", "emergency", "driver", "connection", "timeout", "fics", "unreadable"]
 
 
-Effect: TypeAlias = Literal["read", "setting", "motion", "stop", "maintenance"]
+Effect: TypeAlias = Literal["read", "setting", "clearing", "motion", "stop", "maintenance"]
 
 
 JsonValue: TypeAlias = Any

@@ -778,7 +778,9 @@ export interface paths {
         put?: never;
         /**
          * Issue Ticket
-         * @description Give a ticket for one event stream, for browsers, whose WebSockets and EventSources send no key.
+         * @description Give a ticket for one event stream, which ends with the session or the key it was given for.
+         *
+         *     It is for browsers, whose WebSockets and EventSources send no key.
          */
         post: operations["issueTicket"];
         delete?: never;
@@ -2049,6 +2051,46 @@ export interface paths {
          * @description Make a key and tell it once. The header Idempotency-Key is refused: it would have the secret kept.
          */
         post: operations["makeKey"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/access/keys/{name}/rotate": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Rotate Key
+         * @description Make a new key in the place of a good one and tell it once; the old one is good for the overlap yet.
+         */
+        post: operations["rotateKey"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/access/keys/{name}/approve": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Approve Key
+         * @description Let a key of an admin be good that another admin has made (`access.four_eyes`).
+         */
+        post: operations["approveKey"];
         delete?: never;
         options?: never;
         head?: never;
@@ -3498,6 +3540,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it. */
+            max_speed?: components["schemas"]["Rate"] | null;
         };
         /**
          * Alarm
@@ -3533,7 +3577,7 @@ export interface components {
             reset_at: string | null;
             /**
              * Reset By
-             * @description Who has reset it.
+             * @description Who has reset it; `gateway: it came again` where a newer one stands in its place, `gateway: disproved` where it turned out to have had no cause.
              */
             reset_by: string | null;
             /**
@@ -3563,6 +3607,13 @@ export interface components {
             manual: string;
             en: components["schemas"]["AlarmText"];
             ja: components["schemas"]["AlarmText"];
+            /** @description Its words once its cause is over, which take the place of `en` and `ja` then; null where these stay, or were replaced. */
+            when_over: components["schemas"]["PastWords"] | null;
+            /**
+             * Part Of
+             * @description The id of the standing alarm that tells the same event: of a failed move that of its cause, of a body that of its line, of several bodies that of the first. Events leave it out.
+             */
+            part_of: string | null;
             /**
              * Next
              * @description The calls that help, in the order in which they do.
@@ -3999,6 +4050,11 @@ export interface components {
             /** Ended At */
             ended_at: string | null;
             /**
+             * Scales
+             * @description The bodies whose scale is not that of the backup, and what `units` made of that.
+             */
+            scales: components["schemas"]["ScaleDifference"][];
+            /**
              * Commands
              * @description The exact commands of a restore, in their order, once it has succeeded. Events leave them and the differences out: ask for the record.
              */
@@ -4405,6 +4461,11 @@ export interface components {
              * @description The text of a backup; comments after `;` mean nothing.
              */
             backup: string;
+            /**
+             * Units
+             * @description For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse.
+             */
+            units?: ("keep_pulses" | "convert") | null;
             /**
              * From Body
              * @description Take what the backup has of another body: two hex digits. Else of the same number.
@@ -4898,6 +4959,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it. */
+            max_speed?: components["schemas"]["Rate"] | null;
             /** @description The jog ends after this distance; never further than 10 s take at its top speed, nor beyond the soft limits. */
             at_most?: components["schemas"]["Length"] | null;
         };
@@ -6538,11 +6601,16 @@ export interface components {
         };
         /**
          * BodyPowerLoss
-         * @description How sure the gateway is.
+         * @description How sure the gateway is, and why.
          */
         BodyPowerLoss: {
             /** Certain */
             certain: boolean;
+            /**
+             * Why
+             * @description A sign that was seen: its mark is gone, or its position changed, say.
+             */
+            why: string;
         };
         /**
          * BodyPowerMarkMissingEvent
@@ -7131,6 +7199,11 @@ export interface components {
              */
             backup: string;
             /**
+             * Units
+             * @description For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse.
+             */
+            units?: ("keep_pulses" | "convert") | null;
+            /**
              * From Body
              * @description Take what the backup has of another body: two hex digits. Else of the same number.
              */
@@ -7408,7 +7481,8 @@ export interface components {
          * BodySettingsChange
          * @description Settings to change; the others stay as they are.
          *
-         *     Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse.
+         *     Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse. Of all others
+         *     it says that they are not set, or cannot be read, which has to be so.
          * @example {
          *       "homing_retries": 1,
          *       "origin_offset": 20
@@ -8067,6 +8141,7 @@ export interface components {
              * @enum {string}
              */
             outcome: "unchanged" | "changed";
+            /** @description Null also where it could not be read. */
             before: components["schemas"]["JsonValue"];
         };
         /**
@@ -8145,12 +8220,12 @@ export interface components {
             acceleration_pps_s: number;
             /**
              * Rising Percent
-             * @description OA, 0-100.
+             * @description OA, 0-100; 0 where it was never set, too.
              */
             rising_percent: number;
             /**
              * Falling Percent
-             * @description OB, 0-100.
+             * @description OB, 0-100; 0 where it was never set, too.
              */
             falling_percent: number;
             /** @description In the body's unit; null without a scale. */
@@ -8641,7 +8716,7 @@ export interface components {
          * @description What a command does: who may send it, and which way it goes, is decided by this alone.
          * @enum {string}
          */
-        Effect: "read" | "setting" | "motion" | "stop" | "maintenance";
+        Effect: "read" | "setting" | "clearing" | "motion" | "stop" | "maintenance";
         /**
          * Encoder
          * @description The encoder of a body, and its set-up.
@@ -8968,7 +9043,7 @@ export interface components {
          */
         EventList: {
             /** Events */
-            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["LineOrderViolatedEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["LineLeaseTakenEvent"] | components["schemas"]["LineLeaseReleasedEvent"] | components["schemas"]["LineLeaseExpiredEvent"] | components["schemas"]["LineLeaseTakenOverEvent"] | components["schemas"]["LineLeaseBrokenEvent"] | components["schemas"]["AlarmRaisedEvent"] | components["schemas"]["AlarmResetEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["GatewayReloadedEvent"] | components["schemas"]["GatewayReloadFailedEvent"] | components["schemas"]["GatewayScanFinishedEvent"] | components["schemas"]["GatewayScanFailedEvent"] | components["schemas"]["GatewaySecurityTroubleEvent"] | components["schemas"]["GatewaySecurityRecoveredEvent"] | components["schemas"]["GatewayRefusalsBurstEvent"] | components["schemas"]["GatewayKeyMadeEvent"] | components["schemas"]["GatewayKeyRevokedEvent"] | components["schemas"]["StreamSnapshotEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyLeaseTakenEvent"] | components["schemas"]["BodyLeaseReleasedEvent"] | components["schemas"]["BodyLeaseExpiredEvent"] | components["schemas"]["BodyLeaseTakenOverEvent"] | components["schemas"]["BodyLeaseBrokenEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyBackupStartedEvent"] | components["schemas"]["BodyBackupProgressEvent"] | components["schemas"]["BodyBackupSucceededEvent"] | components["schemas"]["BodyBackupFailedEvent"] | components["schemas"]["BodyBackupCancelledEvent"] | components["schemas"]["BodyComparisonStartedEvent"] | components["schemas"]["BodyComparisonProgressEvent"] | components["schemas"]["BodyComparisonSucceededEvent"] | components["schemas"]["BodyComparisonFailedEvent"] | components["schemas"]["BodyComparisonCancelledEvent"] | components["schemas"]["BodyPositionReadingStartedEvent"] | components["schemas"]["BodyPositionReadingProgressEvent"] | components["schemas"]["BodyPositionReadingSucceededEvent"] | components["schemas"]["BodyPositionReadingFailedEvent"] | components["schemas"]["BodyPositionReadingCancelledEvent"] | components["schemas"]["BodyPositionUploadStartedEvent"] | components["schemas"]["BodyPositionUploadProgressEvent"] | components["schemas"]["BodyPositionUploadSucceededEvent"] | components["schemas"]["BodyPositionUploadFailedEvent"] | components["schemas"]["BodyPositionUploadCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineBackupStartedEvent"] | components["schemas"]["LineBackupProgressEvent"] | components["schemas"]["LineBackupSucceededEvent"] | components["schemas"]["LineBackupFailedEvent"] | components["schemas"]["LineBackupCancelledEvent"] | components["schemas"]["LineComparisonStartedEvent"] | components["schemas"]["LineComparisonProgressEvent"] | components["schemas"]["LineComparisonSucceededEvent"] | components["schemas"]["LineComparisonFailedEvent"] | components["schemas"]["LineComparisonCancelledEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupLeaseTakenEvent"] | components["schemas"]["GroupLeaseReleasedEvent"] | components["schemas"]["GroupLeaseExpiredEvent"] | components["schemas"]["GroupLeaseTakenOverEvent"] | components["schemas"]["GroupLeaseBrokenEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStopsUnconfirmedEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotLeaseTakenEvent"] | components["schemas"]["RobotLeaseReleasedEvent"] | components["schemas"]["RobotLeaseExpiredEvent"] | components["schemas"]["RobotLeaseTakenOverEvent"] | components["schemas"]["RobotLeaseBrokenEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotInputChangedEvent"] | components["schemas"]["RobotStatusChangedEvent"] | components["schemas"]["RobotSensorChangedEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotUnitMissingEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotBackupStartedEvent"] | components["schemas"]["RobotBackupProgressEvent"] | components["schemas"]["RobotBackupSucceededEvent"] | components["schemas"]["RobotBackupFailedEvent"] | components["schemas"]["RobotBackupCancelledEvent"] | components["schemas"]["RobotComparisonStartedEvent"] | components["schemas"]["RobotComparisonProgressEvent"] | components["schemas"]["RobotComparisonSucceededEvent"] | components["schemas"]["RobotComparisonFailedEvent"] | components["schemas"]["RobotComparisonCancelledEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
+            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["LineOrderViolatedEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["LineLeaseTakenEvent"] | components["schemas"]["LineLeaseReleasedEvent"] | components["schemas"]["LineLeaseExpiredEvent"] | components["schemas"]["LineLeaseTakenOverEvent"] | components["schemas"]["LineLeaseBrokenEvent"] | components["schemas"]["AlarmRaisedEvent"] | components["schemas"]["AlarmResetEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["GatewayReloadedEvent"] | components["schemas"]["GatewayReloadFailedEvent"] | components["schemas"]["GatewayScanFinishedEvent"] | components["schemas"]["GatewayScanFailedEvent"] | components["schemas"]["GatewaySecurityTroubleEvent"] | components["schemas"]["GatewaySecurityRecoveredEvent"] | components["schemas"]["GatewayRefusalsBurstEvent"] | components["schemas"]["GatewayKeyMadeEvent"] | components["schemas"]["GatewayKeyApprovedEvent"] | components["schemas"]["GatewayKeyRotatedEvent"] | components["schemas"]["GatewayKeyEndsSoonEvent"] | components["schemas"]["GatewayKeyExpiredEvent"] | components["schemas"]["GatewayKeyRevokedEvent"] | components["schemas"]["StreamSnapshotEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyLeaseTakenEvent"] | components["schemas"]["BodyLeaseReleasedEvent"] | components["schemas"]["BodyLeaseExpiredEvent"] | components["schemas"]["BodyLeaseTakenOverEvent"] | components["schemas"]["BodyLeaseBrokenEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyBackupStartedEvent"] | components["schemas"]["BodyBackupProgressEvent"] | components["schemas"]["BodyBackupSucceededEvent"] | components["schemas"]["BodyBackupFailedEvent"] | components["schemas"]["BodyBackupCancelledEvent"] | components["schemas"]["BodyComparisonStartedEvent"] | components["schemas"]["BodyComparisonProgressEvent"] | components["schemas"]["BodyComparisonSucceededEvent"] | components["schemas"]["BodyComparisonFailedEvent"] | components["schemas"]["BodyComparisonCancelledEvent"] | components["schemas"]["BodyPositionReadingStartedEvent"] | components["schemas"]["BodyPositionReadingProgressEvent"] | components["schemas"]["BodyPositionReadingSucceededEvent"] | components["schemas"]["BodyPositionReadingFailedEvent"] | components["schemas"]["BodyPositionReadingCancelledEvent"] | components["schemas"]["BodyPositionUploadStartedEvent"] | components["schemas"]["BodyPositionUploadProgressEvent"] | components["schemas"]["BodyPositionUploadSucceededEvent"] | components["schemas"]["BodyPositionUploadFailedEvent"] | components["schemas"]["BodyPositionUploadCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineBackupStartedEvent"] | components["schemas"]["LineBackupProgressEvent"] | components["schemas"]["LineBackupSucceededEvent"] | components["schemas"]["LineBackupFailedEvent"] | components["schemas"]["LineBackupCancelledEvent"] | components["schemas"]["LineComparisonStartedEvent"] | components["schemas"]["LineComparisonProgressEvent"] | components["schemas"]["LineComparisonSucceededEvent"] | components["schemas"]["LineComparisonFailedEvent"] | components["schemas"]["LineComparisonCancelledEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupLeaseTakenEvent"] | components["schemas"]["GroupLeaseReleasedEvent"] | components["schemas"]["GroupLeaseExpiredEvent"] | components["schemas"]["GroupLeaseTakenOverEvent"] | components["schemas"]["GroupLeaseBrokenEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStopsUnconfirmedEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotLeaseTakenEvent"] | components["schemas"]["RobotLeaseReleasedEvent"] | components["schemas"]["RobotLeaseExpiredEvent"] | components["schemas"]["RobotLeaseTakenOverEvent"] | components["schemas"]["RobotLeaseBrokenEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotInputChangedEvent"] | components["schemas"]["RobotStatusChangedEvent"] | components["schemas"]["RobotSensorChangedEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotUnitMissingEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotBackupStartedEvent"] | components["schemas"]["RobotBackupProgressEvent"] | components["schemas"]["RobotBackupSucceededEvent"] | components["schemas"]["RobotBackupFailedEvent"] | components["schemas"]["RobotBackupCancelledEvent"] | components["schemas"]["RobotComparisonStartedEvent"] | components["schemas"]["RobotComparisonProgressEvent"] | components["schemas"]["RobotComparisonSucceededEvent"] | components["schemas"]["RobotComparisonFailedEvent"] | components["schemas"]["RobotComparisonCancelledEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
             /** Cursor */
             cursor: string;
         };
@@ -9277,6 +9352,138 @@ export interface components {
             data: components["schemas"]["JournalTrouble"];
         };
         /**
+         * GatewayKeyApprovedEvent
+         * @description A second administrator has approved a key; about `/gateway`.
+         */
+        GatewayKeyApprovedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.key.approved";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["KeyInfo"];
+        };
+        /**
+         * GatewayKeyEndsSoonEvent
+         * @description A key ends within `access.key_warning_d`; about `/gateway`.
+         */
+        GatewayKeyEndsSoonEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.key.ends_soon";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["KeyInfo"];
+        };
+        /**
+         * GatewayKeyExpiredEvent
+         * @description The time of a key is over; about `/gateway`.
+         */
+        GatewayKeyExpiredEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.key.expired";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["KeyInfo"];
+        };
+        /**
          * GatewayKeyMadeEvent
          * @description An administrator has made a key; about `/gateway`.
          */
@@ -9343,6 +9550,50 @@ export interface components {
              * @enum {string}
              */
             type: "gateway.key.revoked";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["KeyInfo"];
+        };
+        /**
+         * GatewayKeyRotatedEvent
+         * @description A new key has taken the place of one that ends soon; about `/gateway`.
+         */
+        GatewayKeyRotatedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.key.rotated";
             /** Subject */
             subject: string;
             /**
@@ -10491,9 +10742,22 @@ export interface components {
             begins: string;
             /**
              * State
+             * @description `waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`).
              * @enum {string}
              */
-            state: "good" | "expired" | "revoked";
+            state: "good" | "expired" | "revoked" | "waiting";
+            /**
+             * Ends Soon
+             * @description Whether it ends within `access.key_warning_d`, and no newer key has its name.
+             */
+            ends_soon: boolean;
+            /**
+             * Made By
+             * @description Who made it over HTTP, if that was noted.
+             */
+            made_by: string | null;
+            /** Approved By */
+            approved_by: string | null;
             /**
              * Made At
              * Format: date-time
@@ -11037,6 +11301,11 @@ export interface components {
              * @description The text of a backup; comments after `;` mean nothing.
              */
             backup: string;
+            /**
+             * Units
+             * @description For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse.
+             */
+            units?: ("keep_pulses" | "convert") | null;
             /**
              * Bodies
              * @description These only: addresses such as 3F. Else all that the backup has.
@@ -11791,6 +12060,11 @@ export interface components {
              */
             backup: string;
             /**
+             * Units
+             * @description For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse.
+             */
+            units?: ("keep_pulses" | "convert") | null;
+            /**
              * Bodies
              * @description These only: addresses such as 3F. Else all that the backup has.
              */
@@ -12339,9 +12613,22 @@ export interface components {
             begins: string;
             /**
              * State
+             * @description `waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`).
              * @enum {string}
              */
-            state: "good" | "expired" | "revoked";
+            state: "good" | "expired" | "revoked" | "waiting";
+            /**
+             * Ends Soon
+             * @description Whether it ends within `access.key_warning_d`, and no newer key has its name.
+             */
+            ends_soon: boolean;
+            /**
+             * Made By
+             * @description Who made it over HTTP, if that was noted.
+             */
+            made_by: string | null;
+            /** Approved By */
+            approved_by: string | null;
             /**
              * Made At
              * Format: date-time
@@ -12743,7 +13030,7 @@ export interface components {
             scope?: string[] | null;
             /**
              * Expires S
-             * @description In seconds from now; left out: it does not expire.
+             * @description In seconds from now; left out: `access.key_lifetime_d`, a year if nothing else is said.
              */
             expires_s?: number | null;
         };
@@ -12881,6 +13168,14 @@ export interface components {
             request_id: string | null;
         };
         /**
+         * PastWords
+         * @description An alarm whose cause is over, in both languages: nothing of it is told as so now.
+         */
+        PastWords: {
+            en: components["schemas"]["AlarmText"];
+            ja: components["schemas"]["AlarmText"];
+        };
+        /**
          * PathDefinition
          * @description A whole path; without points it is cleared.
          * @example {
@@ -12954,6 +13249,8 @@ export interface components {
          *     }
          */
         PatternChange: {
+            /** Changes */
+            changes?: components["schemas"]["SpeedChangeRequest"][] | null;
             /**
              * Acceleration Set
              * @description 0-29.
@@ -12964,8 +13261,6 @@ export interface components {
              * @description 0-29.
              */
             deceleration_set?: number | null;
-            /** Changes */
-            changes?: components["schemas"]["SpeedChangeRequest"][] | null;
         };
         /**
          * PatternList
@@ -13001,6 +13296,11 @@ export interface components {
          */
         PatternValues: {
             /**
+             * Changes
+             * @description All that it shall have.
+             */
+            changes?: components["schemas"]["SpeedChangeRequest"][];
+            /**
              * Acceleration Set
              * @description Speed parameter set of the acceleration, 0-29.
              */
@@ -13010,11 +13310,6 @@ export interface components {
              * @description Speed parameter set of the deceleration, 0-29.
              */
             deceleration_set: number;
-            /**
-             * Changes
-             * @description All that it shall have.
-             */
-            changes?: components["schemas"]["SpeedChangeRequest"][];
         };
         /**
          * PlannedMove
@@ -13342,6 +13637,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it. */
+            max_speed?: components["schemas"]["Rate"] | null;
         };
         /**
          * PositionName
@@ -13454,8 +13751,13 @@ export interface components {
             /** @description Left out, where the motor stands. */
             position?: components["schemas"]["Length"] | null;
             /**
+             * Pulses
+             * @description Instead of `position`: as GET gives it, encoder counts in encoder mode.
+             */
+            pulses?: number | null;
+            /**
              * Name
-             * @description Left out, it keeps the name it has.
+             * @description Left out or null, it keeps the name it has.
              */
             name?: string | null;
         };
@@ -13707,7 +14009,7 @@ export interface components {
             running: boolean;
             /**
              * End Cause
-             * @description Of the last program; null while one runs.
+             * @description Of the last program; null while one runs, and where the end of `run` is unknown.
              */
             end_cause: string | null;
             /**
@@ -13817,6 +14119,24 @@ export interface components {
             ended_at: string | null;
         };
         /**
+         * Rate
+         * @description A speed with its unit.
+         * @example {
+         *       "unit": "pulse/s",
+         *       "value": 1000
+         *     }
+         */
+        Rate: {
+            /** Value */
+            value: number;
+            /**
+             * Unit
+             * @description Other units than pulse/s need the body's scale in the configuration.
+             * @enum {string}
+             */
+            unit: "pulse/s" | "mm/s" | "um/s" | "deg/s" | "mdeg/s";
+        };
+        /**
          * RawReply
          * @description What was answered.
          */
@@ -13860,7 +14180,10 @@ export interface components {
              * @description Whether every line is open and set up, and somebody answers on it.
              */
             ready: boolean;
-            /** Lines */
+            /**
+             * Lines
+             * @description Those that the key of the request is for; without a good key none is named.
+             */
             lines: {
                 [key: string]: components["schemas"]["LineState"];
             };
@@ -13947,6 +14270,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it. */
+            max_speed?: components["schemas"]["Rate"] | null;
         };
         /**
          * ReloadFailed
@@ -14085,6 +14410,11 @@ export interface components {
              */
             controllers: string[];
             /**
+             * Scales
+             * @description The bodies whose scale is not that of the backup, and what `units` made of that.
+             */
+            scales: components["schemas"]["ScaleDifference"][];
+            /**
              * Commands
              * @description Commands to be written, as far as is known.
              * @default 0
@@ -14185,6 +14515,11 @@ export interface components {
              * @description Empty where the controllers hold the backup already.
              */
             differences: components["schemas"]["Difference"][];
+            /**
+             * Scales
+             * @description The bodies whose scale is not that of the backup, and what `units` made of that.
+             */
+            scales: components["schemas"]["ScaleDifference"][];
         };
         /**
          * Retry
@@ -14222,6 +14557,11 @@ export interface components {
              * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
              */
             start_within_s?: number;
+            /**
+             * Speed Percent
+             * @description Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own.
+             */
+            speed_percent?: number | null;
             /**
              * Coordinates
              * @description Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user.
@@ -16465,6 +16805,11 @@ export interface components {
              * @description Number of the position, 1-1999; it has to be set.
              */
             position: number;
+            /**
+             * Speed Percent
+             * @description Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own.
+             */
+            speed_percent?: number | null;
         };
         /**
          * RobotPowerCycleAcknowledgedEvent
@@ -16635,6 +16980,11 @@ export interface components {
              * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
              */
             start_within_s?: number;
+            /**
+             * Speed Percent
+             * @description Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own.
+             */
+            speed_percent?: number | null;
             /**
              * Coordinates
              * @description Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user.
@@ -17525,6 +17875,20 @@ export interface components {
          */
         Role: "viewer" | "operator" | "setup" | "admin";
         /**
+         * Rotation
+         * @description How a key is rotated.
+         * @example {
+         *       "overlap_s": 604800
+         *     }
+         */
+        Rotation: {
+            /**
+             * Overlap S
+             * @description Seconds for which the old key is good yet. Left out: 604800.0.
+             */
+            overlap_s?: number;
+        };
+        /**
          * RunRequest
          * @description Where a program begins: at a label or an address, else at its first instruction.
          * @example {
@@ -17544,6 +17908,33 @@ export interface components {
              * @description Execute one instruction only; without label and address the next one. Left out: false.
              */
             single_step?: boolean;
+        };
+        /**
+         * ScaleDifference
+         * @description A controller whose scale is not that of the backup.
+         */
+        ScaleDifference: {
+            /**
+             * Target
+             * @description The body.
+             */
+            target: string;
+            /**
+             * Backup
+             * @description The scale of the backup: 100 pulses/mm.
+             */
+            backup: string;
+            /**
+             * Controller
+             * @description That of the body: 250 pulses/mm, or no scale.
+             */
+            controller: string;
+            /**
+             * Units
+             * @description What was asked for: the same pulses, or the same lengths and speeds.
+             * @enum {string}
+             */
+            units: "keep_pulses" | "convert";
         };
         /**
          * Scaled
@@ -19123,6 +19514,8 @@ export interface components {
         /**
          * SpeedChangeRequest
          * @description A change of speed on the way: placed by where it begins, or by where it is done.
+         *
+         *     With both `begin` counts, and `end` has to be that of the pattern as it was read.
          */
         SpeedChangeRequest: {
             /**
@@ -19241,12 +19634,12 @@ export interface components {
             acceleration_pps_s: number;
             /**
              * Rising Percent
-             * @description OA, 0-100.
+             * @description OA, 0-100; 0 where it was never set, too.
              */
             rising_percent: number;
             /**
              * Falling Percent
-             * @description OB, 0-100.
+             * @description OB, 0-100; 0 where it was never set, too.
              */
             falling_percent: number;
             /** @description In the body's unit; null without a scale. */
@@ -25718,6 +26111,104 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["MadeKey"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    rotateKey: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The name of a key.
+                 * @example mes
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Rotation"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MadeKey"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    approveKey: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The name of a key.
+                 * @example mes
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["KeyInfo"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
