@@ -21,7 +21,7 @@ from benchmarks.stop_latency import SPEEDS
 from gateway.access.keys import KeyStore
 from gateway.access.roles import Role
 from simulator.fics.line import build_line as build_robot
-from simulator.fics.robot import Layout
+from simulator.fics.layout import Layout
 from simulator.ports import serve_tcp
 from simulator.rorze.line import build_line
 from simulator.truth import Fact, TruthLog

@@ -265,12 +265,12 @@ class Access:
             raise NothingShown(
                 f"The request has no key{_REFUSAL}", "Send the header Authorization: Bearer KEY."
             ).in_japanese(f"キーがありません{_REFUSAL_JA}", _SEND_KEY_JA)
-        grant = (of_session or self.sessions.grant_of)(session)
-        if grant is None:
+        found = (of_session or self.sessions.grant_of)(session)
+        if found is None:
             raise NothingShown(*_NOT_GOOD).in_japanese(*_NOT_GOOD_JA)
-        grant = self._good(grant)
+        good = self._good(found)
         headers.require_own_page(scope)
-        return grant, session
+        return good, session
 
     def _bearer_of(self, shown: list[bytes]) -> Grant:
         """Find whose a header is; one that was good is not read again until the keys are looked at again."""
