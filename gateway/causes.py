@@ -22,6 +22,8 @@ SECURITY = get(
     Right.ADMIN,
 )
 
+KEYS = get("/access/keys", "See which keys end soon.", "期限の近いキーを確認します。", Right.ADMIN)
+
 RELOAD = post("/system/reload", Right.ADMIN, "Read the configuration again.", "設定を再読み込みします。")
 
 LINE_DOWN = "line.down"
@@ -191,6 +193,18 @@ GATEWAY: Final[Sequence[Kind[str]]] = (
         next=(SECURITY,),
         lasts=lambda _why: True,
         latches=False,
+        over=past(
+            words(
+                "The security log could not be written: {reason}. It is written again.",
+                "No motor was concerned. Sign-ins and changes went on, and were written down later.",
+                "See that there is room on the disk.",
+            ),
+            words(
+                "セキュリティログに書き込めませんでした: {reason}。現在は書き込めます。",
+                "モータへの影響はありませんでした。サインインと変更は続き、後から記録しました。",
+                "ディスクの空きを確認してください。",
+            ),
+        ),
     ),
     Kind(
         "gateway.refusals.burst",
@@ -206,6 +220,35 @@ GATEWAY: Final[Sequence[Kind[str]]] = (
         ),
         next=(SECURITY,),
         lasts=lambda _why: True,
+        latches=False,
+        over=past(
+            words(
+                "{refusals} requests or sign-ins were refused within {seconds} s, the last from {address}; "
+                "that is over.",
+                "No motor was concerned: nothing was sent for them.",
+                "See in the security log who asked.",
+            ),
+            words(
+                "{seconds}秒間に{refusals}件の要求またはサインインを拒否しました（最後は{address}から）。"
+                "現在は収まっています。",
+                "モータへの影響はありませんでした。何も送信していません。",
+                "セキュリティログで要求元を確認してください。",
+            ),
+        ),
+    ),
+    Kind(
+        "gateway.key.ends_soon",
+        words(
+            "The key {name} ends at {expires_at}.",
+            "No motor is concerned. From then on requests with the key are refused.",
+            "Make a new one in its place: motion-gateway keys rotate {name}.",
+        ),
+        words(
+            "キー{name}は{expires_at}に期限が切れます。",
+            "モータへの影響はありません。期限後はこのキーの要求を拒否します。",
+            "新しいキーを作成してください: motion-gateway keys rotate {name}",
+        ),
+        next=(KEYS,),
         latches=False,
     ),
 )

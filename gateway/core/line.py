@@ -20,7 +20,7 @@ from gateway.core.journal.intents import Intents
 from gateway.core.lanes import Lane
 from gateway.core.line_state import LineState
 from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
-from gateway.core.own_faults import carry_on, insist, survived
+from gateway.core.own_faults import carry_on, survived
 from gateway.core.sequence_lock import SequenceLock, Series, all_held
 from gateway.core.session import Session
 from gateway.core.trace_filter import FrameSubject
@@ -33,6 +33,8 @@ log = logging.getLogger(__name__)
 SILENCE_S = 0.05
 """The line must be quiet this long after the first bytes of an opening."""
 _LANES = {lane: lane.name.lower() for lane in Lane}
+LOST_S = 1.0
+"""A timer that is later than this was lost by a fault of the gateway itself."""
 REOPEN_S = (0.2, 5.0)
 """First and longest pause before a lost port is tried again; it doubles in between."""
 
@@ -312,11 +314,11 @@ class PortLoop(ABC):
     def _wake_at(self, at: float) -> None:
         """Keep one timer, at the earliest moment anything is due."""
         if self._timer is not None:
-            if self._timer_at <= at:
+            if self._loop.time() - LOST_S < self._timer_at <= at:
                 return
             self._timer.cancel()
         # Kept beside the handle: uvloop's handles of timers that are due at once do not tell their time.
-        self._timer, self._timer_at = self._loop.call_at(at, insist, "a deadline of a line", self._wake), at
+        self._timer, self._timer_at = self._loop.call_at(at, self._wake), at
 
     def _note_hold(self, now: float) -> None:
         """While the loop was held nothing was read: nobody at the far end is late because of that."""

@@ -1,6 +1,7 @@
 """Undivided series of commands: what depends on hidden state, or belongs together, is sent unbroken."""
 
 import asyncio
+import logging
 from collections import deque
 from collections.abc import AsyncIterator, Callable, Iterable
 from contextlib import AsyncExitStack, asynccontextmanager
@@ -10,6 +11,8 @@ from functools import partial
 from gateway.core.errors import Expired
 from gateway.core.lanes import Lane, require_room
 from gateway.core.own_faults import insist
+
+log = logging.getLogger(__name__)
 
 RELEASE = "the release of a sequence lock"
 
@@ -68,7 +71,11 @@ class SequenceLock:
             yield mine
         finally:
             _SERIES.reset(before)
-            insist(RELEASE, partial(self._release, mine))
+            try:
+                self._release(mine)
+            except Exception:
+                log.exception("%s has met a fault of the gateway itself", RELEASE)
+                insist(RELEASE, partial(self._release, mine))
 
     def _release(self, mine: Series | None) -> None:
         """Pass it on; once, though after a fault of the gateway itself it is tried again."""
@@ -107,7 +114,11 @@ class SequenceLock:
                     turn.set_result(None)
                     return
         self._taken, self.holder = False, None
-        insist("what waits for a sequence lock", self.on_free)
+        try:
+            self.on_free()
+        except Exception:
+            log.exception("a free sequence lock has met a fault of the gateway itself")
+            insist("what waits for a sequence lock", self.on_free)
 
 
 @asynccontextmanager

@@ -17,7 +17,7 @@ async def test_the_page_and_all_it_loads_are_here(stand: Stand) -> None:
         assert asset.status_code == 200
         assert asset.headers["cache-control"] == "public, max-age=31536000, immutable"
     missing = await stand.get("/assets/index.js")
-    assert (missing.status_code, missing.headers.get("cache-control")) == (404, None)
+    assert (missing.status_code, missing.headers.get("cache-control")) == (404, "no-store")
 
 
 @on_stand()

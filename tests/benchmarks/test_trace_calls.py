@@ -5,8 +5,8 @@ import pytest
 from benchmarks.trace_calls import CallTrace, first_move
 from tests.api.robots.cell import Cell, in_cell
 
-ABOVE_THE_LINE = 293
-IN_ALL = 878
+ABOVE_THE_LINE = 296
+IN_ALL = 882
 
 
 @pytest.mark.parametrize("mode", [2, 3])

@@ -289,7 +289,7 @@ NEEDS_NOBODY: Final = {
     "line": {"up", "strict", "message", "scan.running", "scan.finished", "scan.failed"},
     "gateway": {
         *("journal.recovered", "security.recovered", "shutting_down", "reloaded", "key.made", "key.revoked"),
-        *("scan.finished", "scan.failed"),
+        *("scan.finished", "scan.failed", "key.approved", "key.rotated", "key.expired"),
     },
     "stream": {"gap", "snapshot"},
     "alarm": {"raised", "reset"},
