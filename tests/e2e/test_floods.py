@@ -4,7 +4,6 @@ The gateway and the flooder are processes of their own. Times are without those 
 wait for a processor, and the loop is measured by what it took of one.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -14,7 +13,7 @@ import uvloop
 from benchmarks.floods import FLOODS
 from benchmarks.under_flood import HEARTBEAT_S, Measured, stand
 
-SECONDS: Final = 0.3
+SECONDS: Final = 0.2
 """With the silence that follows each flood takes a second."""
 LONGEST_MS: Final = 20.0
 """The loop is held by one turn no longer; once, by a garbage collection, it may be `ONCE_MS`."""
@@ -44,16 +43,16 @@ async def flood() -> Found:
     async with stand() as standing:
         await standing.measure("", SECONDS)
         alone = await standing.measure("", 3 * SECONDS)
-        _, before_mib = await standing.rest()
-        sockets = standing.connections()
+        sockets = standing.sockets()
+        _, before_mib = await standing.rest(sockets)
         floods = {name: await standing.measure(name, SECONDS) for name in FLOODS}
-        idle, after_mib = await standing.rest()
-        return Found(alone, floods, (sockets, standing.connections()), (before_mib, after_mib), idle)
+        idle, after_mib = await standing.rest(sockets)
+        return Found(alone, floods, (sockets, standing.sockets()), (before_mib, after_mib), idle)
 
 
 @pytest.fixture(scope="module")
-def found() -> Iterator[Found]:
-    yield uvloop.run(flood())
+def found() -> Found:
+    return uvloop.run(flood())
 
 
 @pytest.mark.long
