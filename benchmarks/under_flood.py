@@ -16,8 +16,10 @@ from tempfile import TemporaryDirectory
 from time import monotonic
 from typing import Any, Final
 
+from benchmarks.figures import Figure, Target
+from benchmarks.floods import FLOODS
 from benchmarks.processes import cpu_s, free_port, module, resident_mib, waited_s
-from benchmarks.stop_latency import SPEEDS
+from benchmarks.stop_latency import SPEEDS, quantile_ms
 from gateway.access.keys import KeyStore
 from gateway.access.roles import Role
 from simulator.fics.layout import Layout
@@ -37,6 +39,9 @@ SETTLE_S: Final = 0.05
 REST_S: Final = 10.0
 """Connections that a flood has left behind are gone by then."""
 LOOK_S: Final = 0.5
+QUIET_SHARE: Final = 0.1
+LEAST_S: Final = 0.2
+"""For which each kind is poured, at least."""
 _ROBOT: Final = '{id = "r1", units = [{number = 1, axes = ["X", "Y", "Z"]}]}'
 _JOGS: Final[dict[str, dict[str, Any]]] = {
     "/bodies/3F/jogs": {"at_most": {"value": 900_000, "unit": "pulse"}},
@@ -220,6 +225,31 @@ class Stand:
     def _ended(self, path: str, text: str, body: int | None, after: float) -> list[Fact]:
         told = self.truth[path].of("command", body)
         return [it for it in told if it.at > after and str(it.facts["text"]).startswith(text)]
+
+
+async def run(seconds: float) -> list[Figure]:
+    """Pour each kind of flood for its part of the time; the yardstick is the same gateway alone."""
+    async with stand() as standing:
+        await standing.measure("", LEAST_S)
+        alone = await standing.measure("", max(LEAST_S, QUIET_SHARE * seconds))
+        each_s = max(LEAST_S, (1 - QUIET_SHARE) * seconds / len(FLOODS))
+        floods = [await standing.measure(name, each_s) for name in FLOODS]
+    stops_ms = [ms for flood in floods for ms in flood.stops_ms]
+    beats_ms = [ms for flood in floods for ms in flood.beats_ms]
+    silences_ms = [ms for flood in floods for ms in flood.silences_ms]
+    failures = sum(len(flood.failures) for flood in floods)
+    worst = max((max(flood.holds_ms, default=0.0) for flood in floods), default=0.0)
+    name = f"among {len(FLOODS)} kinds of floods"
+    return [
+        quantile_ms(f"stop {name}: p50", 0.5, stops_ms, alone.stops_ms, 20.0),
+        quantile_ms(f"stop {name}: p99", 0.99, stops_ms, alone.stops_ms, 20.0),
+        quantile_ms(f"heartbeat {name}: longest", 1.0, beats_ms, alone.beats_ms, 50.0),
+        quantile_ms(f"dead man's switch {name}: longest", 1.0, silences_ms, alone.silences_ms, 550.0),
+        quantile_ms(
+            f"turn of the loop {name}: longest", 1.0, [worst], [max(alone.holds_ms, default=0.0)], 20.0
+        ),
+        Figure(f"wrong answers {name}", "", [failures], [len(alone.failures)], Target("figure", "<=", 0.0)),
+    ]
 
 
 @asynccontextmanager
