@@ -25,6 +25,7 @@ from benchmarks import (
     pages,
     stop_latency,
     tls_crowd,
+    under_flood,
 )
 from benchmarks.figures import Figure, table
 
@@ -49,6 +50,7 @@ class Benchmark(StrEnum):
     BUSY_LINE = "busy-line"
     TLS_CROWD = "tls-crowd"
     PAGES = "pages"
+    FLOODS = "floods"
 
 
 RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
@@ -69,6 +71,7 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.BUSY_LINE: busy_line.run,
     Benchmark.TLS_CROWD: tls_crowd.run,
     Benchmark.PAGES: pages.run,
+    Benchmark.FLOODS: under_flood.run,
 }
 
 

@@ -1,13 +1,16 @@
 """Floods, one a name, that one client pours on a gateway: `python -m benchmarks.floods PORT KEYS`.
 
 KEYS are those of a viewer, an operator and an administrator as a JSON object by their roles. A name on a
-line of its input begins that flood in the place of the last one, an empty line none.
+line of its input begins that flood in the place of the last one, an empty line none; it prints how the last
+one was answered.
 """
 
 import asyncio
 import json
+import re
 import sys
 from base64 import b64encode
+from collections import Counter
 from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import suppress
 from itertools import count
@@ -23,8 +26,15 @@ HOLDERS: Final = 40
 """Connections that are kept open, or opened again, at once."""
 ASKERS: Final = 8
 
+HEAD_BYTES: Final = 1024
+VERSION: Final = b"HTTP/1.1 "
+CLOSE: Final = re.compile(rb"\x88[\x02-\x7d](\x03[\xe8-\xff])", re.DOTALL)
+"""A frame that closes a WebSocket, with its code."""
+
 Keys = Mapping[str, str]
-Flood = Callable[[int, Keys], Awaitable[object]]
+Told = Counter[int]
+"""How often each status was answered, and each code closed a WebSocket."""
+Flood = Callable[[int, Keys, Told], Awaitable[None]]
 
 _VIEWER, _OPERATOR, _ADMIN, _STRANGER = "viewer", "operator", "admin", ""
 _BODY: Final = "/bodies/01"
@@ -71,9 +81,9 @@ def poured(opening: Callable[[Keys], bytes], repeated: bytes, connections: int =
     """Say an opening, and then the same without a pause; begin again where the connection ends."""
     block = repeated * max(1, BLOCK_BYTES // len(repeated))
 
-    async def flood(port: int, keys: Keys) -> None:
+    async def flood(port: int, keys: Keys, told: Told) -> None:
         async def one() -> None:
-            async with _Connection(port) as it:
+            async with _Connection(port, told) as it:
                 it.say(opening(keys))
                 while True:
                     it.say(block)
@@ -87,11 +97,11 @@ def poured(opening: Callable[[Keys], bytes], repeated: bytes, connections: int =
 def asked(requests: Callable[[Keys], Iterator[bytes]], connections: int = ASKERS) -> Flood:
     """Ask one thing after the other, each when the one before is answered."""
 
-    async def flood(port: int, keys: Keys) -> None:
+    async def flood(port: int, keys: Keys, told: Told) -> None:
         asking = requests(keys)
 
         async def one() -> None:
-            async with _Connection(port) as it:
+            async with _Connection(port, told, reads=False) as it:
                 for request in asking:
                     it.say(request)
                     await it.answer()
@@ -104,9 +114,9 @@ def asked(requests: Callable[[Keys], Iterator[bytes]], connections: int = ASKERS
 def opened(opening: Callable[[Keys], bytes], *, reads: bool = True, connections: int = HOLDERS) -> Flood:
     """Hold connections open, and say a byte more now and then."""
 
-    async def flood(port: int, keys: Keys) -> None:
+    async def flood(port: int, keys: Keys, told: Told) -> None:
         async def one() -> None:
-            async with _Connection(port, reads=reads) as it:
+            async with _Connection(port, told, reads=reads) as it:
                 it.say(opening(keys))
                 while True:
                     await asyncio.sleep(PAUSE_S)
@@ -121,15 +131,15 @@ def opened(opening: Callable[[Keys], bytes], *, reads: bool = True, connections:
 def left(opening: Callable[[Keys], bytes], *, half: bool = False, connections: int = HOLDERS) -> Flood:
     """Come, say something and leave, with the whole connection or with half of it."""
 
-    async def flood(port: int, keys: Keys) -> None:
+    async def flood(port: int, keys: Keys, told: Told) -> None:
         async def one() -> None:
-            async with _Connection(port) as it:
+            async with _Connection(port, told, reads=half) as it:
                 it.say(opening(keys))
                 if half:
                     it.writer.write_eof()
                     await asyncio.sleep(PAUSE_S)
                 elif opening(keys):
-                    await it.reader.read(1)
+                    it.note(await it.reader.read(HEAD_BYTES))
 
         await _again_and_again(one, connections)
 
@@ -137,41 +147,56 @@ def left(opening: Callable[[Keys], bytes], *, half: bool = False, connections: i
 
 
 class _Connection:
-    """A connection whose answers are thrown away, or not even read."""
+    """A connection whose answers are counted by their status and thrown away, or not even read."""
 
-    def __init__(self, port: int, *, reads: bool = True) -> None:
-        self._port, self._reads = port, reads
+    def __init__(self, port: int, told: Told, *, reads: bool = True) -> None:
+        self._port, self._told, self._reads = port, told, reads
 
     async def __aenter__(self) -> "_Connection":
         self.reader, self.writer = await asyncio.open_connection("127.0.0.1", self._port, limit=2**22)
-        if not self._reads:
-            self.writer.transport.pause_reading()  # type: ignore[attr-defined]  # a transport can
+        self._reading = asyncio.create_task(self._read_away()) if self._reads else None
         return self
 
     async def __aexit__(self, *_: object) -> None:
+        if self._reading is not None:
+            self._reading.cancel()
         self.writer.transport.abort()
 
     def say(self, data: bytes) -> None:
         self.writer.write(data)
 
     async def drain(self) -> None:
-        """Wait until most is sent; throw away what has come.
+        """Wait until most is sent.
 
         :raises ConnectionError: the gateway has ended it.
         """
-        buffer: Any = self.reader
-        buffer._buffer.clear()
-        if self.reader.at_eof() or self.writer.is_closing():
+        if self.writer.is_closing() or (self._reading is not None and self._reading.done()):
             raise ConnectionError
         await self.writer.drain()
         await asyncio.sleep(0)
 
     async def answer(self) -> None:
         head = (await self.reader.readuntil(b"\r\n\r\n")).lower()
+        self.note(head)
         length = head.partition(b"content-length:")[2].partition(b"\r")[0]
         await self.reader.readexactly(int(length or 0))
         if b"connection: close" in head:
             raise ConnectionError
+
+    def note(self, answer: bytes) -> None:
+        """Count an answer by its status."""
+        if answer:
+            self._told[int(answer[len(VERSION) :].split(b" ", 2)[0])] += 1
+
+    async def _read_away(self) -> None:
+        """Count the first answer, and the code with which a WebSocket is closed."""
+        last = await self.reader.read(HEAD_BYTES)
+        self.note(last)
+        with suppress(OSError):
+            while data := await self.reader.read(BLOCK_BYTES):
+                last = last[-HEAD_BYTES:] + data
+        if closed := CLOSE.search(last):
+            self._told[int.from_bytes(closed[1])] += 1
 
 
 async def _again_and_again(one: Callable[[], Awaitable[None]], connections: int) -> None:
@@ -244,7 +269,7 @@ FLOODS: Final[Mapping[str, Flood]] = {
     # connections
     "connects-and-leaves": left(_said(b"")),
     "half-closed": left(_said(_head("GET", "/livez")), half=True),
-    "not-reading": opened(lambda _: _head("GET", "/docs/all") * 60, reads=False),
+    "not-reading": opened(lambda keys: _request(keys, _VIEWER, "GET", "/docs/all") * 60, reads=False),
     # WebSockets, all of them with a viewer's key
     "pongs": _socket(b"\x8a" + _MASK),
     "pings": _socket(b"\x89" + _MASK),
@@ -283,7 +308,7 @@ FLOODS: Final[Mapping[str, Flood]] = {
     "traces": asked(_same(_VIEWER, "GET", "/lines/line1/trace?limit=10000")),
     "filtered-traces": asked(_same(_VIEWER, "GET", "/lines/line1/trace?limit=10000&bodies=01")),
     "event-lists": asked(_same(_VIEWER, "GET", "/events?limit=1000")),
-    "documents": asked(_same(_STRANGER, "GET", "/openapi.json", b"", "Accept-Encoding: gzip")),
+    "documents": asked(_same(_VIEWER, "GET", "/openapi.json", b"", "Accept-Encoding: gzip")),
     "metrics": asked(_same(_VIEWER, "GET", "/metrics")),
     "audits": asked(_same(_VIEWER, "GET", "/audit?limit=1000")),
     "plans": asked(
@@ -302,22 +327,23 @@ FLOODS: Final[Mapping[str, Flood]] = {
 
 
 async def main(port: int, keys: Keys) -> None:
-    """Pour what is asked for until there is nothing more to ask."""
+    """Pour what is asked for until there is nothing more to ask; tell how the one before was answered."""
     loop = asyncio.get_running_loop()
     asking = asyncio.StreamReader()
     await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(asking), sys.stdin)
-    flood: asyncio.Task[object] | None = None
+    flood: asyncio.Task[None] | None = None
+    told: Told = Counter()
     while name := await asking.readline():
         if flood is not None:
             flood.cancel()
             await asyncio.gather(flood, return_exceptions=True)
-        wanted = name.decode().strip()
-        flood = asyncio.ensure_future(_all(FLOODS[wanted], port, keys)) if wanted else None
-        print(wanted, flush=True)
+        print(json.dumps(told), flush=True)
+        wanted, told = name.decode().strip(), Counter()
+        flood = asyncio.create_task(_pour(wanted, port, keys, told)) if wanted else None
 
 
-async def _all(flood: Flood, port: int, keys: Keys) -> None:
-    await flood(port, keys)
+async def _pour(name: str, port: int, keys: Keys, told: Told) -> None:
+    await FLOODS[name](port, keys, told)
 
 
 if __name__ == "__main__":

@@ -16,12 +16,14 @@ from tempfile import TemporaryDirectory
 from time import monotonic
 from typing import Any, Final
 
+from benchmarks.figures import Figure, Target
+from benchmarks.floods import FLOODS
 from benchmarks.processes import cpu_s, free_port, module, resident_mib, waited_s
-from benchmarks.stop_latency import SPEEDS
+from benchmarks.stop_latency import SPEEDS, quantile_ms
 from gateway.access.keys import KeyStore
 from gateway.access.roles import Role
-from simulator.fics.line import build_line as build_robot
 from simulator.fics.layout import Layout
+from simulator.fics.line import build_line as build_robot
 from simulator.ports import serve_tcp
 from simulator.rorze.line import build_line
 from simulator.truth import Fact, TruthLog
@@ -32,13 +34,16 @@ BEAT_S: Final = 0.1
 HEARTBEAT_S: Final = 0.5
 STOP_PAUSE_S: Final = 0.02
 READY_S: Final = 60.0
-SETTLE_S: Final = 0.1
+SETTLE_S: Final = 0.05
 """A flood has begun by then."""
-REST_S: Final = 3.0
-"""What a flood has left behind is gone by then."""
+REST_S: Final = 10.0
+"""Connections that a flood has left behind are gone by then."""
 LOOK_S: Final = 0.5
+QUIET_SHARE: Final = 0.1
+LEAST_S: Final = 0.2
+"""For which each kind is poured, at least."""
 _ROBOT: Final = '{id = "r1", units = [{number = 1, axes = ["X", "Y", "Z"]}]}'
-_JOGS: Final = {
+_JOGS: Final[dict[str, dict[str, Any]]] = {
     "/bodies/3F/jogs": {"at_most": {"value": 900_000, "unit": "pulse"}},
     "/robots/r1/jogs": {"unit": 1, "axis": "X"},
 }
@@ -66,6 +71,8 @@ class Measured:
     """Processor time that the gateway's loop took for one turn, where it was long."""
     silences_ms: list[float] = field(default_factory=list)
     """From the last heartbeat of a jog to the command that ends it."""
+    told: dict[int, int] = field(default_factory=dict)
+    """How often the flood was answered with each status; a WebSocket, with which code it was closed."""
     failures: list[str] = field(default_factory=list)
     """What was answered wrongly, or not at all."""
 
@@ -115,12 +122,13 @@ class Stand:
     echo: Client | None = None
     measured: int = 0
 
-    async def flood(self, name: str) -> None:
-        """Begin a flood, or end it with an empty name."""
+    async def flood(self, name: str) -> dict[int, int]:
+        """Begin a flood, or end it with an empty name; give how the one before was answered."""
         assert self.flooder.stdin is not None
         assert self.flooder.stdout is not None
         self.flooder.stdin.write(name.encode() + b"\n")
-        await self.flooder.stdout.readline()
+        told = json.loads(await self.flooder.stdout.readline())
+        return {int(status): times for status, times in told.items()}
 
     async def client(self, role: str = "operator") -> Client:
         """Connect with the key of a role."""
@@ -146,21 +154,26 @@ class Stand:
                 )
         except (OSError, EOFError, TimeoutError) as error:
             found.failures.append(f"{name}: {error!r}")
-        await self.flood("")
+        found.told = await self.flood("")
         ended_at = monotonic()
         for client in clients:
             client.close()
         found.holds_ms = [ms for at, ms in self.holds if begun_at <= at <= ended_at]
         return found
 
-    async def rest(self) -> tuple[float, float]:
-        """What floods have left behind: the share of a processor that the gateway takes, and its MiB."""
-        await asyncio.sleep(REST_S)
+    async def rest(self, sockets: int) -> tuple[float, float]:
+        """What floods have left behind: the share of a processor that the gateway takes, and its MiB.
+
+        So many sockets may be open before it is looked at.
+        """
+        until = monotonic() + REST_S
+        while self.sockets() > sockets and monotonic() < until:  # noqa: ASYNC110  # another process
+            await asyncio.sleep(0.05)
         before, begun_at = cpu_s(self.gateway), monotonic()
         await asyncio.sleep(LOOK_S)
         return (cpu_s(self.gateway) - before) / (monotonic() - begun_at), resident_mib(self.gateway)
 
-    def connections(self) -> int:
+    def sockets(self) -> int:
         """How many sockets the gateway has open."""
         places = Path(f"/proc/{self.gateway.pid}/fd").iterdir()
         return sum(str(place.readlink()).startswith("socket:") for place in places)
@@ -175,9 +188,11 @@ class Stand:
 
     async def _jog(self, client: Client, path: str, ends_at: float, found: Measured) -> None:
         """Jog, and then be silent, until the dead man's switch has ended it."""
-        status, jog = await client.ask(
-            "POST", path, _JOGS[path] | {"direction": _DIRECTIONS[self.measured % 2]}
-        )
+        wanted = _JOGS[path] | {"direction": _DIRECTIONS[self.measured % 2]}
+        status, jog = await client.ask("POST", path, wanted)
+        while status == 409 and monotonic() < ends_at:  # the jog before it is not over yet
+            await asyncio.sleep(STOP_PAUSE_S)
+            status, jog = await client.ask("POST", path, wanted)
         if status != 201:
             found.failures.append(f"{path} was answered {status}: {jog}")
             return
@@ -210,6 +225,31 @@ class Stand:
     def _ended(self, path: str, text: str, body: int | None, after: float) -> list[Fact]:
         told = self.truth[path].of("command", body)
         return [it for it in told if it.at > after and str(it.facts["text"]).startswith(text)]
+
+
+async def run(seconds: float) -> list[Figure]:
+    """Pour each kind of flood for its part of the time; the yardstick is the same gateway alone."""
+    async with stand() as standing:
+        await standing.measure("", LEAST_S)
+        alone = await standing.measure("", max(LEAST_S, QUIET_SHARE * seconds))
+        each_s = max(LEAST_S, (1 - QUIET_SHARE) * seconds / len(FLOODS))
+        floods = [await standing.measure(name, each_s) for name in FLOODS]
+    stops_ms = [ms for flood in floods for ms in flood.stops_ms]
+    beats_ms = [ms for flood in floods for ms in flood.beats_ms]
+    silences_ms = [ms for flood in floods for ms in flood.silences_ms]
+    failures = sum(len(flood.failures) for flood in floods)
+    worst = max((max(flood.holds_ms, default=0.0) for flood in floods), default=0.0)
+    name = f"among {len(FLOODS)} kinds of floods"
+    return [
+        quantile_ms(f"stop {name}: p50", 0.5, stops_ms, alone.stops_ms, 20.0),
+        quantile_ms(f"stop {name}: p99", 0.99, stops_ms, alone.stops_ms, 20.0),
+        quantile_ms(f"heartbeat {name}: longest", 1.0, beats_ms, alone.beats_ms, 50.0),
+        quantile_ms(f"dead man's switch {name}: longest", 1.0, silences_ms, alone.silences_ms, 550.0),
+        quantile_ms(
+            f"turn of the loop {name}: longest", 1.0, [worst], [max(alone.holds_ms, default=0.0)], 20.0
+        ),
+        Figure(f"wrong answers {name}", "", [failures], [len(alone.failures)], Target("figure", "<=", 0.0)),
+    ]
 
 
 @asynccontextmanager

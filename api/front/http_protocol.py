@@ -166,8 +166,13 @@ class HttpProtocol(HttpToolsProtocol):
 
     def _read_on(self) -> None:
         self.flow.behind = bool(self._inlet.unread)
-        if not (self._in_body and self.cycle.more_body and len(self.cycle.body) > HIGH_WATER_LIMIT):
+        if not (self._in_body and self._has_enough_to_read()):
             self.flow.resume_reading()
+
+    def _has_enough_to_read(self) -> bool:
+        """Whether the application has not read the body so far; it reads no more once it has answered."""
+        cycle = self.cycle
+        return cycle.more_body and not cycle.response_complete and len(cycle.body) > HIGH_WATER_LIMIT
 
     def _upgrade(self, rest: bytes) -> None:
         """Hand a WebSocket over; read what offers another protocol as if it did not (RFC 9110 7.8)."""

@@ -12,6 +12,7 @@ import uvicorn
 import uvloop
 from starlette.types import Receive, Scope, Send
 
+from api.front.http_protocol import HttpProtocol
 from api.front.limits import Limits
 from api.front.protocols import protocols
 from api.front.websocket_protocol import EVENTS
@@ -25,7 +26,10 @@ PATIENCE_S = 60.0
 
 
 class Application:
-    """Notes what is begun and done: `/wait` lasts until `go`, `/flood` sends without end, others echo."""
+    """Notes what is begun and done: `/wait` lasts until `go`, `/flood` sends without end, others echo.
+
+    `/early` is answered at `go`, and its body is not read.
+    """
 
     def __init__(self) -> None:
         self.begun: list[str] = []
@@ -45,7 +49,7 @@ class Application:
         path = scope["path"]
         self.begun.append(path)
         body = b""
-        while True:
+        while path != "/early":
             message = await receive()
             if message["type"] == "http.disconnect":
                 self.left.append(path)
@@ -53,7 +57,7 @@ class Application:
             body += message["body"]
             if not message["more_body"]:
                 break
-        if path == "/wait":
+        if path in ("/wait", "/early"):
             await self.go.wait()
         if path == "/headers":
             body = repr(scope["headers"]).encode()
@@ -138,6 +142,7 @@ class Front:
     """What a story needs."""
 
     app: Application
+    http: type[HttpProtocol]
     server: uvicorn.Server
     port: int
     clients: list[Client] = field(default_factory=list)
@@ -172,7 +177,7 @@ async def build_front(limits: Limits, connections: int) -> AsyncIterator[Front]:
     server.lifespan = config.lifespan_class(config)
     with socket.create_server(("127.0.0.1", 0), backlog=256) as listener:
         await server.startup([listener])
-        front = Front(app, server, listener.getsockname()[1])
+        front = Front(app, http, server, listener.getsockname()[1])
         try:
             yield front
         finally:

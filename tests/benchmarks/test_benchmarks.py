@@ -7,6 +7,7 @@ import pytest
 
 from benchmarks.console import CHROMIUM
 from benchmarks.figures import Figure, Target, table
+from benchmarks.floods import FLOODS
 from benchmarks.http_client import is_complete
 
 pytestmark = pytest.mark.prove
@@ -52,6 +53,20 @@ ROW = re.compile(r"(?P<name>.+?)  .*(ratio|figure) (>=|<=) \S+ +(reached|MISSED)
         ("stop-latency", [f"stop among hostile clients: {which}" for which in ("p99.9", "max")]),
         ("dpram", ["DPRAM round trip: p50", "DPRAM idle"]),
         ("fan-out", ["event to 100 subscribers: a message", "moves with 100 subscribers"]),
+        (
+            "floods",
+            [
+                f"{what} among {len(FLOODS)} kinds of floods{which}"
+                for what, which in (
+                    ("stop", ": p50"),
+                    ("stop", ": p99"),
+                    ("heartbeat", ": longest"),
+                    ("dead man's switch", ": longest"),
+                    ("turn of the loop", ": longest"),
+                    ("wrong answers", ""),
+                )
+            ],
+        ),
         (
             "crowd",
             [

@@ -346,6 +346,33 @@ async def test_a_body_that_no_route_takes_is_refused_before_it_is_kept(world: Wo
 
 
 @in_virtual_time
+async def test_a_key_without_the_right_is_refused_before_the_body_is_read(
+    world: World, tmp_path: Path
+) -> None:
+    keys = Keys(tmp_path / "keys")
+    world.text = world.text.replace(OPEN, "")
+
+    async def body() -> AsyncIterator[bytes]:
+        raise AssertionError("the body was read")
+        yield b""
+
+    headers = {**KEY, **keys.header("viewer"), "content-type": "application/json", "content-length": "250000"}
+    async with world.gateway() as plant, client(plant, keys.credentials) as http:
+        answer = await http.post(MOVES, content=body(), headers=headers)
+    assert (answer.status_code, answer.json()["moved"]) == (403, "no")
+
+
+@in_virtual_time
+@pytest.mark.parametrize(("depth", "status"), [(100, 400), (30_000, 422), (100_000, 413)])
+async def test_nested_json_with_a_key_is_the_clients_mistake(world: World, depth: int, status: int) -> None:
+    async with world.gateway() as plant, client(plant) as http:
+        answer = await http.post(
+            MOVES, content=b"[" * depth, headers={**KEY, "content-type": "application/json"}
+        )
+    assert (answer.status_code, answer.json()["moved"]) == (status, "no")
+
+
+@in_virtual_time
 async def test_a_read_is_never_answered_with_an_old_value(world: World) -> None:
     path = "/bodies/3F/commands/get-position"
     async with world.gateway() as plant, client(plant) as http:

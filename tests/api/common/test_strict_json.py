@@ -12,7 +12,15 @@ from starlette.testclient import TestClient
 
 from api.common import problems
 from api.common.requests import new_router
-from api.common.strict_json import MAX_BODY_BYTES, MAX_DEPTH, MAX_DIGITS, MAX_KEYS, NotStrict, parse
+from api.common.strict_json import (
+    MAX_BODY_BYTES,
+    MAX_DEPTH,
+    MAX_DIGITS,
+    MAX_ITEMS,
+    MAX_KEYS,
+    NotStrict,
+    parse,
+)
 from gateway.core.records import RequestModel
 from gateway.core.rights import Right
 from tests.open_access import AnyAccess
@@ -156,6 +164,13 @@ def test_a_body_over_64_kib_is_413() -> None:
     answer = post(b'{"pulses": ' + b" " * MAX_BODY_BYTES + b"5}")
     assert answer.status_code == 413
     assert answer.headers["content-type"] == "application/problem+json"
+
+
+def test_an_array_has_as_many_entries_as_a_body_has_positions_and_no_more() -> None:
+    assert parse(json.dumps([{}] * 2_048).encode()) == [{}] * MAX_ITEMS
+    answer = client().post("/pulses", json={"pulses": [1] * (MAX_ITEMS + 1)})
+    assert answer.status_code == 422
+    assert f"an array has more than {MAX_ITEMS} items" in answer.json()["detail"]
 
 
 def test_every_number_that_is_read_is_finite() -> None:

@@ -7,6 +7,7 @@ import time
 
 import pytest
 
+from api.front.turnstile import Turnstile
 from tests.api.front_stand import HOST, SOON_S, Client, Front, on_front
 
 KIB = 1024
@@ -384,6 +385,20 @@ async def test_a_long_body_comes_as_a_whole(front: Front) -> None:
     assert await client.answer() == (200, b"/a " + body)
 
 
+@on_front(connection_s=0.0)
+async def test_who_was_refused_before_the_body_was_read_is_heard_again(front: Front) -> None:
+    client = await front.client()
+    client.ask("/early", b"x" * KIB * KIB)
+    await front.until(lambda: front.app.begun == ["/early"])
+    await asyncio.sleep(SOON_S)
+    front.app.go.set()
+    for _ in range(2):
+        assert (await client.answer())[0] == 200
+        client.ask("/early", b"x" * KIB * KIB)
+    client.leave()
+    await front.until(lambda: not front.connections)
+
+
 @on_front()
 async def test_an_offer_of_another_protocol_takes_no_body_away(front: Front) -> None:
     """Java offers HTTP/2 with its first request; `{"mode":"immediate"}` must not get lost by that."""
@@ -446,6 +461,17 @@ async def test_no_bytes_in_no_pieces_are_a_fault_of_the_gateway(front: Front) ->
     client = await front.client()
     client.ask("/stop")
     assert (await client.answer())[0] == 200
+
+
+@on_front()
+async def test_heartbeats_and_livez_do_not_wait_where_others_do(front: Front) -> None:
+    front.http.turnstile = Turnstile(at_once=0)
+    others, urgent = await front.client(), await front.client()
+    others.ask("/bodies/3F/moves")
+    for method, path in (("POST", "/bodies/3F/jogs/1/heartbeat"), ("GET", "/livez")):
+        urgent.ask(path, method=method)
+        assert (await urgent.answer())[0] == 200
+    assert "/bodies/3F/moves" not in front.app.begun
 
 
 @on_front()
