@@ -13,7 +13,7 @@ NPM = $(NODE) $(NODE_HOME)/lib/node_modules/npm/bin/npm-cli.js
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help serve test fuzz bench format documents clients console chromium lock
+.PHONY: help serve test prove fuzz bench format documents clients console chromium lock
 
 help: ## Show the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 11
@@ -22,12 +22,15 @@ serve: $(VENV)/.runtime ## Start the gateway with a simulated line on http://127
 	$(BIN)/motion-gateway serve --demo
 
 # Three at a time keep two cores busy: some tests wait for programs.
-test: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES) chromium ## Check format, style, types and the dependency rules, and run the tests
+test: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES) chromium ## Check format, style, types and the dependency rules, and run the quick tests
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
-	$(BIN)/pytest -n 3
+	$(BIN)/pytest -n 3 -m "not prove"
+
+prove: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES) chromium ## Run the long tests: every seed, kill and page, and the installation
+	$(BIN)/pytest -n 3 -m prove
 
 fuzz: $(VENV)/.development ## Ask all operations 20,000 times what they take and what they do not
 	CASES=20000 $(BIN)/pytest tests/api/test_contract.py
@@ -45,6 +48,7 @@ documents: $(VENV)/.development ## Write the pages anew that are made of the cod
 	$(BIN)/python -m gateway.core.fence > docs/fence.md
 	$(BIN)/python -m tests.bit_flips.page > docs/bit-flips.md
 	$(BIN)/python -m tests.catalogue.page > docs/faults.md
+	$(BIN)/python -m tests.promises > docs/testing.md
 
 clients: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) ## Write the OpenAPI documents and the generated parts of the clients anew
 	$(BIN)/python -m api.openapi

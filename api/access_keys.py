@@ -6,7 +6,7 @@ from fastapi import Path, Request, Response
 from pydantic import BaseModel, Field
 
 from api.common.requests import access_of, json_response, new_router, origin, plant_of
-from gateway.access.keys import LONGEST_S, KeyInfo
+from gateway.access.keys import LONGEST_S, OVERLAP_S, KeyInfo
 from gateway.access.roles import Role
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
@@ -35,7 +35,18 @@ class NewKey(
         description="The addresses of lines, bodies, groups and robots that it is for; left out: all.",
     )
     expires_s: float | None = Field(
-        default=None, gt=0, le=LONGEST_S, description="In seconds from now; left out: it does not expire."
+        default=None,
+        gt=0,
+        le=LONGEST_S,
+        description="In seconds from now; left out: `access.key_lifetime_d`, a year if nothing else is said.",
+    )
+
+
+class Rotation(RequestModel, json_schema_extra=example(overlap_s=604_800)):
+    """How a key is rotated."""
+
+    overlap_s: float = Field(
+        default=OVERLAP_S, ge=0, le=LONGEST_S, description="Seconds for which the old key is good yet."
     )
 
 
@@ -72,6 +83,26 @@ async def make_key(request: Request, new: NewKey) -> Response:
         new.scope,
         new.expires_s,
     )
+    return _made(key, made)
+
+
+@router.post("/access/keys/{name}/rotate", Right.ADMIN, status_code=201, response_model=MadeKey)
+async def rotate_key(request: Request, name: KeyName, rotation: Rotation) -> Response:
+    """Make a new key in the place of a good one and tell it once; the old one is good for the overlap yet."""
+    key, made = await access_keys.rotate(
+        plant_of(request), origin(), access_of(request).keys, name, rotation.overlap_s
+    )
+    return _made(key, made)
+
+
+@router.post("/access/keys/{name}/approve", Right.ADMIN, response_model=KeyInfo)
+async def approve_key(request: Request, name: KeyName) -> Response:
+    """Let a key of an admin be good that another admin has made (`access.four_eyes`)."""
+    store = access_of(request).keys
+    return json_response(await access_keys.approve(plant_of(request), origin(), store, name))
+
+
+def _made(key: str, made: KeyInfo) -> Response:
     headers = {**_SECRET, "Location": f"/access/keys/{made.name}"}
     return json_response(MadeKey(**made.model_dump(), key=key), 201, headers)
 

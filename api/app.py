@@ -19,6 +19,8 @@ from api import (
     lines,
     port_scans,
     samples,
+    security_log,
+    sessions,
     sign_in,
     stops,
     streams,
@@ -41,6 +43,7 @@ from api.families import OWN_ROUTES
 from api.front import documents
 from api.metrics import metrics_of
 from gateway.access.credentials import Credentials
+from gateway.core.rights import Right
 from gateway.operations.keys import Keys
 from gateway.operations.remedies import calls_for
 from gateway.plant import Plant
@@ -72,10 +75,12 @@ class Application(FastAPI):
         """Put the ids around everything, the answer to a fault of the gateway itself included."""
         plant, server = self.plant, self.plant.config.server
         origins, journal = server.allowed_origins, plant.journal
-        idempotent = partial(IdempotentRequests, Keys(plant, journal), self.state.access) if journal else None
+        routes = RouteIndex(self.router.routes, self.router)
+        keys = Keys(plant, journal) if journal else None
+        idempotent = partial(IdempotentRequests, keys, self.state.access, routes) if keys else None
         entrance = Entrance(
-            SameSite(server.names, origins),
-            RouteIndex(self.router.routes, self.router),
+            SameSite(server.names, origins, server.client_networks),
+            routes,
             self.exception_handlers,
             for_pages=open_to(origins) if origins else None,
             idempotent=idempotent,
@@ -129,7 +134,7 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     problems.install(app, partial(calls_for, plant))
     modules = [info, moves, samples, stops, alarms, audit, groups, lines, streams, catalogue, text_commands]
     modules += [health, system, programs, memories, settings, speed_sets, patterns, backups]
-    modules += [leases, configuration, port_scans, access_keys]
+    modules += [leases, configuration, port_scans, access_keys, sessions, security_log]
     routers = [module.router for module in modules]
     for family in map(type, plant.families.values()):
         routers += [*OWN_ROUTES.get(family, list)(), *command_routes.routers(family)]
@@ -144,6 +149,8 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     return app
 
 
-async def _nowhere(_scope: Scope, _receive: Receive, _send: Send) -> None:
-    """Answer as to every request, where a WebSocket would only be closed."""
-    raise HTTPException(404)
+async def _nowhere(scope: Scope, _receive: Receive, _send: Send) -> None:
+    """Answer as to every request, where a WebSocket would only be closed; without a good key 401 says all."""
+    access: Access = scope["app"].state.access
+    with access.require(scope, Right.VIEW, any_scope=True):
+        raise HTTPException(404)

@@ -1,11 +1,13 @@
 """The audit over HTTP: who did what, and what became of it."""
 
+from collections.abc import Sequence
 from typing import Annotated
 
 from fastapi import Query, Request, Response
 from pydantic import AwareDatetime, BaseModel, Field
 
 from api.common.requests import json_response, new_router, plant_of
+from gateway.core.aside import aside
 from gateway.core.rights import Right
 from gateway.operations import audit
 from gateway.operations.audit import Deed, Wanted
@@ -43,4 +45,8 @@ async def list_deeds(
     """
     wanted = Wanted(caller, target, since, until, cursor)
     found = await audit.deeds(plant_of(request), wanted, limit)
+    return await aside(_told, found, limit)
+
+
+def _told(found: Sequence[Deed], limit: int) -> Response:
     return json_response(Audit(deeds=list(found), cursor=found[-1].id if len(found) == limit else None))

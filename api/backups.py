@@ -1,6 +1,5 @@
 """Backups over HTTP: read as text, compared, brought back; a restore is a record, followed to its end."""
 
-import asyncio
 from typing import Annotated, Final
 
 from fastapi import Query, Request, Response
@@ -22,6 +21,7 @@ from api.common.requests import (
 )
 from api.common.strict_json import StrictRequest, StrictRoute
 from api.robots.names import RobotId
+from gateway.core.aside import aside
 from gateway.core.backup_record import Backup, BackupComparison
 from gateway.core.records import RequestModel, example
 from gateway.core.restore_record import Restore, RestorePlan, Units
@@ -303,18 +303,18 @@ COMPARISONS.add_to(
 
 
 async def _for_body(request: Request, body_id: str, wanted: BodyComparisonRequest) -> Wanted:
-    found = await asyncio.to_thread(backups.check_bodies, wanted.backup)
+    found = await aside(backups.check_bodies, wanted.backup)
     return backups.for_body(plant_of(request), body_id, found, wanted.from_body, wanted.units)
 
 
 async def _for_line(request: Request, line_id: str, wanted: LineComparisonRequest) -> Wanted:
-    found = await asyncio.to_thread(backups.check_bodies, wanted.backup)
+    found = await aside(backups.check_bodies, wanted.backup)
     return backups.for_line(plant_of(request), line_id, found, wanted.bodies, wanted.units)
 
 
 async def _for_robot(request: Request, robot_id: str, wanted: RobotComparisonRequest) -> Wanted:
     plant = plant_of(request)
-    found = await asyncio.to_thread(backups.check_robot, plant, robot_id, wanted.backup)
+    found = await aside(backups.check_robot, plant, robot_id, wanted.backup)
     return await backups.for_robot(plant, origin(), robot_id, found)
 
 

@@ -1,13 +1,16 @@
 """Whether the gateway lives, whether its lines work, what has happened on them, and which version it is."""
 
+from collections.abc import Iterable
 from typing import Final, Literal
 
 from fastapi import Request, Response
 from prometheus_client import CONTENT_TYPE_LATEST, CollectorRegistry, generate_latest
+from prometheus_client.core import Metric
 from pydantic import BaseModel, Field
 
-from api.common.requests import json_response, new_router, plant_of
+from api.common.requests import access_of, json_response, new_router, plant_of
 from api.common.version import VERSION
+from gateway.core.aside import aside
 from gateway.core.line_state import LineState
 from gateway.core.rights import Right
 
@@ -30,7 +33,9 @@ class Readiness(BaseModel):
     """Whether requests can be carried out, and by which part they cannot."""
 
     ready: bool = Field(description="Whether every line is open and set up, and somebody answers on it.")
-    lines: dict[str, LineState]
+    lines: dict[str, LineState] = Field(
+        description="Those that the key of the request is for; without a good key none is named."
+    )
     journal: Literal["ready", "unavailable"] = Field(
         description="While it is unavailable, reads and stops go on; what else has an effect is refused."
     )
@@ -62,15 +67,16 @@ async def readyz(request: Request) -> Response:
     A journal in trouble is no 503: nobody else could carry out the stops and reads that go on.
     """
     plant = plant_of(request)
-    states = {port.id: port.state for port in plant.ports().values()}
-    unusable = [f"{line_id} is {state}" for line_id, state in states.items() if state not in _USABLE]
+    is_seen = access_of(request).view_of(request.scope)
+    unusable = [port for port in plant.ports().values() if port.state not in _USABLE]
+    named = [f"{port.id} is {port.state}" for port in unusable if is_seen(port.id)]
     journal_works = plant.journal is None or plant.journal.trouble is None
-    sentences = [f"Not every line can be used: {', '.join(unusable)}."] if unusable else []
+    sentences = [f"Not every line can be used{': ' if named else ''}{', '.join(named)}."] if unusable else []
     if not journal_works:
         sentences.append(_JOURNAL_TROUBLE)
     readiness = Readiness(
         ready=not unusable,
-        lines=states,
+        lines={port.id: port.state for port in plant.ports().values() if is_seen(port.id)},
         journal="ready" if journal_works else "unavailable",
         detail=" ".join(sentences) or "All lines and the journal are ready.",
     )
@@ -87,4 +93,17 @@ async def version() -> Response:
 async def metrics(request: Request) -> Response:
     """Give all figures to Prometheus."""
     registry: CollectorRegistry = request.app.state.metrics
-    return Response(generate_latest(registry), media_type=CONTENT_TYPE_LATEST)
+    text = await aside(generate_latest, _Collected(list(registry.collect())))
+    return Response(text, media_type=CONTENT_TYPE_LATEST)
+
+
+class _Collected(CollectorRegistry):
+    """Figures as they were at one moment: they are counted in the event loop, and written beside it."""
+
+    def __init__(self, figures: Iterable[Metric]) -> None:
+        super().__init__()
+        self._figures = figures
+
+    def collect(self) -> Iterable[Metric]:
+        """Give them."""
+        return self._figures

@@ -27,11 +27,13 @@ from api.common.requests import (
     wait_s,
 )
 from api.common.sockets import CLOSE_GOING_AWAY, refuse, tell
+from gateway.core.aside import aside
 from gateway.core.errors import GatewayError, InvalidRequest
 from gateway.core.rights import Right
 from gateway.families import FAMILIES
 from gateway.operations import bodies as body_operations
 from gateway.operations import traces
+from gateway.operations.traces import AT_ONCE
 from gateway.rorze.scans import Scan
 
 MAX_TRACE_ENTRIES = 10_000
@@ -134,7 +136,10 @@ async def get_trace(
     passing = traces.filter_of(plant, line_id, _split(bodies), request_id)
     entries = await traces.newest(plant, line_id, passing, last or limit, since)
     # Writing thousands of records as text takes milliseconds, in which no stop may wait.
-    content = await asyncio.to_thread(_trace, line_id, entries)
+    told = [
+        await aside(_records, entries[first : first + AT_ONCE]) for first in range(0, len(entries), AT_ONCE)
+    ]
+    content = f'{{"line_id":"{line_id}","entries":[{",".join(told)}]}}'
     return Response(content, media_type="application/json")
 
 
@@ -169,7 +174,7 @@ async def _server_sent(news: AsyncIterator[traces.News | None]) -> AsyncIterator
     async for it in news:
         if it is not None:
             told_at = loop.time()
-            yield await asyncio.to_thread(_frames, it)
+            yield await aside(_frames, it)
         elif loop.time() - told_at >= KEEP_ALIVE_S:
             told_at = loop.time()
             yield b": still here\n\n"
@@ -183,7 +188,7 @@ def _frames(news: traces.News) -> bytes:
 
 @router.websocket("/lines/{line_id}/trace/stream", Right.VIEW)
 async def follow_trace_by_socket(websocket: WebSocket) -> None:
-    """Send the line's records as they come, all that are new in one text frame, with how many were missed."""
+    """Send the line's records as they come, hundreds in one text frame, with how many were missed."""
     plant, query, line_id = plant_of(websocket), websocket.query_params, websocket.path_params["line_id"]
     await websocket.accept()
     try:
@@ -200,7 +205,7 @@ async def follow_trace_by_socket(websocket: WebSocket) -> None:
 async def _send(websocket: WebSocket, news: AsyncIterator[traces.News | None]) -> None:
     async for it in news:
         if it is not None:
-            await websocket.send_text(await asyncio.to_thread(_message, it))
+            await websocket.send_text(await aside(_message, it))
     await websocket.close(CLOSE_GOING_AWAY, "the gateway is shutting down")
 
 
@@ -223,10 +228,6 @@ def _whole(query: QueryParams, name: str) -> int | None:
 
 def _split(text: str | None) -> list[str] | None:
     return None if text is None else [part.strip() for part in text.split(",")]
-
-
-def _trace(line_id: str, entries: Sequence[BaseModel]) -> str:
-    return f'{{"line_id":"{line_id}","entries":[{_records(entries)}]}}'
 
 
 def _records(entries: Sequence[BaseModel]) -> str:

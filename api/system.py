@@ -6,9 +6,9 @@ from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
 from api.common.requests import access_of, json_response, new_router, plant_of
-from gateway.access.grants import TICKET_S, Grant
+from gateway.access.grants import TICKET_S
 from gateway.access.posture import weakened
-from gateway.access.principal import EVERYBODY, current
+from gateway.access.principal import current
 from gateway.access.roles import RIGHTS_OF, Role
 from gateway.core.rights import Right
 
@@ -59,10 +59,12 @@ class Identity(BaseModel):
 
 @router.post("/tickets", Right.VIEW, any_scope=True, response_model=Ticket)
 async def issue_ticket(request: Request) -> Response:
-    """Give a ticket for one event stream, for browsers, whose WebSockets and EventSources send no key."""
+    """Give a ticket for one event stream, which ends with the session or the key it was given for.
+
+    It is for browsers, whose WebSockets and EventSources send no key.
+    """
     access = access_of(request)
-    grant = Grant(EVERYBODY) if access.is_open else access.grant_of(request.scope)
-    ticket = Ticket(ticket=access.tickets.issue(grant), expires_in_s=TICKET_S)
+    ticket = Ticket(ticket=access.ticket_for(request.scope), expires_in_s=TICKET_S)
     return json_response(ticket, headers={"Cache-Control": "no-store"})
 
 

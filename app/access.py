@@ -2,17 +2,19 @@
 
 import asyncio
 import logging
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
 from app.tls import Certificate
 from gateway.access.credentials import Credentials, TokenVerifier
-from gateway.access.keys import KeyFault, KeyStore
+from gateway.access.keys import DAY_S, KeyFault, KeyInfo, KeyPolicy, KeyStore
 from gateway.config import Config, ConfigError
 
 log = logging.getLogger(__name__)
 
 KEEP_USES_S: Final = 60.0
+WATCH_KEYS_S: Final = 60.0
 
 
 class AccessControl:
@@ -27,12 +29,16 @@ class AccessControl:
         self.certificate: Certificate | None = None
         self.credentials: Credentials | None = None
         self._store = KeyStore(data)
-        self._work = [self._keep_uses]
+        self.on_key: Callable[[str, KeyInfo], object] = lambda _what, _key: None
+        """Told that a key `ends_soon`, or has `expired`."""
+        self._states: dict[str, tuple[bool, str]] | None = None
+        self._work = [self._keep_uses, self._watch_keys]
         self._tasks: list[asyncio.Task[None]] = []
         if server.tls_certificate and server.tls_key:
             self.certificate = Certificate(server.tls_certificate, server.tls_key)
             self._work.append(self.certificate.watch)
         if config.access.mode == "keys":
+            self._adopt(config)
             self.credentials = Credentials(self._store, self._tokens(config))
             self._require_somebody(config, data)
 
@@ -71,6 +77,43 @@ class AccessControl:
         if not config.server.is_local or config.server.trusted_proxies:
             raise ConfigError(sentence)
         log.warning("%s. Until then nobody is let in.", sentence)
+
+    def _adopt(self, config: Config) -> None:
+        access = config.access
+        try:
+            self._store.adopt(
+                KeyPolicy(
+                    lifetime_s=access.key_lifetime_d * DAY_S or None,
+                    warning_s=access.key_warning_d * DAY_S,
+                    four_eyes=access.four_eyes,
+                )
+            )
+        except KeyFault as fault:
+            if access.four_eyes:
+                raise ConfigError(str(fault)) from fault
+            log.warning("%s", fault)
+
+    async def _watch_keys(self) -> None:
+        """Tell of keys that end soon, and of those that have ended."""
+        while True:
+            try:
+                self._tell_changes(await asyncio.to_thread(self._store.infos))
+            except KeyFault as fault:
+                log.warning("it cannot be seen which keys end soon: %s", fault)
+            await asyncio.sleep(WATCH_KEYS_S)
+
+    def _tell_changes(self, keys: Sequence[KeyInfo]) -> None:
+        """At the first look what has ended before is no news."""
+        before = self._states
+        self._states = {it.begins: (it.ends_soon, it.state) for it in keys}
+        for key in keys:
+            soon, state = (before or {}).get(key.begins, (False, key.state))
+            if key.ends_soon and not soon:
+                log.warning("the key %s ends at %s; keys rotate makes a new one", key.name, key.expires_at)
+                self.on_key("ends_soon", key)
+            if key.state == "expired" and state != "expired":
+                log.warning("the key %s has ended", key.name)
+                self.on_key("expired", key)
 
     async def _keep_uses(self) -> None:
         while True:

@@ -9,6 +9,7 @@ import typer
 from app import exits
 from app.commands import (
     alarms,
+    audit,
     backups,
     init,
     jog,
@@ -49,6 +50,7 @@ app.command(context_settings={"ignore_unknown_options": True})(moves.move)
 app.command(context_settings={"ignore_unknown_options": True})(jog.jog)
 app.add_typer(simulate, name="simulate")
 app.add_typer(journal.journal, name="journal")
+app.add_typer(audit.audit, name="audit")
 app.add_typer(keys.app, name="keys")
 app.add_typer(alarms.alarms, name="alarms")
 app.add_typer(lease.lease, name="lease")

@@ -3,6 +3,7 @@
 import json
 import logging
 import os
+import re
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -30,6 +31,10 @@ _CONTROL: Final = {code: f"\\x{code:02x}" for code in (*range(32), 0x7F, 0x85, 0
 
 _ESCAPED: Final = {code: f"\\u{code:04x}" for code in (0x7F, 0x85, 0x2028, 0x2029)}
 """What JSON lets stand as it is, and some take for the end of a line."""
+
+
+_PLAIN: Final = re.compile(r"[^\s\"\\=\[\]]+")
+"""A value that needs no quotes."""
 
 
 def _facts_of(record: logging.LogRecord) -> dict[str, Any]:
@@ -79,8 +84,12 @@ def _sentence(record: logging.LogRecord) -> str:
 
 
 def _word(value: object) -> str:
+    """Write a value so that it can neither end itself nor begin another fact."""
     text = str(value)
-    return f'"{text}"' if " " in text else text
+    if _PLAIN.fullmatch(text):
+        return text
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped}"'
 
 
 def _trace(formatter: logging.Formatter, record: logging.LogRecord) -> str:

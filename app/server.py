@@ -6,6 +6,7 @@ import logging
 import os
 import signal
 import socket
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -17,11 +18,13 @@ import uvicorn
 
 from app.access import AccessControl
 from app.descriptors import connections_possible
+from app.files import require_no_links
 from app.systemd import Watchdog, expect_long_start, notify, watchdog_wanted
 from app.tls import Certificate
 from gateway.access.principal import EVERYBODY, asking
-from gateway.config import Config, Server
+from gateway.config import Config, ConfigError, Server
 from gateway.config_file import ConfigFile
+from gateway.core.aside import SWITCH_S
 from gateway.core.errors import GatewayError
 from gateway.core.journal.opening import Opened, longest_s, open_journal
 from gateway.core.lease_tokens import LeaseTokens
@@ -29,6 +32,9 @@ from gateway.core.origin import Origin
 from gateway.memory import make_sense
 from gateway.operations import configuration
 from gateway.plant import Plant
+from gateway.security import entries
+from gateway.security.log import Keeping, SecurityLog
+from gateway.security.syslog import Syslog
 from gateway.wind_down import SUBJECT
 
 log = logging.getLogger(__name__)
@@ -47,6 +53,10 @@ REQUESTS_S = 2.0
 """How long requests may take to end; then the lines are closed, which answers all that wait."""
 
 
+_HSTS = [("Strict-Transport-Security", "max-age=31536000")]
+"""A browser that was here over TLS never asks in plain text; a proxy with TLS of its own says so itself."""
+
+
 class CannotListen(OSError):
     """The HTTP port cannot be had; the message says which and why."""
 
@@ -57,15 +67,21 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
     `data` is where the keys, the names and the journal are. What `on_exit` leaves moving runs on.
 
     :raises CannotListen: no line was opened.
-    :raises ConfigError: nobody could be let in, or the certificate cannot be used; no line was opened.
+    :raises ConfigError: `data` has a symbolic link, nobody could be let in, or the certificate cannot be
+        used; no line was opened.
     :raises InUse, TooNew: the journal in `data` belongs to another gateway; no line was opened.
     """
     from api.app import create_app
 
+    require_no_links(data)
+    sys.setswitchinterval(SWITCH_S)
     access = AccessControl(config, data)
     with _bound(config.server) as listener:
         signals = _Signals()
-        plant = Plant(config, journal=_journal(data), lease_tokens=LeaseTokens(data), file=file)
+        journal = _journal(data)
+        security = SecurityLog(data, Keeping(config.security.keep_days, config.security.refusals_per_minute))
+        sending = _sending(config, security)
+        plant = Plant(config, journal=journal, lease_tokens=LeaseTokens(data), file=file, security=security)
         plant.names.keep_in(data)
         app = create_app(plant, access.credentials)
         server = _Server(_uvicorn_config(app, config.server, access.certificate))
@@ -79,7 +95,9 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
             _freeze()
             plant.watch.start()
             scheme = "https" if access.certificate else "http"
+            log.info("the journal and the keys are in %s", data)
             log.info("running on %s://%s:%d", scheme, config.server.host, listener.getsockname()[1])
+            access.on_key = lambda what, key: plant.events.publish(f"gateway.key.{what}", SUBJECT, key)
             access.start()
             notify("READY=1", "STATUS=")
             serving = asyncio.create_task(server.serve([listener]), name="server")
@@ -92,7 +110,34 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
         finally:
             await plant.close()
             await access.stop()
+            if sending is not None:
+                await asyncio.to_thread(sending.close)
         await serving
+
+
+def _sending(config: Config, security: SecurityLog) -> Syslog | None:
+    """Have a copy of the security log sent, if the configuration names a server for it.
+
+    :raises ConfigError: its certificates cannot be read.
+    """
+    wanted = config.security.syslog
+    if wanted is None:
+        return None
+    try:
+        syslog = Syslog(wanted.address, ca=wanted.ca, certificate=wanted.certificate, key=wanted.key)
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"security.syslog: its certificates cannot be used: {error}") from error
+    security.on_written = syslog.send
+    loop = asyncio.get_running_loop()
+
+    def tell(lost: int) -> None:
+        note = partial(security.note, entries.SYSLOG_LOST, wanted.address, caller="gateway", lost=lost)
+        with suppress(RuntimeError):  # the gateway has ended
+            loop.call_soon_threadsafe(note)
+
+    syslog.on_lost = tell
+    syslog.start()
+    return syslog
 
 
 def _journal(data: Path) -> Opened:
@@ -287,7 +332,7 @@ def _uvicorn_config(asgi: object, settings: Server, certificate: Certificate | N
         workers=1,
         access_log=False,
         log_config=None,
-        headers=[("X-Content-Type-Options", "nosniff")],
+        headers=[("X-Content-Type-Options", "nosniff"), *(_HSTS if certificate else ())],
         server_header=False,
         proxy_headers=False,  # `Proxies` does it
         root_path=settings.root_path,

@@ -9,6 +9,7 @@ import uvloop
 
 from benchmarks import (
     bulk,
+    busy_line,
     console,
     crowd,
     dpram_round_trip,
@@ -45,6 +46,7 @@ class Benchmark(StrEnum):
     CONSOLE = "console"
     KEY_COST = "key-cost"
     FULL_LINE = "full-line"
+    BUSY_LINE = "busy-line"
     TLS_CROWD = "tls-crowd"
     PAGES = "pages"
 
@@ -64,6 +66,7 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.CONSOLE: console.run,
     Benchmark.KEY_COST: key_cost.run,
     Benchmark.FULL_LINE: full_line.run,
+    Benchmark.BUSY_LINE: busy_line.run,
     Benchmark.TLS_CROWD: tls_crowd.run,
     Benchmark.PAGES: pages.run,
 }

@@ -36,7 +36,7 @@ async def run(seconds: float) -> list[Figure]:
 
 
 def _figures(port: int, seconds: float) -> list[Figure]:
-    _wait_until_at_rest(port)
+    wait_until_at_rest(port)
     quiet_ms = [1000 * it for it in latencies(port, READS, seconds)]
     sleep(WINDOW_S + 1.0)
     idle = [_percent_after(port, WINDOW_S / LOOKS_AT_LOAD) for _ in range(LOOKS_AT_LOAD)]
@@ -46,7 +46,7 @@ def _figures(port: int, seconds: float) -> list[Figure]:
         for body in MOVERS:
             ask(sock, post(f"/bodies/{body:02X}/moves", FAR))
     moving_ms = [1000 * it for it in latencies(port, READS, seconds)]
-    stop_s = _stop_s(port, _asked(port, get("/bodies/00/moves?limit=1"))["moves"][0]["event_cursor"])
+    stop_s = _stop_s(port, asked(port, get("/bodies/00/moves?limit=1"))["moves"][0]["event_cursor"])
     one_by_one_s = len(BODIES) * exchange_bytes() * BITS_PER_BYTE / BAUD
     many = f"{len(BODIES)} bodies at {BAUD} baud"
     reads = f"{many}, {len(MOVERS)} moving: read of an idle one, p99"
@@ -58,7 +58,7 @@ def _figures(port: int, seconds: float) -> list[Figure]:
     ]
 
 
-def _wait_until_at_rest(port: int) -> None:
+def wait_until_at_rest(port: int) -> None:
     """Wait until all bodies are known, and what is asked first of each has been asked."""
     give_up_at = monotonic() + FILL_S
     quiet = 0
@@ -66,19 +66,19 @@ def _wait_until_at_rest(port: int) -> None:
         if monotonic() > give_up_at:
             raise RuntimeError(f"not measured, because the line was not at rest after {FILL_S:g} s")
         sleep(RECHECK_S)
-        known = all(body["position"] is not None for body in _asked(port, get("/bodies"))["bodies"])
-        waiting = _asked(port, get("/lines/line"))["waiting"]["background"]
+        known = all(body["position"] is not None for body in asked(port, get("/bodies"))["bodies"])
+        waiting = asked(port, get("/lines/line"))["waiting"]["background"]
         quiet = quiet + 1 if known and not waiting else 0
 
 
 def _percent_after(port: int, seconds: float) -> float:
     sleep(seconds)
-    return float(sum(_asked(port, get("/lines/line"))["load"].values()))
+    return float(sum(asked(port, get("/lines/line"))["load"].values()))
 
 
 def _sweep_s(port: int) -> float:
     begun_at = monotonic()
-    told = _asked(port, get("/lines/line/positions"))
+    told = asked(port, get("/lines/line/positions"))
     taken_s = monotonic() - begun_at
     if len(told["positions"]) != len(BODIES):
         raise RuntimeError(f"not measured, because some did not answer: {told['unanswered']}")
@@ -89,9 +89,9 @@ def _stop_s(port: int, cursor: str) -> float:
     """Stop everything, and tell when the last body was known to stand."""
     confirmed: set[str] = set()
     begun_at = monotonic()
-    _asked(port, post("/stop", {"mode": "immediate"}))
+    asked(port, post("/stop", {"mode": "immediate"}))
     while len(confirmed) < len(BODIES):
-        told = _asked(port, get(f"/events?types=body.stop.confirmed&limit=1000&after={cursor}"))
+        told = asked(port, get(f"/events?types=body.stop.confirmed&limit=1000&after={cursor}"))
         confirmed |= {event["subject"] for event in told["events"]}
         if monotonic() - begun_at > FILL_S:
             raise RuntimeError(f"not measured, because only {len(confirmed)} stops were confirmed")
@@ -99,7 +99,8 @@ def _stop_s(port: int, cursor: str) -> float:
     return monotonic() - begun_at
 
 
-def _asked(port: int, request: bytes) -> Any:
+def asked(port: int, request: bytes) -> Any:
+    """Ask the gateway, and give the JSON of its answer."""
     with connect(port) as sock:
         return json.loads(ask(sock, request).partition(b"\r\n\r\n")[2])
 

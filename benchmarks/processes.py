@@ -121,6 +121,11 @@ def cpu_s(process: Process) -> float:
     return time.clock_gettime((~process.pid << 3) | _SCHEDULED)
 
 
+def waited_s(process: int) -> float:
+    """For how long a process, its first thread, was ready until now, and no processor was free (Linux)."""
+    return int(Path(f"/proc/{process}/schedstat").read_text().split()[1]) / 1e9
+
+
 def resident_mib(process: Process) -> float:
     """Memory that a program has now."""
     pages = int(Path(f"/proc/{process.pid}/statm").read_text().split()[1])

@@ -19,10 +19,11 @@ class WatchedHub(FullHub):
 
     def __init__(self) -> None:
         super().__init__()
-        self._watching = asyncio.get_running_loop().create_task(_watch())
+        self._watching = asyncio.get_running_loop().create_task(watch())
 
 
-async def _watch() -> None:
+async def watch() -> None:
+    """Print each turn of the loop that was long."""
     at, used = monotonic(), thread_time()
     while True:
         await asyncio.sleep(BEAT_S)

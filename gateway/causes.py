@@ -3,9 +3,10 @@
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
+from functools import partial
 from typing import Final
 
-from gateway.core.alarms import Cause, Facts, Kind, words
+from gateway.core.alarms import Cause, Facts, Kind, past, words
 from gateway.core.family import AnyLine, Family
 from gateway.core.line_state import LineState
 from gateway.core.next_calls import ALARMS, LINE_STATE, READY, get, post
@@ -13,6 +14,13 @@ from gateway.core.rights import Right
 
 AUDIT = get("/audit", "See who did what.", "誰が何を行ったかを確認します。")
 EVENTS = get("/events", "See what has happened.", "発生した事象を確認します。")
+
+SECURITY = get(
+    "/security",
+    "See who was let in and who was refused.",
+    "サインインと拒否の記録を確認します。",
+    Right.ADMIN,
+)
 
 RELOAD = post("/system/reload", Right.ADMIN, "Read the configuration again.", "設定を再読み込みします。")
 
@@ -49,6 +57,18 @@ LINES: Final[Sequence[Kind[AnyLine]]] = (
         (LINE_STATE,),
         lambda line: line.state in UNUSABLE,
         applies=lambda event: event["reason"] != CONFIGURED_ANEW,
+        over=past(
+            words(
+                "Line {address} could not be used: {reason}. It can be used again.",
+                "Motors on it went on with what they were told last, and nothing could be sent to them.",
+                "Look at where they stand. Check port, cable and power, so that it does not come again.",
+            ),
+            words(
+                "回線{address}を使用できませんでした: {reason}。現在は復旧しています。",
+                "この回線のモータは最後に指示された動作を続け、何も送信できませんでした。",
+                "位置を確認してください。再発しないよう、ポート、ケーブル、電源を確認してください。",
+            ),
+        ),
     ),
     Kind(
         "line.order.violated",
@@ -81,6 +101,18 @@ GATEWAY: Final[Sequence[Kind[str]]] = (
         ),
         next=(READY,),
         lasts=lambda _why: True,
+        over=past(
+            words(
+                "The journal could not be written: {reason}. It is written again.",
+                "Moves under way went on. Nothing with an effect was sent; stops and reads were.",
+                "See that there is room on the disk.",
+            ),
+            words(
+                "ジャーナルに書き込めませんでした: {reason}。現在は書き込めます。",
+                "実行中の動作は続きました。停止と読み出し以外は送信しませんでした。",
+                "ディスクの空きを確認してください。",
+            ),
+        ),
     ),
     Kind(
         "gateway.journal.set_aside",
@@ -144,14 +176,51 @@ GATEWAY: Final[Sequence[Kind[str]]] = (
         ),
         next=(RELOAD,),
     ),
+    Kind(
+        "gateway.security.trouble",
+        words(
+            "The security log cannot be written: {reason}.",
+            "No motor is concerned. Sign-ins and changes go on, and wait to be written down.",
+            "Make room on the disk, or mend it; the gateway tries again every few seconds.",
+        ),
+        words(
+            "セキュリティログに書き込めません: {reason}",
+            "モータへの影響はありません。サインインと変更は続き、記録は書き込みを待っています。",
+            "ディスクの空きを作るか、修復してください。数秒ごとに自動で再試行します。",
+        ),
+        next=(SECURITY,),
+        lasts=lambda _why: True,
+        latches=False,
+    ),
+    Kind(
+        "gateway.refusals.burst",
+        words(
+            "{refusals} requests or sign-ins were refused within {seconds} s, the last from {address}.",
+            "No motor is concerned: nothing was sent for them.",
+            "See in the security log who asks, and end the key or the client that does.",
+        ),
+        words(
+            "{seconds}秒間に{refusals}件の要求またはサインインを拒否しました（最後は{address}から）。",
+            "モータへの影響はありません。何も送信していません。",
+            "セキュリティログで要求元を確認し、該当するキーまたはクライアントを止めてください。",
+        ),
+        next=(SECURITY,),
+        lasts=lambda _why: True,
+        latches=False,
+    ),
 )
-"""That of the journal lasts while there is a reason why it cannot be written."""
+"""Those that last do so while there is a reason. What is refused keeps nothing from moving: whoever is
+refused could cause that."""
+
+
+def _reason(trouble: Callable[[], str | None] | None, _: str) -> str | None:
+    return None if trouble is None else trouble()
 
 
 def causes_of(
     families: Collection[Family],
     ports: Mapping[str, AnyLine],
-    journal_trouble: Callable[[], str | None],
+    troubles: Mapping[str, Callable[[], str | None]],
     *,
     latch: bool,
 ) -> Iterator[Cause]:
@@ -162,7 +231,7 @@ def causes_of(
     for kind in LINES:
         yield kind.among(ports.get)
     for trouble in GATEWAY:
-        yield trouble.among(lambda _: journal_trouble())
+        yield trouble.among(partial(_reason, troubles.get(trouble.name)))
     for family in families:
         for cause in family.causes():
             if latch:

@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from collections.abc import Iterable
 from ipaddress import ip_address, ip_network
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -39,8 +40,17 @@ def _check_network(text: str) -> str:
     except ValueError:
         raise ValueError(f"must be an IP address or network such as 10.0.0.0/24, not {text!r}") from None
     if not network.prefixlen:
-        raise ValueError(f"must name proxies, not everybody, as {text} does")
+        raise ValueError(f"must name proxies or networks, not everybody, as {text} does")
     return str(network)
+
+
+def _is_in(host: str, networks: Iterable[str]) -> bool:
+    """Whether a host is an IP address in one of these networks; no name is looked up."""
+    try:
+        address = ip_address("127.0.0.1" if host == "localhost" else host)
+    except ValueError:
+        return False
+    return any(address in ip_network(it) for it in networks)
 
 
 def _check_root_path(text: str) -> str:
@@ -61,6 +71,17 @@ def _check_host(text: str) -> str:
     if not re.fullmatch(r"[A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\]", text):
         raise ValueError(f"must be a host name without scheme or port, not {text!r}")
     return text.lower()
+
+
+def _check_syslog(text: str) -> str:
+    url = urlsplit(f"//{text}")
+    try:
+        port = url.port
+    except ValueError:
+        port = None
+    if not url.hostname or not port or url.netloc != text or url.username is not None:
+        raise ValueError(f"must be a server with its port such as logs.example:6514, not {text!r}")
+    return text
 
 
 def _check_origin(text: str) -> str:
@@ -85,6 +106,10 @@ class Server(Table):
     tls_key: Annotated[Path, Field(strict=False)] | None = None
     trusted_proxies: Array[Annotated[str, AfterValidator(_check_network)]] = ()
     """Addresses or networks of proxies that keep TLS for us; X-Forwarded-* of others means nothing."""
+    client_networks: Array[Annotated[str, AfterValidator(_check_network)]] = ()
+    """Networks that clients may come from besides this machine; empty for all."""
+    line_networks: Array[Annotated[str, AfterValidator(_check_network)]] = ()
+    """Networks that terminal servers of `tcp://` lines are in; empty for all that the file names."""
     root_path: Annotated[str, AfterValidator(_check_root_path)] = ""
     """The path at which a proxy has the gateway, and which it takes off."""
     max_connections: int = Field(1000, ge=1, le=50_000)
@@ -108,6 +133,21 @@ class Server(Table):
     def is_local(self) -> bool:
         """Whether only this machine reaches it."""
         return self.host == "localhost" or ip_address(self.host).is_loopback
+
+    def may_request(self, host: str) -> bool:
+        """Whether a request may add or search a terminal server there.
+
+        Where no networks are configured, a public, link-local or multicast address is none; a name may be.
+        """
+        if self.line_networks:
+            return _is_in(host, self.line_networks)
+        try:
+            address = ip_address(host)
+        except ValueError:
+            return True
+        return address.is_private and not (
+            address.is_link_local or address.is_multicast or address.is_unspecified
+        )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -156,9 +196,43 @@ class Access(Table):
     subscribers_per_key: int = Field(50, ge=1, le=50_000)
     requests_per_key: int = Field(200, ge=1, le=50_000)
     moves_per_key_and_s: int = Field(20, ge=1, le=10_000)
+    key_lifetime_d: int = Field(365, ge=0, le=3650)
+    """Days for which a key is good of which nothing else is said; 0: for ever."""
+    key_warning_d: int = Field(30, ge=0, le=365)
+    """Days before the end of a key at which it is warned of."""
+    four_eyes: bool = False
+    """Whether a key of an admin takes a second admin."""
     lease_mode: Literal["off", "optional", "required"] = "optional"
     """Whether motions and settings take a lease: never, where somebody has one, or always."""
     oidc: Oidc | None = None
+
+
+class Syslog(Table):
+    """A server that takes a copy of the security log: RFC 5424 over TLS, as RFC 5425 has it."""
+
+    address: Annotated[str, AfterValidator(_check_syslog)]
+    """Its name and port, such as logs.example:6514."""
+    ca: Annotated[Path, Field(strict=False)] | None = None
+    """The certificates that its own is checked against (PEM); left out, those of the system."""
+    certificate: Annotated[Path, Field(strict=False)] | None = None
+    """Certificate with its chain (PEM) that the gateway shows, where the server asks for one."""
+    key: Annotated[Path, Field(strict=False)] | None = None
+
+    @model_validator(mode="after")
+    def _be_whole(self) -> Self:
+        if (self.certificate is None) != (self.key is None):
+            raise Fault("certificate and key come together", "key" if self.key is None else "certificate")
+        return self
+
+
+class Security(Table):
+    """How the security log is kept, and what is a burst of refusals."""
+
+    keep_days: float = Field(365.0, ge=1, le=36_500)
+    """Entries that are older are forgotten."""
+    refusals_per_minute: int = Field(30, ge=0, le=10_000)
+    """More refused requests and sign-ins are an alarm; 0 for none."""
+    syslog: Syslog | None = None
 
 
 def _of_its_family(given: object) -> Line:
@@ -184,6 +258,7 @@ class Config(Table):
 
     server: Server = Server()
     access: Access = Access()
+    security: Security = Security()
     lines: Array[Annotated[Line, PlainValidator(_of_its_family)]] = ()
     scaras: Array[Scara] = ()
 
@@ -224,6 +299,18 @@ class Config(Table):
                 taken.add((path, its_id))
             if line.trace_file and line.trace_file in [other.trace_file for other in self.lines[:index]]:
                 raise Fault("two lines cannot write to one file", "lines", index, "trace_file")
+        return self
+
+    @model_validator(mode="after")
+    def _be_in_their_networks(self) -> Self:
+        networks = self.server.line_networks
+        for index, line in enumerate(self.lines):
+            it = Address.parse(line.address)
+            if networks and it.scheme == "tcp" and not _is_in(it.host, networks):
+                raise Fault(
+                    f"must be an IP address in server.line_networks ({', '.join(networks)}), not {it.host}",
+                    *("lines", index, "address"),
+                )
         return self
 
     @model_validator(mode="after")

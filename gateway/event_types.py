@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping
 
+from pydantic import Field
+
 from gateway import snapshot
 from gateway.access.keys import KeyInfo
 from gateway.config_file import Changes
-from gateway.core.event_types import CORE, GATEWAY, EventData, EventType, news_types, table_of
+from gateway.core.event_types import CORE, GATEWAY, EventData, EventType, Nothing, news_types, table_of
 from gateway.families import FAMILIES
 from gateway.port_scans import PortScan
 
@@ -29,8 +31,38 @@ OF_PORTS = news_types(
     failed="a scan of ports was broken off",
 )
 
+
+class SecurityTrouble(EventData):
+    """Why the security log cannot be written."""
+
+    reason: str
+
+
+class RefusalsBurst(EventData):
+    """Refusals that came faster than by mistake."""
+
+    refusals: int = Field(description="Their number.")
+    seconds: float = Field(description="Within this time.")
+    type: str = Field(description="The type of the last, as in the security log.")
+    address: str | None = Field(description="The network address of the last.")
+
+
 OF_ACCESS = (
+    EventType(
+        "gateway.security.trouble",
+        GATEWAY,
+        SecurityTrouble,
+        "the security log cannot be written; what is to stand in it waits",
+    ),
+    EventType("gateway.security.recovered", GATEWAY, Nothing, "the security log can be written again"),
+    EventType(
+        "gateway.refusals.burst", GATEWAY, RefusalsBurst, "many requests or sign-ins were refused in a minute"
+    ),
     EventType("gateway.key.made", GATEWAY, KeyInfo, "an administrator has made a key"),
+    EventType("gateway.key.approved", GATEWAY, KeyInfo, "a second administrator has approved a key"),
+    EventType("gateway.key.rotated", GATEWAY, KeyInfo, "a new key has taken the place of one that ends soon"),
+    EventType("gateway.key.ends_soon", GATEWAY, KeyInfo, "a key ends within `access.key_warning_d`"),
+    EventType("gateway.key.expired", GATEWAY, KeyInfo, "the time of a key is over"),
     EventType("gateway.key.revoked", GATEWAY, KeyInfo, "a key can never be used again"),
 )
 

@@ -3,8 +3,9 @@
 import asyncio
 import logging
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import asdict
 from functools import partial
 from typing import Any, TypeVar, cast
 
@@ -14,7 +15,7 @@ from gateway.causes import CONFIGURED_ANEW, LINE_DOWN, UNUSABLE, causes_of
 from gateway.config import Config
 from gateway.config_file import ConfigFile, changes
 from gateway.core import tables
-from gateway.core.addresses import there_are
+from gateway.core.addresses import none_such
 from gateway.core.admission import Admission
 from gateway.core.alarms import Alarms, Latched
 from gateway.core.backup_record import Reading
@@ -42,6 +43,8 @@ from gateway.port_scans import PortScans
 from gateway.rorze.family import Rorze
 from gateway.rorze.position_uploads import TableUploads
 from gateway.rorze.positions import PositionReadings
+from gateway.security import entries
+from gateway.security.log import Burst, SecurityLog
 from gateway.snapshot import taking
 from gateway.wind_down import SUBJECT, WindDown
 from protocols.wording import as_given
@@ -68,12 +71,17 @@ class Plant:
         lease_tokens: Tokens | None = None,
         file: ConfigFile | None = None,
         journal: Opened | None = None,
+        security: SecurityLog | None = None,
     ) -> None:
         self.config = config
         self.file = file
         """Where the configuration comes from, if from a file."""
         self.events = EventHub()
+        self.security = security or SecurityLog()
+        self.security.on_trouble = self._security_trouble
+        self.security.on_burst = self._refusals_burst
         self.names = Names()
+        self.names.on_named = self._positions_named
         self.recorders: dict[str, Recorder] = {}
         self.watch = LoopWatch()
         self.watch.on_held = self._was_held
@@ -86,9 +94,12 @@ class Plant:
         self.leases.on_taken = self._lease_taken
         self.leases.on_end = self._lease_ended
         self.events.take_snapshot = taking(self.families.values(), self._ports)
-        causes = causes_of(
-            self.families.values(), self._ports, self._journal_trouble, latch=config.server.latch
-        )
+        troubles = {
+            "gateway.journal.trouble": self._journal_trouble,
+            "gateway.security.trouble": lambda: self.security.trouble,
+            "gateway.refusals.burst": lambda: self.security.burst,
+        }
+        causes = causes_of(self.families.values(), self._ports, troubles, latch=config.server.latch)
         self.alarms = Alarms(self.events, causes)
         self._memory = (
             None
@@ -147,6 +158,7 @@ class Plant:
 
     async def start(self) -> None:
         """Open the lines; ports that are missing are tried again and again."""
+        self.security.note(entries.GATEWAY_STARTED)
         if self._memory is not None:
             self._memory.start(self._works())
         for line_id in self._ports:
@@ -164,10 +176,10 @@ class Plant:
     def _start(self, line_id: str) -> None:
         line, what = self._ports[line_id], f"a watch of line {line_id}"
         line.start()
+        watches = list(self._family_of(line_id).watches(line))  # all, or a fault has begun none
         with acting(POLL):
             self._watches[line_id] = [
-                asyncio.create_task(carry_on(what, watch), name=what)
-                for watch in self._family_of(line_id).watches(line)
+                asyncio.create_task(carry_on(what, watch), name=what) for watch in watches
             ]
 
     async def _unwatch(self, line_id: str) -> None:
@@ -273,11 +285,25 @@ class Plant:
         await seen_to(what, *unwatching, *(family.close for family in self.families.values()))
         recorders = self.recorders.values()
         await seen_to(what, *(partial(asyncio.to_thread, recorder.close) for recorder in recorders))
+        await seen_to(what, self.security.close)
         if self._memory is not None:
             await self._memory.close()
 
     def _journal_trouble(self) -> str | None:
         return None if self.journal is None else self.journal.trouble
+
+    def _security_trouble(self, why: str | None) -> None:
+        if why is None:
+            self.events.publish("gateway.security.recovered", SUBJECT, {})
+        else:
+            self.events.publish("gateway.security.trouble", SUBJECT, {"reason": why})
+
+    def _refusals_burst(self, burst: Burst) -> None:
+        self.events.publish("gateway.refusals.burst", SUBJECT, asdict(burst))
+
+    def _positions_named(self, address: str, names: Mapping[int, str]) -> None:
+        told = {str(number): name for number, name in names.items()}
+        self.security.note(entries.POSITION_NAMED, address, names=told)
 
     async def _watch_alarms(self) -> None:
         """Note which causes are over, and raise what no event tells: a line that never was up."""
@@ -309,11 +335,23 @@ class Plant:
 
     def _lease_taken(self, subject: str, lease: Lease) -> None:
         self.events.publish(f"{_what(subject)}.lease.taken", subject, lease)
+        survived(
+            f"the beginning of {lease.lease}",
+            partial(
+                self.security.note, entries.LEASE_TAKEN, lease.scope, lease=lease.lease, ttl_s=lease.ttl_s
+            ),
+        )
 
     def _lease_ended(self, subject: str, lease: Lease, why: End, parts: Sequence[Part]) -> None:
         """Tell it, and stop what would never end without its holder; moves go on to their ends."""
         what = f"the end of {lease.lease}"
-        survived(what, partial(self.events.publish, f"{_what(subject)}.lease.{why}", subject, lease))
+        by = "gateway" if why == "expired" else None
+        note = partial(self.security.note, entries.LEASE_ENDS[why], lease.scope, caller=by)
+        survived(
+            what,
+            partial(self.events.publish, f"{_what(subject)}.lease.{why}", subject, lease),
+            partial(note, lease=lease.lease, holder=lease.holder),
+        )
         with acting(Origin(f"gateway: {what}")):
             for family in self.families.values():
                 insist(what, partial(family.end_motion, everything=False, within=parts))
@@ -338,10 +376,7 @@ class Plant:
         :raises NotFound: there is none of this id.
         """
         if line_id not in self._ports:
-            raise NotFound(
-                f"There is no line {as_given(line_id)}; {there_are(self._ports)}; nothing was sent.",
-                "GET /lines lists them.",
-            )
+            raise none_such("line", line_id, self._ports, "GET /lines lists them.")
         return self._ports[line_id]
 
     def info(self, line_id: str) -> PortInfo:

@@ -1,6 +1,7 @@
 """Scans of ports: who is there that no line serves, and the table that would serve it."""
 
 import asyncio
+import re
 import secrets
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
@@ -10,7 +11,7 @@ from typing import Final, Literal
 
 from pydantic import Field, JsonValue
 
-from gateway.config import Config
+from gateway.config import Config, Server
 from gateway.core.errors import BodyBusy, InvalidRequest
 from gateway.core.events import EventHub
 from gateway.core.own_faults import insist
@@ -23,8 +24,11 @@ from transports import Transport
 from transports.addresses import Address
 
 HISTORY = 100
-DEVICES: Final = ("/dev", "/sys")
-"""Below these are the devices of a machine; a request names no other file."""
+DEVICES: Final = {
+    "serial": re.compile(r"/dev/(?:tty[A-Za-z]\w*|pts/\d+)", re.ASCII),
+    "dpram": re.compile(r"/dev/uio\d+", re.ASCII),
+}
+"""The devices that a request may name: no disk, no memory, no console of the machine."""
 GATEWAY: Final = "The gateway"
 """Whose scans these are."""
 BROKEN_OFF: Final = "It was broken off; what was found until then stands here."
@@ -99,7 +103,7 @@ class PortScans(Works[PortScan]):
                 f"{error}. Nothing was sent.",
                 "Name ports as /dev/ttyUSB0, tcp://HOST:PORT or dpram:///dev/uio0.",
             ) from None
-        require_device(addresses[0])
+        require_device(addresses[0], self._config().server)
         if line_id := self._line_at(addresses[0]):
             raise InvalidRequest(
                 f"Line {line_id} has the port {port}; nothing was sent.",
@@ -139,19 +143,27 @@ class PortScans(Works[PortScan]):
         ]
 
 
-def require_device(address: str) -> None:
-    """Refuse a port that is a file: what is written to a dual-port RAM would spoil it.
+def require_device(address: str, server: Server) -> None:
+    """Refuse what is no port of controllers: what is written to another device or host would do harm there.
 
-    :raises InvalidRequest: it is no device below /dev or /sys, nor on the network; nothing was sent.
+    :raises InvalidRequest: it is no serial port, no UIO device, nor in the networks of lines; nothing was
+        sent.
     """
     it = Address.parse(address)
+    if it.scheme == "tcp":
+        if server.may_request(it.host):
+            return
+        raise InvalidRequest(
+            f"{it.host} is in no network of terminal servers; nothing was sent.",
+            "Name an address in server.line_networks of the configuration file; without that, a private one.",
+        )
     place = Path(it.path).resolve()
-    a_file = place.is_relative_to("/dev") and place.is_file()  # such as those of /dev/shm
-    if it.scheme == "tcp" or (any(map(place.is_relative_to, DEVICES)) and not a_file):
+    if DEVICES[it.scheme].fullmatch(str(place)) and not place.is_file():
         return
+    kind = "serial port" if it.scheme == "serial" else "UIO device"
     raise InvalidRequest(
-        f"{it.path} is no device of the gateway's machine, below {' or '.join(DEVICES)}; nothing was sent.",
-        "Name a device; a file can be named in the configuration file only.",
+        f"{it.path} is no {kind}, so no device of the gateway's machine for controllers; nothing was sent.",
+        "Name a device such as /dev/ttyUSB0 or /dev/uio0; others stand in the configuration file only.",
     )
 
 

@@ -21,6 +21,7 @@ HURRY_S = 0.3
 """The same when somebody is impatient: a stop that was asked for has been written by then."""
 
 SUBJECT = "/gateway"
+WHAT = "the end of the gateway"
 
 
 class WindDown:
@@ -46,7 +47,7 @@ class WindDown:
         """Wind down, or wait until that is done."""
         if self._task is None:
             with acting(Origin("gateway: shutdown")):
-                self._task = asyncio.create_task(self._wind_down(), name="wind down")
+                self._task = asyncio.create_task(carry_on(WHAT, self._wind_down), name="wind down")
         await asyncio.shield(self._task)
 
     def hurry(self) -> None:
@@ -56,7 +57,7 @@ class WindDown:
             self._limit.reschedule(asyncio.get_running_loop().time() + HURRY_S)
 
     async def _wind_down(self) -> None:
-        what, told = "the end of the gateway", {"on_exit": self._on_exit}
+        what, told = WHAT, {"on_exit": self._on_exit}
         telling = partial(self._events.publish, "gateway.shutting_down", SUBJECT, told)
         revoking = (partial(twice, what, partial(line.revoke, ShuttingDown)) for line in self._lines)
         ending = (partial(twice, what, partial(self._end_motion, family)) for family in self._families)

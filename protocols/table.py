@@ -55,6 +55,8 @@ class Effect(StrEnum):
     """Changes nothing."""
     SETTING = "setting"
     """Changes what the controller keeps or shows: no motor moves because of it."""
+    CLEARING = "clearing"
+    """Takes back an error that was seen to: no motor moves because of it."""
     MOTION = "motion"
     """Could move a motor, or changes how it moves."""
     STOP = "stop"

@@ -48,10 +48,14 @@ class Cable(SimulatedCable):
         self._then: dict[int, Callable[[], object]] = {}
         self.damaged: dict[str, str] = {}
         """What arrives in the place of a command."""
+        self.misread: dict[str, str] = {}
+        """What arrives in the place of an answer, the next time it comes."""
         self.copies: list[bytes] = []
         """Come right before the next answers, one before each."""
         self.stuck = False
         """The far end takes nothing more, as a full dual-port RAM."""
+        self.broken = False
+        """Nothing arrives either way, and neither port notices: a serial cable that was pulled."""
 
     async def written_from(self, beginning: str) -> None:
         """Wait until a frame is written that begins so."""
@@ -71,6 +75,8 @@ class Cable(SimulatedCable):
             self._awaited[1].set_result(None)
 
     def _arrive(self, data: bytes) -> None:
+        if self.broken:
+            return
         if self.lost_once and data.startswith(self.lost_once.encode()):
             self.lost_once = ""
         elif not self.lost_command or not data.startswith(self.lost_command.encode()):
@@ -80,10 +86,14 @@ class Cable(SimulatedCable):
         self._then.pop(self._arrived, int)()
 
     def _deliver(self, data: bytes) -> None:
+        if self.broken:
+            return
         if self.copies:
             super()._deliver(self.copies.pop(0))
             asyncio.get_running_loop().call_later(COPY_GAP_S, self._deliver, data)
             return
+        for text in [it for it in self.misread if it.encode("ascii") in data]:
+            data = data.replace(text.encode("ascii"), self.misread.pop(text).encode("ascii"))
         if not self.lost_answer or not data.startswith(self.lost_answer.encode()):
             super()._deliver(data)
 

@@ -12,6 +12,8 @@ OPEN_TABLE: Final = {"mode": "open"}
 class AnyAccess(Access):
     """The hook of an application that has no plant."""
 
+    is_open = True
+
     def __init__(self) -> None:
         """There is nothing to ask."""
 

@@ -15,6 +15,7 @@ from gateway.core.journal.journal import Journal
 from gateway.core.journal.opening import Opened, open_journal
 from gateway.core.journal.writes import Value, Write
 from gateway.memory import make_sense
+from gateway.security.log import SecurityLog
 from simulator.fics.layout import Layout
 from simulator.fics.line import build_line as build_robot
 from simulator.rorze.line import build_line
@@ -78,6 +79,7 @@ class World:
             open_transport=lambda _: self.wire,
             rng=Random(self.lives),
             journal=Opened(journal, *opened[1:]),
+            security=SecurityLog(self.folder),
         )
         await plant.start()
         try:

@@ -47,7 +47,10 @@ class Address:
             raise ValueError(f"address {text!r} must begin with one of {known}")
         if "@" in url.netloc or "#" in text:
             raise ValueError(f"address {text!r} must have neither a user name nor a fragment")
-        return cls(text, url.scheme, host, port, unquote(url.path), _read_options(text, url.query))
+        path = unquote(url.path)
+        if not path.isprintable():
+            raise ValueError(f"address {text!r} has a control character in its path")
+        return cls(text, url.scheme, host, port, path, _read_options(text, url.query))
 
     def expect_options(self, *known: str) -> None:
         """Refuse every option but these.

@@ -47,7 +47,9 @@ class Recorder:
 
     def records(self, since: datetime | None = None) -> list[Record]:
         """What memory holds, oldest first: of that what is not before `since` (an aware time)."""
-        earliest = 0 if since is None else wall_ns(since)
+        if since is None:
+            return list(self._records)
+        earliest = wall_ns(since)
         return [record for record in self._records if record[0] >= earliest]
 
     def after(self, number: int) -> tuple[int, list[Record]]:

@@ -3,11 +3,12 @@
 from typing import Annotated
 
 from fastapi import Request, Response
-from pydantic import BaseModel, Field
+from pydantic import AfterValidator, BaseModel, Field
 
 from api.common.requests import GroupId, is_seen, json_response, new_router, origin, plant_of
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
+from gateway.core.tables import check_printable
 from gateway.operations import bodies
 from gateway.rorze.bodies import Group
 from gateway.rorze.family import Rorze
@@ -31,13 +32,17 @@ class GroupList(BaseModel):
     groups: list[GroupInfo]
 
 
+def _check_name(name: str) -> str:
+    return check_printable(name) if name else name
+
+
 class GroupDefinition(RequestModel, json_schema_extra=example(members=["00", "3F"], name="pair")):
     """What a group shall be."""
 
     members: Annotated[list[str], Field(min_length=2, max_length=MOST_MEMBERS)] = Field(
         description="Addresses of bodies on one line, such as 02 or arm.02."
     )
-    name: Annotated[str, Field(max_length=64)] = ""
+    name: Annotated[str, Field(max_length=64), AfterValidator(_check_name)] = ""
 
 
 @router.get("/groups", Right.VIEW, any_scope=True, response_model=GroupList)

@@ -1,6 +1,5 @@
 """User programs over HTTP: read, checked and uploaded, run and followed."""
 
-import asyncio
 from typing import Annotated, Any, Final, Self
 
 from fastapi import Body, HTTPException, Query, Request, Response
@@ -24,6 +23,7 @@ from api.common.requests import (
     wait_s,
 )
 from api.common.strict_json import JSON
+from gateway.core.aside import aside
 from gateway.core.errors import InvalidRequest
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
@@ -133,7 +133,7 @@ async def upload_program(
     plant, waited_s = plant_of(request), wait_s(request, wait)
     wanted = await _source_of(request)
     # Thousands of lines take a second to assemble, in which no stop may wait.
-    program = await asyncio.to_thread(programs.check, wanted.source)
+    program = await aside(programs.check, wanted.source)
     saved = flash or wanted.flash
     upload = await programs.upload(plant, origin(), body_id, program, saved, waited_s)
     return begun_response(upload, f"/bodies/{upload.body_id}/program/uploads", waited_s)
@@ -190,7 +190,7 @@ async def _source_of(request: Request) -> ProgramSource:
             return ProgramSource(source=content.decode("utf-8-sig"))
         except UnicodeDecodeError:
             raise InvalidRequest("The program is not UTF-8 text; nothing was sent.") from None
-    return _from_json(content)
+    return await aside(_from_json, content)
 
 
 def _from_json(content: bytes) -> ProgramSource:

@@ -4,7 +4,7 @@ import asyncio
 import logging
 import re
 from collections.abc import Awaitable, Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from time import monotonic
 from typing import Final
@@ -16,19 +16,20 @@ from starlette.types import Scope
 from api.common.problems import CALLER, path_of
 from gateway.access import keys
 from gateway.access.credentials import Credentials
-from gateway.access.errors import NotAuthenticated, NotPermitted
-from gateway.access.grants import Grant, Sessions, Tickets
+from gateway.access.errors import NotAuthenticated, NothingShown, NotPermitted
+from gateway.access.grants import Grant, SessionInfo, Sessions, Tickets
 from gateway.access.keys import KeyStore
-from gateway.access.limits import Limits, Usages, Use
+from gateway.access.limits import Limits, Rates, Usages, Use
 from gateway.access.principal import EVERYBODY, PRINCIPAL, Principal
 from gateway.access.principal import current as current_principal
-from gateway.core.errors import InvalidRequest
+from gateway.core.errors import GatewayError, InvalidRequest
 from gateway.core.family import Family
 from gateway.core.origin import ORIGIN, Claim, Origin, current
-from gateway.core.own_faults import twice
+from gateway.core.own_faults import survived, twice
 from gateway.core.rights import Right
 from gateway.operations.caller import LEASED
 from gateway.plant import Plant
+from gateway.security import entries
 
 log = logging.getLogger(__name__)
 
@@ -36,6 +37,10 @@ STREAMS: Final = frozenset({"/events", "/events/stream"})
 """What can be about some bodies only, by its query."""
 RECHECK_S: Final = 5.0
 """How often it is asked whether the credential of an event stream is still good."""
+SIGN_INS_AT_ONCE: Final = 20
+SIGN_INS_PER_S: Final = 1.0
+WRONG_SIGN_INS_AT_ONCE: Final = 100
+WRONG_SIGN_INS_PER_S: Final = 2.0
 CLOSE_NOT_AUTHENTICATED: Final = 4401
 _SAFE: Final = frozenset({"GET", "HEAD"})
 _TICKET: Final = "ticket"
@@ -82,10 +87,12 @@ class _Of(Passage):
     def __enter__(self) -> None:
         self._before = PRINCIPAL.set(self._principal), ORIGIN.set(self._origin)
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, *raised: object) -> None:
         principal, origin = self._before
         ORIGIN.reset(origin)
         PRINCIPAL.reset(principal)
+        if self._principal.scope is not None and isinstance(raised[1], GatewayError):
+            raised[1].withhold_names()
 
 
 class _Counted(_Of):
@@ -99,8 +106,8 @@ class _Counted(_Of):
         self._usages.begin(self._principal.id, self._use)
         super().__enter__()
 
-    def __exit__(self, *_: object) -> None:
-        super().__exit__()
+    def __exit__(self, *raised: object) -> None:
+        super().__exit__(*raised)
         self._usages.end(self._principal.id, self._use)
 
 
@@ -121,6 +128,12 @@ class Access:
         self._good_ones: dict[bytes, Grant] = {}
         """By the headers that were good a moment ago."""
         self._forget_at = 0.0
+        self._security = plant.security
+        self.sessions.on_end = self._session_ended
+        self.sign_ins = Rates(SIGN_INS_AT_ONCE, SIGN_INS_PER_S)
+        """Of each key."""
+        self.wrong_sign_ins = Rates(WRONG_SIGN_INS_AT_ONCE, WRONG_SIGN_INS_PER_S)
+        """From each network address."""
         self._refused = 0
         self._told_at = 0.0
 
@@ -139,8 +152,18 @@ class Access:
                 return twice("the check of a stop", partial(self._let_stop, scope))
             return self._let_in(scope, right, any_scope=any_scope)
         except (NotAuthenticated, NotPermitted) as error:
-            self._tell(scope, error)
+            self._refuse(scope, error)
             raise
+
+    def permits(self, scope: Scope, right: Right, *, any_scope: bool = False) -> bool:
+        """Whether `require` would let a request pass; nothing is logged or counted."""
+        if right is Right.OPEN:
+            return True
+        try:
+            self._let_in(scope, right, any_scope=any_scope)
+        except (NotAuthenticated, NotPermitted, InvalidRequest):
+            return False
+        return True
 
     def _let_in(self, scope: Scope, right: Right, *, any_scope: bool) -> Passage:
         if self.is_open:
@@ -148,6 +171,7 @@ class Access:
                 _take_ticket(scope)
             return _Of(EVERYBODY, _with_leases(current(), scope, right))
         grant, session = self._grant_of(scope)
+        _note_caller(grant.principal, current(), scope)
         if any_scope:
             self.territory.require_right(grant.principal, right)
         else:
@@ -166,7 +190,7 @@ class Access:
         """
         if self.is_open:
             return _Of(EVERYBODY, current())
-        grant, _ = self._grant_of(scope)
+        grant, _ = self._grant_of(scope, self.sessions.grant_to_stop)
         return _Of(grant.principal, _in_the_name_of(grant.principal, current(), scope))
 
     @property
@@ -178,21 +202,36 @@ class Access:
         """Whether the caller may see this in a list."""
         return self.territory.covers(current_principal(), address)
 
+    def view_of(self, scope: Scope) -> Callable[[str], bool]:
+        """Find what the sender of a request that all may make is told of: nothing without a good key."""
+        if self.is_open:
+            return lambda _: True
+        try:
+            principal = self._grant_of(scope)[0].principal
+        except (NotAuthenticated, NotPermitted):
+            return lambda _: False
+        return partial(self.territory.covers, principal)
+
     def caller_of(self, scope: Scope) -> str | None:
         """Name the caller, the same for all its requests; None where none may be answered."""
         if self.is_open:
             return current().caller
         try:
-            return self._grant_of(scope)[0].principal.id
+            principal = self._grant_of(scope)[0].principal
         except (NotAuthenticated, NotPermitted):
             return None
+        _note_caller(principal, current(), scope)
+        return principal.id
 
-    def grant_of(self, scope: Scope) -> Grant:
-        """Find what a request that has passed was let in for.
+    def ticket_for(self, scope: Scope) -> str:
+        """Give the sender of a request that has passed a ticket, which ends with its session and its key.
 
         :raises NotAuthenticated: by then it is no longer good.
         """
-        return self._grant_of(scope)[0]
+        if self.is_open:
+            return self.tickets.issue(Grant(EVERYBODY))
+        grant, session = self._grant_of(scope)
+        return self.tickets.issue(replace(grant, session=session))
 
     def _targets(self, scope: Scope) -> list[str]:
         """What a request is about, by its path; events by their query."""
@@ -208,22 +247,30 @@ class Access:
     def _holds(self, grant: Grant, session: str | None) -> bool:
         return self.credentials.holds(grant) and (session is None or self.sessions.lasts(session))
 
-    def _grant_of(self, scope: Scope) -> tuple[Grant, str | None]:
-        """Find the caller, and the session if there is one."""
+    def _grant_of(
+        self, scope: Scope, of_session: Callable[[str], Grant | None] | None = None
+    ) -> tuple[Grant, str | None]:
+        """Find the caller, and the session if there is one; `of_session` finds whose a session is."""
         shown = [value for name, value in scope["headers"] if name == _AUTHORIZATION]
         if shown:
             return self._bearer_of(shown), None
         headers = Headers.of(scope)
         if path_of(scope) in STREAMS and (ticket := _take_ticket(scope)):
-            return self._good(self.tickets.redeem(ticket)), None
+            grant = self._good(self.tickets.redeem(ticket))
+            if not self._holds(grant, grant.session):
+                raise NotAuthenticated(*_NOT_GOOD).in_japanese(*_NOT_GOOD_JA)
+            return grant, grant.session
         session = headers.cookies.get(session_cookie(scope))
         if session is None:
-            raise NotAuthenticated(
+            raise NothingShown(
                 f"The request has no key{_REFUSAL}", "Send the header Authorization: Bearer KEY."
             ).in_japanese(f"キーがありません{_REFUSAL_JA}", _SEND_KEY_JA)
-        grant = self._good(self.sessions.grant_of(session))
+        found = (of_session or self.sessions.grant_of)(session)
+        if found is None:
+            raise NothingShown(*_NOT_GOOD).in_japanese(*_NOT_GOOD_JA)
+        good = self._good(found)
         headers.require_own_page(scope)
-        return grant, session
+        return good, session
 
     def _bearer_of(self, shown: list[bytes]) -> Grant:
         """Find whose a header is; one that was good is not read again until the keys are looked at again."""
@@ -244,14 +291,46 @@ class Access:
             raise NotAuthenticated(*_NOT_GOOD).in_japanese(*_NOT_GOOD_JA)
         return grant
 
-    def _tell(self, scope: Scope, error: NotAuthenticated | NotPermitted) -> None:
+    def counts_unknown(self, scope: Scope, detail: str) -> bool:
+        """Whether a refused request came without a good key, and so is counted instead of logged."""
+        if self.is_open or CALLER in scope:
+            return False
+        self._tell(scope, detail)
+        return True
+
+    def _refuse(self, scope: Scope, error: NotAuthenticated | NotPermitted) -> None:
+        """Write a refusal into the security log, and into the log."""
+        survived("the security log", partial(self._note, scope, error))
+        self._tell(scope, error.detail)
+
+    def _tell(self, scope: Scope, detail: str) -> None:
         """Log refusals, one a second at most."""
         self._refused += 1
         now = monotonic()
         if now - self._told_at >= 1:
             what = f"{scope.get('method', 'WebSocket')} {scope['path'][:200]!a} from {current().caller}"
-            log.warning("refused requests: %d; the last: %s: %a", self._refused, what, error.detail)
+            log.warning("refused requests: %d; the last: %s: %a", self._refused, what, detail)
             self._told_at, self._refused = now, 0
+
+    def _note(self, scope: Scope, error: NotAuthenticated | NotPermitted) -> None:
+        if isinstance(error, NothingShown):
+            return
+        target = f"{scope.get('method', 'WebSocket')} {scope['path']}"
+        if isinstance(error, NotAuthenticated):
+            self._security.note(entries.CREDENTIAL_REFUSED, target, why=error.detail)
+        else:
+            self._security.note(
+                entries.REQUEST_REFUSED, target, caller=self._name_of(scope), why=error.detail
+            )
+
+    def _name_of(self, scope: Scope) -> str | None:
+        try:
+            return self._grant_of(scope)[0].principal.name
+        except (NotAuthenticated, NotPermitted):
+            return None
+
+    def _session_ended(self, session: SessionInfo, why: str) -> None:
+        self._security.note(entries.SESSION_ENDED, session.id, why=why, of=session.name)
 
 
 @dataclass(frozen=True)
@@ -327,9 +406,15 @@ def session_cookie(scope: Scope) -> str:
     return "__Host-mg-session" if is_secure(scope) else "mg-session"
 
 
-def _in_the_name_of(principal: Principal, origin: Origin, scope: Scope) -> Origin:
+def _note_caller(principal: Principal, origin: Origin, scope: Scope) -> str:
+    """Name the caller for the log, should the request be refused later."""
     scope[CALLER] = caller = f"{principal.name} ({origin.caller})"
-    return Origin(caller, origin.request_id, origin.key, origin.work, origin.claim)
+    return caller
+
+
+def _in_the_name_of(principal: Principal, origin: Origin, scope: Scope) -> Origin:
+    caller = _note_caller(principal, origin, scope)
+    return Origin(caller, origin.request_id, origin.key, origin.work, origin.claim, origin.address)
 
 
 def _use_of(scope: Scope, right: Right) -> Use:

@@ -7,7 +7,8 @@ from typing import Any, Final
 
 from fastapi import Request, Response
 
-from api.common.strict_json import read_body, require_type
+from api.common.strict_json import MAX_ITEMS, read_body, require_type
+from gateway.core.aside import aside
 from gateway.core.errors import InvalidRequest
 
 CSV: Final = "text/csv"
@@ -26,7 +27,7 @@ async def read_table(request: Request, header: Sequence[str], most_bytes: int) -
     :raises InvalidRequest: it is another table; the message names the line.
     """
     require_type(request, CSV)
-    return table_of(await read_body(request, most_bytes), header)
+    return await aside(table_of, await read_body(request, most_bytes), header)
 
 
 def table_of(content: bytes, header: Sequence[str]) -> list[Row]:
@@ -45,6 +46,8 @@ def table_of(content: bytes, header: Sequence[str]) -> list[Row]:
     if not cells or [cell.casefold() for cell in cells[0]] != [name.casefold() for name in header]:
         raise InvalidRequest(f"line 1: the columns are {','.join(header)}; nothing was sent.")
     rows = [(place, line) for place, line in enumerate(cells[1:], 2) if any(line)]
+    if len(rows) > MAX_ITEMS:
+        raise InvalidRequest(f"The table has more than {MAX_ITEMS} lines; nothing was sent.")
     for place, line in rows:
         if len(line) != len(header):
             raise InvalidRequest(

@@ -58,7 +58,7 @@ class Entrance:
         reason = self._same_site.reason_against(scope)
         if reason is not None:
             await refusal(scope, reason)(scope, receive, send)
-        elif relies_on_key(scope):
+        elif relies_on_key(scope, self._routes.right_of):
             await self._idempotent(scope, receive, send)
         else:
             await self._answering(scope, receive, send)

@@ -7,9 +7,12 @@ from starlette.types import Scope
 
 from api.front.stop_paths import is_stop
 from gateway.core.errors import InvalidRequest
+from gateway.core.rights import Right
 
 WITH_EFFECT: Final = frozenset({"POST", "PUT", "PATCH", "DELETE"})
-"""Methods whose requests do something. Reads may carry the header."""
+"""Methods whose requests do something, most of them."""
+READS: Final = frozenset({Right.OPEN, Right.VIEW})
+"""Of routes that change nothing at a controller. Their requests may carry the header; it is passed over."""
 HEADER: Final = b"idempotency-key"
 LONGEST_KEY: Final = 255
 AS_TEXT: Final = "/raw"
@@ -38,6 +41,10 @@ def require_no_key(request: HTTPConnection) -> None:
         )
 
 
-def takes_key(method: str, path: str) -> bool:
-    """Whether a request may rely on being carried out once: it does something, and stops nothing."""
-    return method in WITH_EFFECT and not is_stop(method, path) and not path.endswith((AS_TEXT, SHOWN_ONCE))
+def takes_key(method: str, path: str, right: Right | None) -> bool:
+    """Whether a request may rely on being carried out once: it changes something, and stops nothing.
+
+    A read takes no key, by POST neither: the first answer again would be an old value told as one of now.
+    """
+    changes = method in WITH_EFFECT and right not in READS and not is_stop(method, path)
+    return changes and not path.endswith((AS_TEXT, SHOWN_ONCE))

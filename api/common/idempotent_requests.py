@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from http import HTTPStatus
@@ -16,10 +17,13 @@ from api.common.access import Access
 from api.common.idempotency import HEADER, HONOURED, LONGEST_KEY, WITH_EFFECT, has_key, takes_key
 from api.common.problems import plain_problem, problem_of, response_to
 from api.common.results import render
-from api.common.strict_json import again, read_body
+from api.common.route_index import RouteIndex
+from api.common.strict_json import INLINE_BYTES, again, parse, read_body
+from gateway.core.aside import aside
 from gateway.core.errors import GatewayError, InvalidRequest, NoReply
 from gateway.core.move_record import Move, MoveRecord
 from gateway.core.origin import acting, current
+from gateway.core.rights import Right
 from gateway.core.targets import Begun
 from gateway.operations.keys import Answered, Key, Keys, LeftOpen
 from gateway.rorze.scaras.record import ScaraMove
@@ -89,23 +93,24 @@ class _First:
 class IdempotentRequests:
     """Looks at the keys of requests with an effect; never of stops, for to stop twice does no harm."""
 
-    def __init__(self, keys: Keys, access: Access, app: ASGIApp) -> None:
-        self._app, self._keys, self._access = app, keys, access
+    def __init__(self, keys: Keys, access: Access, routes: RouteIndex, app: ASGIApp) -> None:
+        self._app, self._keys, self._access, self._routes = app, keys, access, routes
         self._under_way: dict[str, _First] = {}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Carry the request out, or give the answer that it had before."""
         given = _key_of(scope)
         caller = self._access.caller_of(scope)
-        if caller is None:
-            await self._app(scope, receive, send)
+        route = self._routes.find(scope)
+        if caller is None or route is None or not route.is_open_to(scope):
+            await self._app(scope, receive, send)  # it refuses before it reads the body
             return
         request = Request(scope, receive)
         try:
             _require_good(given)
             body = await read_body(request, MOST_BYTES)
             where = f"{caller} {request.method} {self._keys.place_of(scope['path'])}"
-            key = Key(where, given, _digest(request, body))
+            key = Key(where, given, await _digest(request, body))
             before = await self._before(key, body, request, send)
         except GatewayError as error:
             before = response_to(problem_of(error, scope["path"]))
@@ -154,11 +159,11 @@ class IdempotentRequests:
         return answer
 
 
-def relies_on_key(scope: Scope) -> bool:
-    """Whether a request does something, stops nothing, and has a key."""
-    if scope["type"] != "http" or scope["method"] not in WITH_EFFECT:
+def relies_on_key(scope: Scope, right_of: Callable[[Scope], Right | None]) -> bool:
+    """Whether a request changes something, stops nothing, and has a key; its route tells the right."""
+    if scope["type"] != "http" or scope["method"] not in WITH_EFFECT or not has_key(scope):
         return False
-    return has_key(scope) and takes_key(scope["method"], scope["path"])
+    return takes_key(scope["method"], scope["path"], right_of(scope))
 
 
 def _key_of(scope: Scope) -> str:
@@ -174,24 +179,19 @@ def _require_good(key: str) -> None:
         )
 
 
-def _digest(request: Request, body: bytes) -> str:
+async def _digest(request: Request, body: bytes) -> str:
     """Of all that makes it this request; how long its client waits for the end does not."""
     asked = [part for part in request.scope["query_string"].split(b"&") if not part.startswith(b"wait=")]
-    return sha256(b"\0".join([b"&".join(asked), _canonical(body)])).hexdigest()
+    canonical = _canonical(body) if len(body) <= INLINE_BYTES else await aside(_canonical, body)
+    return sha256(b"\0".join([b"&".join(asked), canonical])).hexdigest()
 
 
 def _canonical(body: bytes) -> bytes:
     """Blanks, the order of members and the point of a whole number make no other request."""
     try:
-        return json.dumps(json.loads(body, parse_float=_number), sort_keys=True).encode()
+        return json.dumps(parse(body), sort_keys=True).encode()
     except ValueError:
         return body
-
-
-def _number(text: str) -> float:
-    """`5000.0` and `5000` are one number."""
-    value = float(text)
-    return int(value) if value.is_integer() else value
 
 
 def _found(left: LeftOpen, request: Request) -> _Answer:

@@ -169,10 +169,10 @@ def response_to(problem: Problem, headers: Mapping[str, str] | None = None) -> R
 
 
 def _refusal(request: Request, problem: Problem, headers: Mapping[str, str] | None = None) -> Response:
-    """Log a refusal, and send it; of who is not let in there may be crowds, and that is logged elsewhere."""
+    """Log a refusal, and send it; of senders without a good key there may be crowds: they are counted."""
     if is_stop("POST", path_of(request.scope)):
         _tell_how_to_stop(request, problem)
-    if problem.status not in (401, 403):
+    if problem.status not in (401, 403) and not _is_counted(request, problem):
         log.info(
             "%s %s refused with %d %s: %s",
             request.scope.get("method"),
@@ -189,6 +189,12 @@ def _refusal(request: Request, problem: Problem, headers: Mapping[str, str] | No
         )
     language = {"Content-Language": "ja"} if wants_japanese(request) else {}
     return response_to(problem, {"Vary": "Accept-Language", **language, **(headers or {})})
+
+
+def _is_counted(request: Request, problem: Problem) -> bool:
+    """Whether the door of the application, where it has one, has counted the sender as unknown."""
+    door = getattr(request.app.state, "access", None)
+    return door is not None and bool(door.counts_unknown(request.scope, problem.detail))
 
 
 def _tell_how_to_stop(request: Request, problem: Problem) -> None:

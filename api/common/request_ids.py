@@ -20,6 +20,9 @@ _TRACE: Final = re.compile(
 _START: Final = "http.response.start"
 _STARTS: Final = frozenset({_START, "websocket.accept", "websocket.http.response.start"})
 
+_CACHE_CONTROL: Final = b"cache-control"
+_NO_STORE: Final = (_CACHE_CONTROL, b"no-store")
+"""Where a motor stands, and who asked for it, is for no cache."""
 _HAS_BEGUN: Final = "motion-gateway.answer-has-begun"
 
 Headers = Iterable[tuple[bytes, bytes]]
@@ -49,6 +52,14 @@ def has_begun(scope: Scope) -> bool:
     return _HAS_BEGUN in scope
 
 
+def _says_how_long(headers: Headers) -> bool:
+    """Whether an answer says itself how long it may be kept."""
+    for name, _ in headers:  # noqa: SIM110  # at each request: `any` would make a generator
+        if name == _CACHE_CONTROL:
+            return True
+    return False
+
+
 class RequestIds:
     """Gives every request and every WebSocket its id, and lets what is done for it be done in its name."""
 
@@ -56,7 +67,7 @@ class RequestIds:
         self._app, self._traffic = app, traffic or Traffic()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on, and add the id to the head of its answer."""
+        """Pass the request on, and add the id, and that no cache keeps it, to the head of its answer."""
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
@@ -66,7 +77,9 @@ class RequestIds:
         async def answer(message: Message) -> None:
             if message["type"] in _STARTS:
                 scope[_HAS_BEGUN] = True
-                message["headers"] = [*message.get("headers", ()), header_of(request_id)]
+                headers = message["headers"] = [*message.get("headers", ()), header_of(request_id)]
+                if not _says_how_long(headers):
+                    headers.append(_NO_STORE)
                 if message["type"] == _START:
                     traffic.note(scope["method"], message["status"], perf_counter() - began_at)
             await send(message)
@@ -75,7 +88,7 @@ class RequestIds:
         caller = f"{scope['type']} {client[0]}" if client else scope["type"]
         kind = kind_of(scope)
         traffic.clients[kind] += 1
-        before = ORIGIN.set(Origin(caller, request_id))
+        before = ORIGIN.set(Origin(caller, request_id, address=client[0] if client else ""))
         try:
             await self._app(scope, receive, answer)
         finally:

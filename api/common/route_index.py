@@ -9,6 +9,7 @@ from starlette.routing import BaseRoute
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api.common.routes import HttpRoute
+from gateway.core.rights import Right
 
 Key = tuple[str, int, str, str]
 ANY: Final = ""
@@ -36,6 +37,11 @@ class RouteIndex:
             await self._search(scope, receive, send)
         else:
             await route.let_in(route.app, scope, receive, send)  # its method fits
+
+    def right_of(self, scope: Scope) -> Right | None:
+        """The right that the request's route takes; None where it has none here."""
+        route = self.find(scope)
+        return None if route is None else route.right
 
     def find(self, scope: Scope) -> HttpRoute | None:
         """Find the route of a request, and note in the scope what its path says."""

@@ -34,6 +34,11 @@ class Guarded(BaseRoute):
         """Refuse, or do what the route does."""
         await self.let_in(super().handle, scope, receive, send)
 
+    def is_open_to(self, scope: Scope) -> bool:
+        """Whether a request may use it, by all but its body."""
+        access: Access = scope["app"].state.access
+        return access.permits(scope, self.right, any_scope=self.any_scope)
+
     async def let_in(self, app: ASGIApp, scope: Scope, receive: Receive, send: Send) -> None:
         """Refuse, or let an application answer."""
         access: Access = scope["app"].state.access

@@ -37,7 +37,7 @@ def complete(document: Schema) -> None:
     """
     for path, item in document["paths"].items():
         for method, operation in item.items():
-            _complete_parameters(operation, keyed=takes_key(method.upper(), path))
+            _complete_parameters(operation, keyed=takes_key(method.upper(), path, operation.get("x-right")))
     document["tags"] = list(_sections(document["paths"]))
     for operation in _operations(document):
         for content in _contents(operation.get("requestBody", {})):

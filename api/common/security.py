@@ -1,6 +1,8 @@
-"""Which browsers and host names may talk to the gateway: whatever key they send."""
+"""Which networks, browsers and host names may talk to the gateway: whatever key they send."""
 
 from collections.abc import Iterable
+from functools import lru_cache
+from ipaddress import ip_address, ip_network
 from typing import Final, NamedTuple
 from urllib.parse import quote
 
@@ -23,6 +25,10 @@ _HOST: Final = Reason(
     "The Host header is not a name of this gateway.",
     "Use one of its names, or add this one to allowed_hosts in the configuration.",
 )
+_NETWORK: Final = Reason(
+    "Clients of this network may not use the gateway.",
+    "Ask from a network in server.client_networks of the configuration, or add this one to it.",
+)
 _ORIGIN: Final = Reason(
     "Pages of this Origin may not use the gateway.",
     "Use the gateway's own pages, or add this Origin to allowed_origins in the configuration.",
@@ -31,18 +37,27 @@ _SITE: Final = Reason("Pages of other sites may not use the gateway.", _ORIGIN.r
 
 
 class SameSite:
-    """Refuses requests that a foreign web page makes a browser send, WebSocket handshakes included.
+    """Refuses requests of foreign networks and of foreign pages in a browser, WebSocket handshakes included.
 
     The Host header must name this machine, or a page could reach it by a name of its own (DNS rebinding). An
     Origin, where there is one, must be that of the gateway itself or one of the configuration.
     """
 
-    def __init__(self, allowed_hosts: Iterable[str], allowed_origins: Iterable[str]) -> None:
+    def __init__(
+        self,
+        allowed_hosts: Iterable[str],
+        allowed_origins: Iterable[str],
+        client_networks: Iterable[str] = (),
+    ) -> None:
+        self._networks = [ip_network(it) for it in client_networks]
+        self._comes_from_there = lru_cache(1024)(self._find_network)
         self._hosts = LOOPBACK | {host.lower() for host in allowed_hosts}
         self._origins = {origin.lower() for origin in allowed_origins}
 
     def reason_against(self, scope: Scope) -> Reason | None:
         """Say why a request or a WebSocket is refused; None where it is not."""
+        if self._networks and not self._comes_from_there((scope.get("client") or ("",))[0]):
+            return _NETWORK
         host = origin = site = ""
         for name, value in scope["headers"]:
             if name == b"host":
@@ -58,6 +73,14 @@ class SameSite:
         if site == "cross-site" and not origin:
             return _SITE
         return None
+
+    def _find_network(self, client: str) -> bool:
+        try:
+            address = ip_address(client)
+        except ValueError:
+            return False
+        address = getattr(address, "ipv4_mapped", None) or address
+        return address.is_loopback or any(address in network for network in self._networks)
 
     def _is_allowed(self, origin: str, host: str) -> bool:
         return origin in self._origins or origin in (f"http://{host}", f"https://{host}")

@@ -12,9 +12,10 @@ from starlette.types import Message, Receive, Scope, Send
 
 from api.common.fast_route import NO_QUERY, NOTHING, FastCall, NotPlain
 from api.common.faults import InvalidBody
-from api.common.idempotency import WITH_EFFECT, require_no_key
+from api.common.idempotency import READS, WITH_EFFECT, require_no_key
 from api.common.query_params import require_known
 from api.common.routes import HttpRoute
+from gateway.core.aside import aside
 from gateway.core.records import RequestModel
 from gateway.core.rights import Right
 
@@ -29,6 +30,12 @@ MAX_DEPTH = 16
 
 MAX_KEYS = 100
 """No object of a request has more keys; the largest has as many as a robot has settings."""
+
+MAX_ITEMS = 2_048
+"""No array or table of a request has more items: so many positions a body has."""
+
+INLINE_BYTES = 4_096
+"""A longer body is read beside the event loop: that may take milliseconds."""
 
 MAX_DIGITS = 1000
 """No whole number of a request has more digits; reading one takes the longer the more it has."""
@@ -93,6 +100,8 @@ def _check(value: object, levels: int, place: str) -> None:
     elif isinstance(value, dict | list):
         if levels == 0:
             raise NotStrict(f"arrays and objects are nested more than {MAX_DEPTH} deep")
+        if len(value) > MAX_ITEMS:
+            raise NotStrict(f"an array has more than {MAX_ITEMS} items")
         for key, item in value.items() if isinstance(value, dict) else enumerate(value):
             _check(key, levels - 1, place)
             _check(item, levels - 1, f"{place}.{key}" if place else str(key))
@@ -148,7 +157,8 @@ class StrictRequest(Request):
         :raises HTTPException: 400 where it is no JSON, 422 where it is not strict.
         """
         try:
-            return parse(await self.body())
+            body = await self.body()
+            return parse(body) if len(body) <= INLINE_BYTES else await aside(parse, body)
         except NotStrict as error:
             raise HTTPException(422, f"The request is not valid: {error}; nothing was sent.") from None
         except ValueError as error:
@@ -177,7 +187,7 @@ class StrictRoute(HttpRoute):
         handle = super().get_route_handler()
         self._stops = self.right is Right.STOP
         effect = not WITH_EFFECT.isdisjoint(self.methods or ())
-        self._refuses_keys = self.refuses_keys and effect and not self._stops
+        self._refuses_keys = self.refuses_keys and effect and self.right not in {*READS, Right.STOP}
         # One that is not in the document, or describes its body there, reads that itself: CSV, a program.
         reads_itself = not self.include_in_schema or "requestBody" in (self.openapi_extra or {})
         takes_nothing = self.body_field is None and not reads_itself

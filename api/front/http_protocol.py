@@ -8,7 +8,6 @@ the order.
 import asyncio
 import re
 from collections import deque
-from dataclasses import dataclass
 from functools import partial
 from itertools import takewhile
 from typing import Any, ClassVar, Final
@@ -20,34 +19,17 @@ from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResp
 
 from api.front.connections import Admitted, ConnectionLimit
 from api.front.drain import Drain
+from api.front.intake import Inlet, Intake
+from api.front.limits import LINGER_S, Limits
 from api.front.pending_requests import PendingRequest
 from api.front.refusals import NOT_HTTP, Refused, refusal_in
-from api.front.stop_paths import is_stop
+from api.front.stop_paths import is_heartbeat, is_life_sign, is_stop
 from api.front.turnstile import Turnstile
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What a client may take up."""
-
-    head_bytes: int = 16_384
-    """A longer head, trailer or chunk extension ends its connection."""
-    receive_s: float = 10.0
-    """A request has come as a whole by then."""
-    stall_s: float = 10.0
-    """A client that takes nothing of an answer for this time loses the connection."""
-    requests_ahead: int = 64
-    """Requests that may be sent ahead of the answers to those before them."""
-
 
 _VERSIONS = ("1.1", "1.0")
 _KEY = re.compile(rb"[A-Za-z0-9+/]{22}==")
 _INSTANCE_BYTES = 200
-LINGER_S = 0.5
-"""A refused connection stays open for this time, so that its client can read why."""
-LINGER_BYTES = 262_144
-"""So much of what its client still sends is taken, and passed over."""
-FULL: Final = "All connections of the gateway are in use, and only stops are served beyond them."
+FULL: Final = "All connections of the gateway are in use, and only stops and /livez are served beyond them."
 
 
 class _Flow(FlowControl):
@@ -69,6 +51,7 @@ class HttpProtocol(HttpToolsProtocol):
     limits: ClassVar[Limits] = Limits()
     connection_limit: ClassVar[ConnectionLimit]
     turnstile: ClassVar[Turnstile]
+    intake: ClassVar[Intake]
 
     flow: _Flow
 
@@ -81,14 +64,14 @@ class HttpProtocol(HttpToolsProtocol):
         self.url = b""
         self._refusal: bytes | None = None
         """What ends the connection when all that is under way was answered."""
-        self._unread = b""
+        self._inlet = Inlet(self.intake, self.limits.piece_bytes, self._parse, self._hold)
         self._quiet_bytes = 0
         """Parsed since something last came of it: a head, a part of a body, or the end of a request."""
         self._receiving = False
         """Whether a request has begun to come and is not there as a whole."""
         self._in_body = False
-        self._is_stop = False
-        """Whether the request whose head came last is a stop."""
+        self._is_stop = self._is_life_sign = self._is_urgent = False
+        """Of the request whose head came last."""
         self._deadline: asyncio.TimerHandle | None = None
 
     # the connection
@@ -104,6 +87,7 @@ class HttpProtocol(HttpToolsProtocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Begin nothing more that was asked for here."""
+        self._inlet.end()
         self._give_up_all()
         self._end_receiving()
         self.connection_limit.leave(self)
@@ -143,21 +127,19 @@ class HttpProtocol(HttpToolsProtocol):
 
     def data_received(self, data: bytes) -> None:
         """Parse it in pieces that are soon parsed; others have their turn in between."""
-        if self._refusal is not None:
-            self._discard(data)
-            return
-        self._unset_keepalive_if_required()
-        self.connection_limit.ask(self)
-        parsing = bool(self._unread)
-        self._unread += data
-        if not parsing:
-            self._parse()
+        if self._refusal is None:
+            self._unset_keepalive_if_required()
+            self.connection_limit.ask(self)
+        self._inlet.take(data)
 
-    def _parse(self) -> None:
-        if self.transport.is_closing() or not self._unread:
+    def _parse(self, piece: bytes) -> None:
+        if self.transport.is_closing():
+            self._inlet.pass_over()
             return
         room = self.limits.head_bytes - self._quiet_bytes
-        piece, self._unread = self._unread[:room], self._unread[room:]
+        if len(piece) > room:
+            self._inlet.put_back(piece[room:])
+            piece = piece[:room]
         self._quiet_bytes += len(piece)
         self._receiving = True
         try:
@@ -172,18 +154,18 @@ class HttpProtocol(HttpToolsProtocol):
     def _parse_on(self) -> None:
         if self._quiet_bytes >= self.limits.head_bytes:
             self._refuse(Refused(431, f"The request's head is over {self.limits.head_bytes} bytes."))
-            return
-        if self._receiving:
+        elif self._receiving:
             self._start_deadline()
-        if self._unread:
+
+    def _hold(self, held: bool) -> None:  # as the inlet calls it
+        if held:
             self.flow.behind = True
             self.flow.pause_reading()
-            self.loop.call_soon(self._parse)
-        elif self.flow.behind:
+        elif self._refusal is None:
             self._read_on()
 
     def _read_on(self) -> None:
-        self.flow.behind = bool(self._unread)
+        self.flow.behind = bool(self._inlet.unread)
         if not (self._in_body and self.cycle.more_body and len(self.cycle.body) > HIGH_WATER_LIMIT):
             self.flow.resume_reading()
 
@@ -191,22 +173,31 @@ class HttpProtocol(HttpToolsProtocol):
         """Hand a WebSocket over; read what offers another protocol as if it did not (RFC 9110 7.8)."""
         if self._should_upgrade():
             self._end_receiving()
-            self._drain.stop()
+            self._inlet.pass_over()
             self.connection_limit.leave(self)
-            self.flow.behind = False
-            self.flow.resume_reading()
-            self.handle_websocket_upgrade()
-            del self.parser  # and with it a circle
+            self.turnstile.enter(self._hand_over)
             return
         # The parser takes no body of a request that offers a protocol, though it may have one.
         version = self.parser.get_http_version().encode()
         lines = [b"%b: %b" % header for header in self.headers if header[0] != b"upgrade"]
         head = [self.parser.get_method() + b" " + self.url + b" HTTP/" + version, *lines, b"", b""]
-        self._unread = b"\r\n".join(head) + rest + self._unread
+        self._inlet.put_back(b"\r\n".join(head) + rest)
         self._quiet_bytes = 0
         self.parser = httptools.HttpRequestParser(self)
         self.parser.set_dangerous_leniencies(lenient_data_after_close=True)
         self._parse_on()
+
+    def _hand_over(self) -> None:
+        """Give the connection to a WebSocket, unless it has ended meanwhile."""
+        self.turnstile.leave()
+        if self.transport.is_closing():
+            return
+        self._drain.stop()
+        self._inlet.end()
+        self.flow.behind = False
+        self.flow.resume_reading()
+        self.handle_websocket_upgrade()
+        del self.parser  # and with it a circle
 
     # what the parser finds; what is raised here comes out of `feed_data`
 
@@ -215,6 +206,14 @@ class HttpProtocol(HttpToolsProtocol):
         super().on_message_begin()
         self._receiving = True
         self._in_body = False
+
+    def on_header(self, name: bytes, value: bytes) -> None:
+        """Take a header; one that comes behind a chunked body is none (RFC 9110 6.5.1)."""
+        if self._in_body:
+            return
+        if len(self.headers) >= self.limits.head_lines:
+            raise Refused(431, f"The request has more than {self.limits.head_lines} header lines.")
+        super().on_header(name, value)
 
     def on_headers_complete(self) -> None:
         """Begin what has its turn."""
@@ -247,8 +246,12 @@ class HttpProtocol(HttpToolsProtocol):
             raise Refused(400, NOT_HTTP)
         method = self.parser.get_method().decode("ascii")
         path = self.url.partition(b"?")[0].decode("latin-1")
-        self._is_stop = is_stop(method, unquote(path) if "%" in path else path)
+        asked = method, unquote(path) if "%" in path else path
+        self._is_stop, self._is_life_sign = is_stop(*asked), is_life_sign(*asked)
+        self._is_urgent = self._is_life_sign or is_heartbeat(*asked)
         self._require_room()
+        if method == "CONNECT":  # the parser would wait for another protocol for ever
+            raise Refused(400, "CONNECT is for proxies, and the gateway is none.")
         if not path.startswith("/"):
             raise Refused(400, "The target of the request is not a path of this gateway, such as /bodies.")
         hosts = [name for name, _ in self.headers].count(b"host")
@@ -258,7 +261,7 @@ class HttpProtocol(HttpToolsProtocol):
             self._require_good_handshake(method)
 
     def _require_room(self) -> None:
-        if self._admitted is Admitted.STOPS and not self._is_stop:
+        if self._admitted is Admitted.STOPS and not (self._is_stop or self._is_life_sign):
             raise Refused(503, FULL)
         most = self.limits.requests_ahead
         if len(self._under_way) >= (2 * most if self._is_stop else most):
@@ -283,21 +286,26 @@ class HttpProtocol(HttpToolsProtocol):
         self._queue(cycle, app)
 
     def _queue(self, cycle: RequestResponseCycle, app: Any) -> None:
-        request = PendingRequest(app, cycle, is_stop=self._is_stop)
+        request = PendingRequest(app, cycle, is_stop=self._is_stop, is_urgent=self._is_urgent)
         self._under_way.append(request)
         if self._admitted is Admitted.STOPS:
             cycle.keep_alive = False
-            self.connection_limit.stop(self)
+            if request.is_stop:
+                self.connection_limit.stop(self)
         if request is self._under_way[0]:
             request.give_turn()
         if request.is_stop or request.has_turn:
             self._begin(request)
 
     def _begin(self, request: PendingRequest) -> None:
-        """Begin what has its turn: a stop at once, the rest as the turnstile lets it."""
+        """Begin what has its turn: what is urgent at once, the rest as the turnstile lets it."""
         request.started = True
         begin = partial(super()._start_asgi_task, request.cycle, request)  # type: ignore[arg-type]  # an ASGI application
         if request.is_stop:
+            request.on_end = self.turnstile.end_stop
+            self.turnstile.begin_stop()
+            begin()
+        elif request.is_urgent:
             begin()
         else:
             request.on_end = self.turnstile.leave
@@ -358,7 +366,7 @@ class HttpProtocol(HttpToolsProtocol):
         answer = refused.answer(self.server_state.default_headers, path, self.headers or ())
         self._refusal = b"" if self._in_body and not self._take_back() else answer
         self._end_receiving()
-        self._unread = b""
+        self._inlet.pass_over()
         self.flow.behind = True
         self.flow.pause_reading()
         begun = len(list(takewhile(lambda request: request.started, self._under_way)))
@@ -388,8 +396,3 @@ class HttpProtocol(HttpToolsProtocol):
     def _close(self) -> None:
         self.transport.close()
         self._drain.watch()
-
-    def _discard(self, data: bytes) -> None:
-        self._quiet_bytes += len(data)
-        if self._quiet_bytes > LINGER_BYTES:
-            self.flow.pause_reading()

@@ -11,9 +11,13 @@ from uvicorn.protocols.http.httptools_impl import RequestResponseCycle
 class PendingRequest:
     """A request as the application sees it: begun at its turn, a stop at once; answered at its turn."""
 
-    def __init__(self, app: ASGIApp, cycle: RequestResponseCycle, *, is_stop: bool) -> None:
+    def __init__(
+        self, app: ASGIApp, cycle: RequestResponseCycle, *, is_stop: bool, is_urgent: bool = False
+    ) -> None:
         self.cycle = cycle
         self.is_stop = is_stop
+        self.is_urgent = is_urgent
+        """Whether it begins as soon as it has its turn on its connection, however many others ask."""
         self.has_turn = False
         """Whether it may be answered: all before it are."""
         self._turn: asyncio.Event | None = None

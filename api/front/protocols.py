@@ -1,7 +1,9 @@
 """The protocols that a server speaks with clients, with its limits."""
 
 from api.front.connections import ConnectionLimit
-from api.front.http_protocol import HttpProtocol, Limits
+from api.front.http_protocol import HttpProtocol
+from api.front.intake import Intake
+from api.front.limits import Limits
 from api.front.turnstile import Turnstile
 from api.front.websocket_protocol import WebSocketProtocol
 
@@ -12,13 +14,17 @@ def protocols(
     max_connections: int, bounds: Limits = DEFAULT
 ) -> tuple[type[HttpProtocol], type[WebSocketProtocol]]:
     """Make the protocols of one server, whose connections share one limit."""
+    entering = Turnstile()
+    shared = Intake(bounds, entering)
 
     class Http(HttpProtocol):
         limits = bounds
         connection_limit = ConnectionLimit(max_connections)
-        turnstile = Turnstile()
+        turnstile = entering
+        intake = shared
 
     class WebSocket(WebSocketProtocol):
         limits = bounds
+        intake = shared
 
     return Http, WebSocket

@@ -1,4 +1,4 @@
-"""Which requests are software stops: what may be refused to others is not refused to them."""
+"""Which requests are software stops, and which others may not wait either."""
 
 from typing import Final
 
@@ -8,9 +8,21 @@ from protocols.table import Effect
 _STOPS = {
     row.name() for family in FAMILIES.values() for _, row in family.commands if row.effect is Effect.STOP
 }
+_LIFE_SIGN: Final = "/livez"
+_HEARTBEAT: Final = "/heartbeat"
 _ENDINGS: Final = ("/stop", *(f"/commands/{name}" for name in _STOPS))
 
 
 def is_stop(method: str, path: str) -> bool:
     """Whether a request stops something by software: a route `.../stop`, or a stop command's own route."""
     return method == "POST" and path.endswith(_ENDINGS)
+
+
+def is_heartbeat(method: str, path: str) -> bool:
+    """Whether a request keeps a jog going, which ends half a second after the last one."""
+    return method == "POST" and path.endswith(_HEARTBEAT)
+
+
+def is_life_sign(method: str, path: str) -> bool:
+    """Whether a request asks if the process answers: an orchestrator kills one that does not."""
+    return method in ("GET", "HEAD") and path.endswith(_LIFE_SIGN)

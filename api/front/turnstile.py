@@ -3,6 +3,7 @@
 import asyncio
 from collections import deque
 from collections.abc import Callable
+from time import thread_time
 from typing import Final
 
 AT_ONCE: Final = 4
@@ -12,6 +13,12 @@ A read takes up to half a millisecond, and all that is ready in one turn is done
 """
 CROWD: Final = 16
 """With more under way one begins at a time: dozens that shared a frame would be answered in one turn."""
+
+
+LONG_TURN_S: Final = 0.002
+"""After a turn that took longer of the processor one begins at a time, too: they were costly requests."""
+STOP_PAUSE_S: Final = 0.005
+"""While a stop is under way one request begins in this time: a stop takes a dozen turns to its answer."""
 
 
 class Turnstile:
@@ -27,28 +34,52 @@ class Turnstile:
         """Requests that have come and have not ended."""
         self._waiting: deque[Callable[[], None]] = deque()
         self._turning = False
+        self._used_s = 0.0
+        """Of the processor, at the last turn."""
+        self.stops = 0
+        """Stops under way: they do not pass here, but all others give way to them."""
 
     def enter(self, begin: Callable[[], None]) -> None:
         """Begin now, or in a later turn of the loop; `leave` follows when it has ended."""
         self._under_way += 1
-        if self._room and not self._waiting:
+        if self._room and not self._waiting and not self.stops:
             self._room -= 1
             begin()
         else:
             self._waiting.append(begin)
         if not self._turning:
             self._turning = True
-            asyncio.get_running_loop().call_soon(self._turn)
+            self._used_s = thread_time()
+            self._turn_later()
 
     def leave(self) -> None:
         """A request has ended."""
         self._under_way -= 1
 
+    def begin_stop(self) -> None:
+        """Let others begin less often from now on."""
+        self.stops += 1
+
+    def end_stop(self) -> None:
+        """A stop has its answer."""
+        self.stops -= 1
+
+    def _turn_later(self) -> None:
+        loop = asyncio.get_running_loop()
+        if self.stops:
+            loop.call_later(STOP_PAUSE_S, self._turn)
+        else:
+            loop.call_soon(self._turn)
+
     def _turn(self) -> None:
-        room = self._room = self._at_once if self._under_way <= self._crowd else 1
+        used_s = thread_time()
+        long = used_s - self._used_s > LONG_TURN_S
+        self._used_s = used_s
+        alone = self.stops or long or self._under_way > self._crowd
+        room = self._room = 1 if alone else self._at_once
         while self._waiting and self._room:
             self._room -= 1
             self._waiting.popleft()()
         self._turning = self._room < room
         if self._turning:
-            asyncio.get_running_loop().call_soon(self._turn)
+            self._turn_later()

@@ -11,7 +11,8 @@ from websockets.frames import CloseCode
 from websockets.http11 import Request
 
 from api.front.drain import Drain
-from api.front.http_protocol import Limits
+from api.front.intake import Inlet, Intake, Rate
+from api.front.limits import LINGER_S, Limits
 from api.front.refusals import Refused
 from gateway.core.events import Event, Writer
 
@@ -31,6 +32,7 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
     """A connection, and the outlet of its events."""
 
     limits: ClassVar[Limits] = Limits()
+    intake: ClassVar[Intake]
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -41,6 +43,8 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
         self.takes = True
         self.writer: Writer = _frames
         self.on_room: Callable[[], None] = _nobody_asks
+        self._inlet = Inlet(self.intake, self.limits.piece_bytes, self._parse, self._hold)
+        self._rate = Rate(self.limits.frames_per_s)
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Take it over from HTTP."""
@@ -50,6 +54,7 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Forget it."""
+        self._inlet.end()
         self.takes = False
         self._drain.stop()
         super().connection_lost(exc)
@@ -76,21 +81,48 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
             self._in_use = True
 
     def data_received(self, data: bytes) -> None:
+        """Parse it in pieces that are soon parsed; others have their turn in between."""
+        self._inlet.take(data)
+
+    def _hold(self, held: bool) -> None:  # as the inlet calls it
+        if not self.transport.is_closing():
+            (self.transport.pause_reading if held else self.transport.resume_reading)()
+
+    def _parse(self, piece: bytes) -> None:
         """Answer a handshake, or take frames; what they say is not read."""
-        super().data_received(data)
+        if self.transport.is_closing():
+            self._inlet.pass_over()
+            return
+        super().data_received(piece)
         if self.conn.handshake_exc is not None and not self.handshake_initiated:
             refused = Refused(431, "A header of the request is too long for a WebSocket, or it has too many.")
             self.transport.write(refused.answer(self.default_headers, "", ()))
             self._close()
 
+    def handle_events(self) -> None:
+        """Take what was parsed; a client that sends more than it can have to say is told so, and leaves."""
+        if self.handshake_complete and self._rate.is_exceeded(len(self.conn.events)):
+            self._end_for_its_frames()
+        else:
+            super().handle_events()
+
+    def _end_for_its_frames(self) -> None:
+        most = self.limits.frames_per_s
+        self.conn.fail(CloseCode.POLICY_VIOLATION, f"more than {most} frames in a second")
+        self.queue.put_nowait({"type": "websocket.disconnect", "code": CloseCode.POLICY_VIOLATION})
+        self.transport.write(b"".join(self.conn.data_to_send()))
+        self.close_sent = True
+        self.stop_keepalive()
+        self._inlet.pass_over()
+        # It may lose the reason if it still sends when the connection is closed.
+        self.close_timer = self.loop.call_later(LINGER_S, self._close)
+
     def send_receive_event_to_app(self) -> None:
-        """Take a message; a text that is none is the client's mistake, and no error of the gateway."""
-        if self.curr_msg_data_type == "text" and not self.close_sent and not _is_text(b"".join(self.frames)):
-            self.frames = []
+        """Pass a message over; a text that is none is the client's mistake, and no error of the gateway."""
+        message, self.frames = b"".join(self.frames), []
+        if self.curr_msg_data_type == "text" and not self.close_sent and not _is_text(message):
             self.conn.fail(CloseCode.INVALID_DATA, "text is not UTF-8")
             self.handle_parser_exception()
-            return
-        super().send_receive_event_to_app()
 
     def handle_parser_exception(self) -> None:
         """Close with the code of what the client has done wrong."""

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOML).")]) -> None:
     """Read a configuration, say what it would serve, and every fault with its line. No port is opened."""
+    from app.files import untrusted
     from gateway.access.posture import weakened
     from gateway.config import ConfigError, load
     from gateway.core.tables import named
@@ -36,7 +37,7 @@ def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOM
             f"  SCARA robot {named(scara.id, scara.name)} of {', '.join(scara.members)} on {scara.line}"
         )
     weak = (f"{it.setting} = {it.value}: {it.meaning}" for it in weakened(config))
-    for warning in (*weak, *_missing(config)):
+    for warning in (*weak, *_missing(config), *untrusted(file, config)):
         typer.echo(f"warning: {warning}", err=True)
 
 

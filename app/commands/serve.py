@@ -15,7 +15,7 @@ import typer
 import uvloop
 
 from app import exits
-from app.data_directory import Data, data_directory
+from app.data_directory import Data, data_of, take
 from app.exits import Failure
 
 if TYPE_CHECKING:
@@ -43,8 +43,10 @@ def serve(
     from gateway.core.journal.schema import TooNew
 
     try:
-        given = data or data_directory()
-        serving = _serve_file(ConfigFile(config, port), given) if config else _serve_demo(port, data)
+        given = data or (data_of(config) if config else None)
+        serving = (
+            _serve_file(ConfigFile(config, port), given) if config and given else _serve_demo(port, data)
+        )
         with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
             runner.run(serving)
     except ConfigError as error:
@@ -52,7 +54,11 @@ def serve(
     except CannotListen as error:
         raise Failure(str(error), exits.NOT_SENT) from None
     except InUse as error:
-        raise Failure(f"The journal is in use: {error}. No line was opened.", exits.NOT_SENT) from None
+        raise Failure(
+            f"The journal is in use: {error}. No line was opened. Another gateway has this directory: name "
+            "another one with --data.",
+            exits.NOT_SENT,
+        ) from None
     except TooNew as error:
         raise Failure(
             f"The journal is of a later version: {error}. No line was opened, and nothing was changed. Start "
@@ -62,7 +68,9 @@ def serve(
 
 
 async def _serve_file(file: "ConfigFile", data: Path) -> None:
-    await _serve(file.load(), data, file)
+    config = file.load()
+    take(data, file.path)
+    await _serve(config, data, file)
 
 
 async def _serve(config: "Config", data: Path, file: "ConfigFile | None" = None) -> None:

@@ -1,6 +1,6 @@
 /** Doing something, telling what came of it, and saying why something cannot be done. */
 
-import { type AnyMove, type Deed, GatewayError, type Right, type Target, patient } from "./gateway.ts";
+import { type AnyMove, type Deed, GatewayError, Refused, type Right, type Schemas, type Target, patient } from "./gateway.ts";
 import { addressOf, leases } from "./leases.svelte.ts";
 import { plant } from "./plant.svelte.ts";
 import { named, words } from "./words/index.svelte.ts";
@@ -13,22 +13,47 @@ export interface Notice {
   text: string;
   detail: string;
   request: string | null;
+  /** The button beside which it stands; undefined where it has none, or is gone. */
+  by: string | undefined;
+  /** The move with whose end it ends. */
+  move: AnyMove | undefined;
+  /** The calls that help. */
+  next: readonly Schemas["NextCall"][];
 }
+
+type Optional = Partial<Pick<Notice, "detail" | "request" | "by" | "move" | "next">>;
 
 class Notices {
   list = $state.raw<Notice[]>([]);
   #last = 0;
 
-  /** Bad news stays until somebody has taken note; the same again takes the place of what stood. */
-  add(good: boolean, text: string, detail = "", request: string | null = null): void {
+  /** Bad news stays until somebody has taken note; what a button says takes the place of what it said before. */
+  add(good: boolean, text: string, { detail = "", request = null, by, move, next = [] }: Optional = {}): void {
     const id = ++this.#last;
-    const others = this.list.filter((it) => it.text !== text || it.detail !== detail);
-    this.list = [{ id, good, text, detail, request }, ...others].slice(0, 5);
-    if (good) setTimeout(() => this.drop(id), SHOWN_MS);
+    const others = this.list.filter((it) => (by === undefined ? it.text !== text || it.detail !== detail : it.by !== by));
+    this.list = [{ id, good, text, detail, request, by, move, next }, ...others].slice(0, 5);
+    if (good && !move) setTimeout(() => this.drop(id), SHOWN_MS);
   }
 
   drop(id: number): void {
     this.list = this.list.filter((notice) => notice.id !== id);
+  }
+
+  /** A button is gone: bad news of it stands at the head of the page. */
+  orphan(by: string): void {
+    if (!this.list.some((it) => it.by === by)) return;
+    this.list = this.list.flatMap((it) => (it.by !== by ? [it] : it.good ? [] : [{ ...it, by: undefined }]));
+  }
+
+  /** A move is over: what was said of its start is no more, and what went wrong takes its place. */
+  end(move: AnyMove): void {
+    const notice = this.list.find((it) => it.move?.id === move.id);
+    if (!notice) return;
+    this.drop(notice.id);
+    if (["succeeded", "stopped"].includes(move.status)) return;
+    const { notices: said, moveStates } = words();
+    const detail = [move.error?.detail, move.error?.remedy].filter(Boolean).join(" ");
+    this.add(false, said.ended(notice.text, named(moveStates, move.status)), { detail, by: notice.by, next: move.error?.next ?? [] });
   }
 }
 
@@ -40,24 +65,25 @@ const waiting = new Set<{ what: string }>();
 /** Say of what is not answered that it may be done or not. */
 export function tellUnanswered(): void {
   const { notices: said } = words();
-  for (const { what } of waiting) notices.add(false, said.unanswered(what), said.unansweredWhy);
+  for (const { what } of waiting) notices.add(false, said.unanswered(what), { detail: said.unansweredWhy });
 }
 
 leases.onLost = ({ scope }, { detail, remedy, requestId }) => {
-  notices.add(false, words().lease.lost(scope), `${detail} ${remedy}`.trim(), requestId);
+  notices.add(false, words().lease.lost(scope), { detail: `${detail} ${remedy}`.trim(), request: requestId });
 };
 
 /** Do it, and tell what came of it; quietly, tell only what went wrong. */
-export async function perform(what: string, deed: Deed, quiet = false): Promise<unknown> {
+export async function perform(what: string, deed: Deed, quiet = false, by?: string): Promise<unknown> {
   const { notices: said } = words();
   const asked = { what };
   waiting.add(asked);
   try {
     const done = await deed(patient);
-    if (!quiet) notices.add(true, isUnderWay(done) ? said.started(what) : said.done(what));
+    const move = moveIn(done);
+    if (!quiet) notices.add(true, isUnderWay(done) ? said.started(what) : said.done(what), { by, move: isUnderWay(done) ? move : undefined });
     return done;
   } catch (error) {
-    tellFailure(what, error);
+    tellFailure(what, error, by);
     return undefined;
   } finally {
     waiting.delete(asked);
@@ -65,11 +91,19 @@ export async function perform(what: string, deed: Deed, quiet = false): Promise<
   }
 }
 
-export function tellFailure(what: string, error: unknown): void {
+export function tellFailure(what: string, error: unknown, by?: string): void {
   if (!(error instanceof GatewayError)) throw error;
   const { notices: said } = words();
   const moved = named(said.moved, error.moved);
-  notices.add(false, said.failed(what), `${error.detail} ${moved} ${error.remedy}`.trim(), error.requestId);
+  const next = error instanceof Refused ? (error.problem.next ?? []) : [];
+  const detail = `${error.detail} ${moved} ${error.remedy}`.trim();
+  notices.add(false, said.failed(what), { detail, request: error.requestId, by, next });
+}
+
+/** The move that was begun, if one was. */
+function moveIn(done: unknown): AnyMove | undefined {
+  const { data = done } = (done ?? {}) as { data?: unknown };
+  return typeof data === "object" && data !== null && "event_cursor" in data && "body_id" in data ? (data as AnyMove) : undefined;
 }
 
 function isUnderWay(done: unknown): boolean {
@@ -112,8 +146,8 @@ export function nameOf(target: Target): string {
 export async function copy(text: string): Promise<void> {
   try {
     await navigator.clipboard.writeText(text);
-    notices.add(true, words().copied, text);
+    notices.add(true, words().copied, { detail: text });
   } catch {
-    notices.add(false, words().notCopied, text);
+    notices.add(false, words().notCopied, { detail: text });
   }
 }

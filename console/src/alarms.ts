@@ -3,6 +3,8 @@
 import type { Gateway } from "../../clients/typescript/src/gateway.ts";
 import { nameOf, obstacle, obstacleToMove } from "./actions.svelte.ts";
 import type { Deed, Schemas, Target } from "./gateway.ts";
+import { addressOf } from "./leases.svelte.ts";
+import { clockOf } from "./places.ts";
 import { plant } from "./plant.svelte.ts";
 import { language, words } from "./words/index.svelte.ts";
 
@@ -18,32 +20,108 @@ export interface Alarm {
   who: string;
   link: { page: string; subject: string } | undefined;
   text: string;
+  /** When it began and, if it is over, when it was seen to be over, as HH:MM:SS. */
+  raised: string;
+  ended: string | undefined;
+  /** What else is told of the same event. */
+  parts: { key: string; text: string; remedies: Remedy[] }[];
   remedies: Remedy[];
 }
 
 const PAGES: Record<string, string> = { bodies: "axis", robots: "robot", scaras: "scara" };
 
-/** All that stands now. */
+type Told = Schemas["Alarm"];
+
+/** All that is not reset, one for each event: what stands now first, each newest first. */
 export function alarms(): Alarm[] {
-  return plant.alarms.map(shown);
+  const lasting = boxes().filter(([head, ...parts]) => [head, ...parts].some((it) => it.ended_at === null));
+  return [...lasting, ...boxes().filter((box) => !lasting.some(([head]) => head.id === box[0].id))].map(shown);
 }
 
-function shown(alarm: Schemas["Alarm"]): Alarm {
-  const { happened, motor, remedy } = alarm[language.now];
+/** What is told of one thing, alone: what the box of another tells of it, too. */
+export function alarmsOf(address: string): Alarm[] {
+  return plant.alarms.filter(({ subject }) => subject.split("/")[2] === address).map((it) => shown([it]));
+}
+
+/** How many events there are; several alarms may tell one. */
+export function countOfAlarms(): number {
+  return boxes().length;
+}
+
+function boxes(): [Told, ...Told[]][] {
+  const ids = new Set(plant.alarms.map(({ id }) => id));
+  const heads = plant.alarms.filter(({ part_of }) => !part_of || !ids.has(part_of));
+  return heads.map((head) => [head, ...plant.alarms.filter(({ part_of }) => part_of === head.id)]);
+}
+
+/** The worst that is told of something: what stands now before what is over. */
+export function worstOf(target: Target): Told | undefined {
+  const own = plant.alarms.filter(({ subject }) => subject.split("/")[2] === addressOf(target));
+  return own.find((it) => it.ended_at === null) ?? own[0];
+}
+
+/** All that are over, to be reset together. */
+export function over(): Told[] {
+  return plant.alarms.filter(({ ended_at }) => ended_at !== null);
+}
+
+/** Reset alarms, oldest first; the first that is refused ends it. */
+export function resetting(list: Told[]): Deed {
+  return async (gateway) => {
+    let done: unknown;
+    for (const { id } of list.toReversed()) done = await reset(id)(gateway);
+    return done;
+  };
+}
+
+/** Names, where the gateway tells addresses. */
+function withNames(text: string): string {
+  const targets = [...plant.bodies, ...plant.robots, ...plant.scaras].filter(({ name }) => name);
+  return targets.reduce((said, target) => said.replaceAll(whole(addressOf(target)), nameOf(target)), text);
+}
+
+/** An address that is no part of a longer one. */
+function whole(address: string): RegExp {
+  return new RegExp(`(?<![\\w./])${address.replaceAll(".", String.raw`\.`)}(?![\\w./]*\\w)`, "g");
+}
+
+function wordsOf(alarm: Told, parts: readonly ("happened" | "motor" | "remedy")[]): string {
+  const told = alarm[language.now];
+  return withNames(parts.map((part) => told[part]).filter(Boolean).join(language.now === "ja" ? "" : " "));
+}
+
+function shown([alarm, ...others]: [Told, ...Told[]]): Alarm {
   const [, kind = "", who = ""] = alarm.subject.split("/");
   const page = PAGES[kind];
   const target = plant.target(who);
-  const calls = alarm.next.filter(({ method }) => method !== "GET");
   return {
     key: alarm.id,
     who: target ? nameOf(target) : who,
     link: page ? { page, subject: who } : undefined,
-    text: `${happened} ${motor} ${remedy}`,
+    text: wordsOf(alarm, ["happened", "motor", "remedy"]),
+    raised: clockOf(alarm.raised_at),
+    ended: alarm.ended_at === null ? undefined : clockOf(alarm.ended_at),
+    parts: others.map((it) => ({
+      key: it.id,
+      text: wordsOf(it, ["happened"]),
+      remedies: it.subject === alarm.subject || it.ended_at !== null ? [] : remediesOf(it),
+    })),
     remedies: [
-      ...calls.map((call) => ({ label: call[language.now].replace(/[.。]$/, ""), deed: (gateway: Gateway) => gateway.call(call), why: () => obstacleTo(call, target) })),
-      { label: words().events.resetAlarm, deed: reset(alarm.id), why: () => obstacle("operate") },
+      ...remediesOf(alarm),
+      { label: words().events.resetAlarm, deed: resetting([alarm, ...others]), why: () => obstacle("operate") },
     ],
   };
+}
+
+/** The calls that help, while it stands. */
+function remediesOf(alarm: Told): Remedy[] {
+  const target = plant.target(alarm.subject.split("/")[2] ?? "");
+  const calls = alarm.next.filter(({ method }) => method !== "GET");
+  return calls.map((call) => ({
+    label: call[language.now].replace(/[.。]$/, ""),
+    deed: (gateway: Gateway) => gateway.call(call),
+    why: () => obstacleTo(call, target),
+  }));
 }
 
 function obstacleTo({ right, path }: Schemas["NextCall"], target: Target | undefined): string | undefined {

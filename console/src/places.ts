@@ -56,10 +56,18 @@ export function isOver(move: AnyMove): boolean {
 }
 
 export function timeOf(text: string): string {
+  const tenths = Math.floor(new Date(text).getMilliseconds() / 100);
+  return isToday(text) ? `${clockOf(text)}.${tenths}` : clockOf(text);
+}
+
+/** A time as HH:MM:SS, with its day where that is another. */
+export function clockOf(text: string): string {
   const time = new Date(text);
   const two = (value: number) => String(value).padStart(2, "0");
   const clock = [time.getHours(), time.getMinutes(), time.getSeconds()].map(two).join(":");
-  const tenths = Math.floor(time.getMilliseconds() / 100);
-  const isToday = time.toDateString() === new Date().toDateString();
-  return isToday ? `${clock}.${tenths}` : `${time.getMonth() + 1}/${time.getDate()} ${clock}`;
+  return isToday(text) ? clock : `${time.getMonth() + 1}/${time.getDate()} ${clock}`;
+}
+
+function isToday(text: string): boolean {
+  return new Date(text).toDateString() === new Date().toDateString();
 }

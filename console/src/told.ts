@@ -10,6 +10,13 @@ export function nameOfEvent(type: string): string {
   return `${named(parts, about)}: ${what.map((part) => named(parts, part)).join(language.now === "ja" ? "、" : ", ")}`;
 }
 
+/** What has gone wrong with what is named beside it: `body.ems_error` is "EMS". */
+export function nameOfCause(cause: string): string {
+  const { statusBits, events } = words();
+  const [, ...what] = cause.split(".");
+  return what.map((part) => named({ ...events.parts, ...statusBits }, part)).join(language.now === "ja" ? "、" : ", ");
+}
+
 /** What it is about, as an address. */
 export function addressOf({ subject }: Event): string {
   return subject.replace(/^\/(bodies|robots|scaras|groups|lines)\//, "").replace(/^\//, "");

@@ -11,6 +11,10 @@ class NotAuthenticated(GatewayError):
     title_ja = "有効なキーが必要です"
 
 
+class NothingShown(NotAuthenticated):
+    """No credential is shown, or a session that is over: somebody comes for the first time, or comes late."""
+
+
 class NotPermitted(GatewayError):
     """The caller does not have the right, or not on this body, group, line or robot."""
 

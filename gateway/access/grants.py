@@ -1,14 +1,20 @@
 """What a credential that was found good stands for, and what is lent on it: sessions and tickets."""
 
 import secrets
-from collections import OrderedDict
-from collections.abc import Callable
+from collections import Counter, OrderedDict
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from hashlib import sha256
 from time import monotonic
-from typing import Final
+from typing import Final, Literal
+
+from pydantic import Field
 
 from gateway.access.keys import Key
 from gateway.access.principal import Principal
+from gateway.access.roles import Role
+from gateway.core.records import Record
 
 IDLE_S: Final = 1800.0
 """A session that was not used for this time has ended."""
@@ -17,8 +23,10 @@ LONGEST_S: Final = 12 * 3600.0
 TICKET_S: Final = 10.0
 """A ticket is valid for this time, and once."""
 MOST_SESSIONS: Final = 1000
+SESSIONS_PER_KEY: Final = 20
 MOST_TICKETS: Final = 1000
-"""The oldest make room for new ones."""
+TICKETS_PER_KEY: Final = 100
+"""Those of the same key make room for new ones first, then those of the key that has the most."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +38,22 @@ class Grant:
     """The key behind it, whose end is its end too."""
     expires: float | None = None
     """Wall time at which it ends in any case."""
+    session: str | None = None
+    """The session that a ticket was given in, whose end is its end too."""
+
+
+Why = Literal["signed_out", "made_room", "ended"]
+
+
+class SessionInfo(Record):
+    """A session, without what is secret of it."""
+
+    id: str = Field(description="Names the session, and lets nobody in.")
+    name: str = Field(description="The name of the key, or of the token's holder.")
+    role: Role
+    address: str | None = Field(description="The network address that it was begun from.")
+    began_at: datetime
+    used_at: datetime
 
 
 @dataclass
@@ -37,22 +61,40 @@ class _Lent:
     grant: Grant
     since: float
     used: float
+    address: str = ""
+
+    @property
+    def holder(self) -> str:
+        return self.grant.principal.id
+
+    def lasts_at(self, now: float) -> bool:
+        return now - self.used <= IDLE_S and now - self.since <= LONGEST_S
 
 
 class Sessions:
-    """Browsers that have signed in, by random ids that nobody can guess; a restart ends them all."""
+    """Browsers that have signed in, by random ids that nobody can guess; a restart ends them all.
+
+    One that has made room for another lets nobody in any more, and still stops until it would have ended: a
+    page that does not know it yet loses no stop.
+    """
 
     def __init__(self, clock: Callable[[], float] = monotonic) -> None:
         self._clock = clock
         self._sessions: OrderedDict[str, _Lent] = OrderedDict()
+        """The one that was not used for the longest time first."""
+        self._stop_only: OrderedDict[str, _Lent] = OrderedDict()
+        self.on_end: Callable[[SessionInfo, Why], None] = lambda _session, _why: None
+        """Called with each that ends before its time."""
 
-    def begin(self, grant: Grant) -> str:
+    def begin(self, grant: Grant, address: str = "") -> str:
         """Begin a session, and give its id of 256 random bits."""
         now = self._clock()
         session = secrets.token_urlsafe(32)
-        self._sessions[session] = _Lent(grant, now, now)
-        if len(self._sessions) > MOST_SESSIONS:
-            self._sessions.popitem(last=False)
+        self._sessions[session] = _Lent(grant, now, now, address)
+        for crowded in _crowded(self._sessions, grant, SESSIONS_PER_KEY, MOST_SESSIONS):
+            self._stop_only[crowded] = self._end(crowded, "made_room")
+        for crowded in _crowded(self._stop_only, grant, MOST_SESSIONS, MOST_SESSIONS):
+            del self._stop_only[crowded]
         return session
 
     def grant_of(self, session: str) -> Grant | None:
@@ -61,11 +103,19 @@ class Sessions:
         if lent is None:
             return None
         now = self._clock()
-        if now - lent.used > IDLE_S or now - lent.since > LONGEST_S:
+        if not lent.lasts_at(now):
             del self._sessions[session]
             return None
         lent.used = now
+        self._sessions.move_to_end(session)
         return lent.grant
+
+    def grant_to_stop(self, session: str) -> Grant | None:
+        """Find who a session is of that lasts, or has made room for another."""
+        lent = self._stop_only.get(session)
+        if lent is not None and lent.lasts_at(self._clock()):
+            return lent.grant
+        return self.grant_of(session)
 
     def lasts(self, session: str) -> bool:
         """Whether a session has neither been ended nor is too long; an event stream may go on in it."""
@@ -73,8 +123,59 @@ class Sessions:
         return lent is not None and self._clock() - lent.since <= LONGEST_S
 
     def end(self, session: str) -> None:
-        """End it."""
-        self._sessions.pop(session, None)
+        """End it, for its user has signed out."""
+        if session in self._sessions:
+            self._end(session, "signed_out")
+        self._stop_only.pop(session, None)
+
+    def end_by(self, *, id: str | None = None, name: str | None = None) -> Sequence[SessionInfo]:  # noqa: A002
+        """End one by what names it, or all of a key; gives those that have ended."""
+        named = {session: self._told(session, lent) for session, lent in self._sessions.items()}
+        found = [session for session, it in named.items() if id == it.id or name == it.name]
+        for session in found:
+            self._end(session, "ended")
+        for session, lent in list(self._stop_only.items()):
+            if id == handle_of(session) or name == lent.grant.principal.name:
+                del self._stop_only[session]
+        return [named[session] for session in found]
+
+    def all(self) -> Sequence[SessionInfo]:
+        """Those that last, the one that was used last first."""
+        now = self._clock()
+        return [self._told(it, lent) for it, lent in reversed(self._sessions.items()) if lent.lasts_at(now)]
+
+    def _end(self, session: str, why: Why) -> _Lent:
+        lent = self._sessions.pop(session)
+        if lent.lasts_at(self._clock()):
+            self.on_end(self._told(session, lent), why)
+        return lent
+
+    def _told(self, session: str, lent: _Lent) -> SessionInfo:
+        now, wall = self._clock(), datetime.now(UTC)
+        return SessionInfo(
+            id=handle_of(session),
+            name=lent.grant.principal.name,
+            role=lent.grant.principal.role,
+            address=lent.address or None,
+            began_at=wall - timedelta(seconds=now - lent.since),
+            used_at=wall - timedelta(seconds=now - lent.used),
+        )
+
+
+def handle_of(session: str) -> str:
+    """Name a session, so that nobody gets into it."""
+    return sha256(session.encode()).hexdigest()[:16]
+
+
+def _crowded(lent: Mapping[str, _Lent], newest: Grant, most_of_one: int, most: int) -> Sequence[str]:
+    """The one that has to go, if one has: of the newest's own key, or of the key that has the most."""
+    of_each = Counter(it.holder for it in lent.values())
+    holder = newest.principal.id
+    if of_each[holder] <= most_of_one:
+        if len(lent) <= most:
+            return ()
+        [(holder, _)] = of_each.most_common(1)
+    return [next(it for it, those in lent.items() if those.holder == holder)]
 
 
 class Tickets:
@@ -89,8 +190,8 @@ class Tickets:
         now = self._clock()
         ticket = secrets.token_urlsafe(32)
         self._tickets[ticket] = _Lent(grant, now, now)
-        if len(self._tickets) > MOST_TICKETS:
-            self._tickets.popitem(last=False)
+        for crowded in _crowded(self._tickets, grant, TICKETS_PER_KEY, MOST_TICKETS):
+            del self._tickets[crowded]
         return ticket
 
     def redeem(self, ticket: str) -> Grant | None:

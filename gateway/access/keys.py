@@ -16,7 +16,7 @@ from pathlib import Path
 from stat import S_ISVTX, S_IWOTH
 from typing import Final, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
 from gateway.access.principal import Principal
 from gateway.access.roles import Role
@@ -27,6 +27,7 @@ log = logging.getLogger(__name__)
 
 FILE: Final = "keys.json"
 _USES: Final = "keys-used.json"
+_POLICY: Final = "keys-policy.json"
 _LOCK: Final = "keys.lock"
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._@-]{0,63}")
 _SCOPE: Final = re.compile(r"(?:[a-z][a-z0-9-]{0,31}[.])?[0-9A-Fa-f]{2}|[a-z][a-z0-9-]{0,31}")
@@ -35,6 +36,10 @@ RECHECK_S: Final = 0.05
 """The file is looked at no more often for keys that are known: it takes a third of the time of the check."""
 LONGEST_S: Final = 10 * 365 * 86_400.0
 """No key that ends lasts longer."""
+DAY_S: Final = 86_400.0
+OVERLAP_S: Final = 7 * DAY_S
+"""How long a key that was rotated is good beside the new one, if nothing else is said."""
+State = Literal["good", "expired", "revoked", "waiting"]
 _OTHERS_MAY_WRITE: Final = 0o022
 
 
@@ -50,6 +55,19 @@ class KeyFileFault(KeyFault):
     """The file of the keys cannot be read or written."""
 
 
+class KeyPolicy(BaseModel):
+    """What holds for the keys of a data directory: the gateway writes it down for the command line."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    lifetime_s: float | None = 365 * DAY_S
+    """How long a key is good of which nothing else is said; None means for ever."""
+    warning_s: float = 30 * DAY_S
+    """How long before its end it is warned of."""
+    four_eyes: bool = False
+    """Whether a key of an admin takes a second admin, as soon as there are two."""
+
+
 class KeyInfo(Record):
     """A key, without what is secret of it."""
 
@@ -59,7 +77,14 @@ class KeyInfo(Record):
         description="The addresses of lines, bodies, groups and robots that it is for; null means all."
     )
     begins: str = Field(description="How the key begins, which is no secret.")
-    state: Literal["good", "expired", "revoked"]
+    state: State = Field(
+        description="`waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`)."
+    )
+    ends_soon: bool = Field(
+        description="Whether it ends within `access.key_warning_d`, and no newer key has its name."
+    )
+    made_by: str | None = Field(description="Who made it over HTTP, if that was noted.")
+    approved_by: str | None
     made_at: datetime
     expires_at: datetime | None
     revoked_at: datetime | None
@@ -82,18 +107,23 @@ class Key(BaseModel):
     """Wall time, seconds since 1970, as all times of a key."""
     expires: float | None = None
     revoked: float | None = None
+    made_by: str | None = None
+    needs_approval: bool = False
+    approved_by: str | None = None
 
     def is_good_at(self, now: float) -> bool:
         """Whether it can be used."""
-        return self.revoked is None and (self.expires is None or now < self.expires)
+        return self.state_at(now) == "good"
 
-    def state_at(self, now: float) -> Literal["good", "expired", "revoked"]:
+    def state_at(self, now: float) -> State:
         """Say whether it can be used, and if not, why."""
         if self.revoked is not None:
             return "revoked"
-        return "good" if self.is_good_at(now) else "expired"
+        if self.expires is not None and now >= self.expires:
+            return "expired"
+        return "waiting" if self.needs_approval and self.approved_by is None else "good"
 
-    def told_at(self, now: float, used: float | None) -> KeyInfo:
+    def told_at(self, now: float, used: float | None, *, ends_soon: bool) -> KeyInfo:
         """What is no secret of it."""
         return KeyInfo(
             name=self.name,
@@ -101,6 +131,9 @@ class Key(BaseModel):
             scope=None if self.scope is None else list(self.scope),
             begins=f"mg_{self.prefix}",
             state=self.state_at(now),
+            ends_soon=ends_soon,
+            made_by=self.made_by,
+            approved_by=self.approved_by,
             made_at=datetime.fromtimestamp(self.created, UTC),
             expires_at=_utc(self.expires),
             revoked_at=_utc(self.revoked),
@@ -121,6 +154,37 @@ class _File(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     keys: list[Key] = []
+
+
+_IN_FORCE: Final = frozenset({"good", "waiting"})
+
+
+def _new(
+    name: str, role: Role, scope: Sequence[str] | None, now: float, expires_s: float | None
+) -> tuple[str, Key]:
+    """A new secret, and what is kept of it."""
+    prefix = secrets.token_hex(6)
+    token = f"mg_{prefix}_{secrets.token_urlsafe(32)}"
+    return token, Key(
+        name=name,
+        role=role,
+        scope=None if scope is None else tuple(scope),
+        prefix=prefix,
+        sha256=sha256(token.encode()).hexdigest(),
+        created=now,
+        expires=None if expires_s is None else now + expires_s,
+    )
+
+
+def _kept(key: Key) -> dict[str, JsonValue]:
+    """What is written of a key; earlier versions do not know the words of a second admin."""
+    unused = {name for name in ("made_by", "needs_approval", "approved_by") if not getattr(key, name)}
+    return key.model_dump(mode="json", exclude=unused)
+
+
+def _with(keys: Sequence[Key], some: Sequence[Key], **changed: object) -> list[Key]:
+    """The keys, with something else in some of them."""
+    return [it.model_copy(update=changed) if it in some else it for it in keys]
 
 
 class KeyStore:
@@ -192,8 +256,45 @@ class KeyStore:
 
     def infos(self) -> Sequence[KeyInfo]:
         """The same, without what is secret of them."""
-        uses, now = {**self.uses(), **self._used}, self._clock()
-        return [key.told_at(now, uses.get(key.prefix)) for key in self.all()]
+        uses, now, before = {**self.uses(), **self._used}, self._clock(), self.policy().warning_s
+        keys = self.all()
+        newest = {key.name: key for key in keys}
+        return [
+            key.told_at(
+                now,
+                uses.get(key.prefix),
+                ends_soon=newest[key.name] is key
+                and key.is_good_at(now)
+                and key.expires is not None
+                and key.expires - now <= before,
+            )
+            for key in keys
+        ]
+
+    def policy(self) -> KeyPolicy:
+        """What holds for the keys; the usual, until a gateway has served from this directory.
+
+        :raises KeyFileFault: it cannot be read.
+        """
+        try:
+            return KeyPolicy.model_validate_json(self._text(_POLICY))
+        except FileNotFoundError:
+            return KeyPolicy()
+        except (OSError, ValueError):
+            raise KeyFileFault(f"{self._directory / _POLICY} cannot be read.") from None
+
+    def adopt(self, policy: KeyPolicy) -> None:
+        """Write down what holds for the keys, where that is something else than before.
+
+        :raises KeyFileFault: it cannot be written.
+        """
+        try:
+            if (self._directory / _POLICY).exists() and self.policy() == policy:
+                return
+            self._directory.mkdir(mode=0o700, parents=True, exist_ok=True)
+            self._write(_POLICY, policy.model_dump_json())
+        except OSError as error:
+            raise KeyFileFault(f"{self._directory / _POLICY} cannot be written: {error.strerror}.") from error
 
     def uses(self) -> dict[str, float]:
         """When keys were last used, by their prefixes; the gateway writes it down once a minute."""
@@ -203,9 +304,18 @@ class KeyStore:
             return {}
 
     def create(
-        self, name: str, role: Role, scope: Sequence[str] | None = None, expires_s: float | None = None
+        self,
+        name: str,
+        role: Role,
+        scope: Sequence[str] | None = None,
+        expires_s: float | None = None,
+        *,
+        by: str | None = None,
     ) -> str:
-        """Make a key and give it; nobody can read it again.
+        """Make a key and give it, by the admin of a name; without a time it has no end.
+
+        It cannot be read again. Where four eyes are wanted, an admin's key is good when a second admin, not
+        the one who made it, has approved it.
 
         :raises KeyWordFault: the name, the scope or the time is none.
         :raises KeyFault: a good key has this name.
@@ -221,22 +331,69 @@ class KeyStore:
                 raise KeyWordFault(f"{address!r} is no address of a line, body, group or robot.")
         if expires_s is not None and not 0 < expires_s <= LONGEST_S:
             raise KeyWordFault("A key ends within 10 years, or never.")
-        prefix = secrets.token_hex(6)
-        token = f"mg_{prefix}_{secrets.token_urlsafe(32)}"
         now = self._clock()
-        key = Key(
-            name=name,
-            role=role,
-            scope=None if scope is None else tuple(scope),
-            prefix=prefix,
-            sha256=sha256(token.encode()).hexdigest(),
-            created=now,
-            expires=None if expires_s is None else now + expires_s,
-        )
+        token, key = _new(name, role, scope, now, expires_s)
         with self._changing() as file:
-            if any(it.name == name and it.is_good_at(now) for it in file.keys):
+            if any(it.name == name and it.state_at(now) in _IN_FORCE for it in file.keys):
                 raise KeyFault(f"There is a good key {name} already; revoke it first, or take another name.")
-            file.keys.append(key)
+            waits = role is Role.ADMIN and self._wants_two(file.keys, now)
+            if waits and by is None:
+                raise KeyFault(
+                    "A key of an admin takes two admins here (access.four_eyes): use POST /access/keys."
+                )
+            file.keys.append(key.model_copy(update={"made_by": by, "needs_approval": waits}))
+        return token
+
+    def _wants_two(self, keys: Sequence[Key], now: float) -> bool:
+        """Whether keys of admins take two: of fewer than two admins none could be the second."""
+        admins = {it.name for it in keys if it.role is Role.ADMIN and it.scope is None and it.is_good_at(now)}
+        return len(admins) > 1 and self.policy().four_eyes
+
+    def approve(self, name: str, by: str) -> None:
+        """Let a key that waits for a second admin be good.
+
+        :raises KeyWordFault: the same admin has made it.
+        :raises KeyFault: no key of this name waits.
+        :raises KeyFileFault: the file cannot be written.
+        """
+        now = self._clock()
+        with self._changing() as file:
+            waiting = [it for it in file.keys if it.name == name and it.state_at(now) == "waiting"]
+            if not waiting:
+                raise KeyFault(f"No key {as_given(name)} waits for a second admin.")
+            if waiting[-1].made_by == by:
+                raise KeyWordFault(f"{by} has made the key {name}: another admin has to approve it.")
+            file.keys = _with(file.keys, waiting, approved_by=by)
+
+    def rotate(self, name: str, overlap_s: float = OVERLAP_S, *, by: str | None = None) -> str:
+        """Make a new key in the place of a good one, and give it; the old one is good for the overlap yet.
+
+        The new one has its name, role and scope, and lasts as long as the old one was to last in all.
+
+        :raises KeyWordFault: the overlap is none.
+        :raises KeyFault: there is no good key of this name, or it is another admin's, and takes two.
+        :raises KeyFileFault: the file cannot be written.
+        """
+        if not 0 <= overlap_s <= LONGEST_S:
+            raise KeyWordFault("The old key is good for 10 years more at most.")
+        now = self._clock()
+        with self._changing() as file:
+            good = [it for it in file.keys if it.name == name and it.is_good_at(now)]
+            if not good:
+                raise KeyFault(f"There is no good key {as_given(name)}.")
+            old = good[-1]
+            if old.role is Role.ADMIN and by != name and self._wants_two(file.keys, now):
+                raise KeyFault(
+                    f"{name} is an admin, whose new key another would have alone (access.four_eyes): "
+                    "rotate it with that key itself, or make one of another name."
+                )
+            lasts_s = self.policy().lifetime_s if old.expires is None else old.expires - old.created
+            token, key = _new(name, old.role, old.scope, now, lasts_s)
+            ended = [it for it in good if it.expires is None or it.expires > now + overlap_s]
+            file.keys = [
+                *_with(file.keys, ended, expires=now + overlap_s),
+                key.model_copy(update={"made_by": by}),
+            ]
         return token
 
     def revoke(self, name: str) -> None:
@@ -247,10 +404,10 @@ class KeyStore:
         """
         now = self._clock()
         with self._changing() as file:
-            good = [key for key in file.keys if key.name == name and key.is_good_at(now)]
+            good = [key for key in file.keys if key.name == name and key.state_at(now) in _IN_FORCE]
             if not good:
                 raise KeyFault(f"There is no good key {as_given(name)}.")
-            file.keys = [it.model_copy(update={"revoked": now}) if it in good else it for it in file.keys]
+            file.keys = _with(file.keys, good, revoked=now)
 
     # the file
 
@@ -279,6 +436,8 @@ class KeyStore:
 
     def _read(self) -> _File:
         try:
+            if self._path.is_symlink():
+                raise KeyFileFault(f"{self._path} is a symbolic link: put the file itself there.")
             if self._path.stat().st_mode & _OTHERS_MAY_WRITE:
                 raise KeyFileFault(f"Others may write {self._path}: chmod 600 it, and look at who is in it.")
             if self._directory.stat().st_mode & (S_IWOTH | S_ISVTX) == S_IWOTH:
@@ -307,7 +466,7 @@ class KeyStore:
                 fcntl.flock(lock, fcntl.LOCK_EX)
                 file = self._read()
                 yield file
-                self._write(FILE, file.model_dump_json(indent=1))
+                self._write(FILE, json.dumps({"keys": list(map(_kept, file.keys))}, indent=1))
             finally:
                 os.close(lock)
             self._look()

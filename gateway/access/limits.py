@@ -1,11 +1,16 @@
 """How much one key may take up, so that no client crowds out the others. Stops are never counted."""
 
+from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, auto
 from time import monotonic
+from typing import Final
 
 from gateway.access.errors import LimitReached
+
+MOST_KNOWN: Final = 10_000
+"""So many are counted at once."""
 
 
 class Use(Enum):
@@ -81,6 +86,32 @@ class Usages:
             if usage.room < 1:
                 raise _reached(f"{limits.moves_per_s} moves in a second")
             usage.room -= 1
+
+
+class Rates:
+    """How often each of many may do something: so often at once, and then so often in a second.
+
+    What could begin again with all of it is forgotten, so that their number is bounded by the rate.
+    """
+
+    def __init__(self, at_once: int, per_s: float, clock: Callable[[], float] = monotonic) -> None:
+        self._at_once, self._per_s, self._clock = at_once, per_s, clock
+        self._full_at: OrderedDict[str, float] = OrderedDict()
+        """When each has all its room again, the one that was let pass longest ago first."""
+
+    def passes(self, name: str) -> bool:
+        """Count one more; False where that is too many, and it does not count."""
+        now = self._clock()
+        while self._full_at and (
+            next(iter(self._full_at.values())) <= now or len(self._full_at) > MOST_KNOWN
+        ):
+            self._full_at.popitem(last=False)
+        full_at = max(self._full_at.get(name, now), now) + 1 / self._per_s
+        if full_at - now > self._at_once / self._per_s:
+            return False
+        self._full_at[name] = full_at
+        self._full_at.move_to_end(name)
+        return True
 
 
 def _reached(what: str) -> LimitReached:

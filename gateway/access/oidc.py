@@ -31,6 +31,9 @@ MOST_KEPT: Final = 1024
 LEEWAY_S: Final = 30
 """By how much the clocks may differ."""
 MOST_TOKEN: Final = 12_000
+MOST_SUBJECT: Final = 255
+"""No provider gives a longer one (OpenID Connect Core 2)."""
+MOST_NAME: Final = 64
 
 
 class Fetch(Protocol):
@@ -132,8 +135,7 @@ class OidcVerifier:
                 f"Its claim {settings.role_claim} must have one of: {', '.join(settings.roles)}.",
             )
         scope = frozenset(_words(_claim(claims, settings.scope_claim))) if settings.scope_claim else None
-        shown = "".join(letter if letter.isprintable() else "?" for letter in name[:64])
-        return Principal(shown, max(roles, key=list(Role).index), scope, f"oidc {subject}")
+        return Principal(_written(subject, name), max(roles, key=list(Role).index), scope, f"oidc {subject}")
 
     async def _fetched(self) -> bool:
         issuer = self._settings.issuer
@@ -151,6 +153,19 @@ class OidcVerifier:
         self._keys = {key.key_id: key for key in keys}
         self._known.clear()
         return True
+
+
+def _written(subject: str, name: str) -> str:
+    """Write who somebody is so that it is no key's name: by the subject, and by the name where it differs.
+
+    The subject comes first: people can choose a name, and change it.
+    """
+    of = f"oidc:{_in_print(subject, MOST_SUBJECT).replace(' ', '?')}"
+    return of if name == subject else f"{of} ({_in_print(name, MOST_NAME)})"
+
+
+def _in_print(text: str, most: int) -> str:
+    return "".join(letter if letter.isprintable() else "?" for letter in text[:most])
 
 
 async def _first(event: asyncio.Event, seconds: float) -> None:

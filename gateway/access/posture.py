@@ -6,6 +6,7 @@ from typing import Final
 from gateway.config import Config
 from gateway.core.tables import Weakness
 
+_A_YEAR_D: Final = 365
 _OF_ALL: Final = {
     "max_connections": "More connections at once than usual: a flood takes more of the machine."
 }
@@ -38,6 +39,12 @@ def weakened(config: Config) -> Iterator[Weakness]:
             "server.allowed_origins",
             origins,
             "Pages of these origins may use the gateway with a key; what http:// brings can be forged.",
+        ),
+        (
+            access.mode == "keys" and not 0 < access.key_lifetime_d <= _A_YEAR_D,
+            "access.key_lifetime_d",
+            access.key_lifetime_d,
+            "A key that is lost is good for longer than a year.",
         ),
         (server.raw_commands, "server.raw_commands", True, "Commands may be sent as plain text."),
         (server.allow_endless_moves, "server.allow_endless_moves", True, "Moves may have no end."),

@@ -4,7 +4,8 @@ import re
 from collections.abc import Collection
 from itertools import islice
 
-from gateway.core.errors import InvalidRequest
+from gateway.core.errors import InvalidRequest, NotFound
+from protocols.wording import as_given
 
 MOST_LISTED = 32
 """As many bodies as a line is likely to have."""
@@ -43,6 +44,14 @@ def there_are(names: Collection[str]) -> str:
     """List what there is, and of very many how many more."""
     listed = [*islice(names, MOST_LISTED), *_more(len(names) - MOST_LISTED)]
     return f"there {'is' if len(names) == 1 else 'are'} {', '.join(listed) or 'none'}"
+
+
+def none_such(what: str, given: str, there: Collection[str], remedy: str) -> NotFound:
+    """Say that there is no such thing, and what there is."""
+    given = as_given(given)
+    return NotFound(f"There is no {what} {given}; {there_are(there)}; nothing was sent.", remedy).reservedly(
+        f"There is no {what} {given}; nothing was sent.", remedy
+    )
 
 
 def _more(left: int) -> list[str]:

@@ -12,6 +12,8 @@ class Admission:
         self._ended = False
         self.revise = self._watch.check
         """See that nothing is written that was admitted before a suspension."""
+        self.held_s = self._watch.held_s
+        """For how long the event loop was held until now: others are not late because of that."""
 
     def require(self) -> None:
         """Refuse what comes too late.

@@ -26,6 +26,8 @@ HISTORY: Final = 1000
 """Alarms that are over and reset are kept until so many newer ones exist."""
 AGAIN: Final = "gateway: it came again"
 """`reset_by` of an alarm that a newer one has replaced."""
+DISPROVED: Final = "gateway: disproved"
+"""`reset_by` of an alarm that has ended itself, and is a note only: it was seen that it had no cause."""
 
 Facts = Mapping[str, Any]
 T = TypeVar("T")
@@ -56,6 +58,22 @@ def words(happened: str, motor: str, remedy: str) -> AlarmText:
     return AlarmText(happened=happened, motor=motor, remedy=remedy)
 
 
+class PastWords(Record):
+    """An alarm whose cause is over, in both languages: nothing of it is told as so now."""
+
+    en: AlarmText
+    ja: AlarmText
+
+    def of(self, facts: Facts) -> Self:
+        """Fill in what is known of this one."""
+        return self.model_copy(update={"en": self.en.of(facts), "ja": self.ja.of(facts)})
+
+
+def past(en: AlarmText, ja: AlarmText) -> PastWords:
+    """Say what is told of an alarm once its cause is over."""
+    return PastWords(en=en, ja=ja)
+
+
 class Alarm(Record):
     """Something that has gone wrong, from then until somebody has reset it."""
 
@@ -69,7 +87,11 @@ class Alarm(Record):
         default=None, description="When its cause was seen to be over; null while it lasts."
     )
     reset_at: datetime | None = Field(default=None, description="Null while the alarm stands.")
-    reset_by: str | None = Field(default=None, description="Who has reset it.")
+    reset_by: str | None = Field(
+        default=None,
+        description=f"Who has reset it; `{AGAIN}` where a newer one stands in its place, `{DISPROVED}` where "
+        "it turned out to have had no cause.",
+    )
     caller: str = Field(description="In whose name the gateway was at work when it came.")
     request_id: str | None = Field(description="The X-Request-Id of the request behind that.")
     move_id: str | None = Field(default=None, description="The move it has ended, if it has.")
@@ -79,6 +101,16 @@ class Alarm(Record):
     )
     en: AlarmText
     ja: AlarmText
+    when_over: PastWords | None = Field(
+        default=None,
+        description="Its words once its cause is over, which take the place of `en` and `ja` then; null "
+        "where these stay, or were replaced.",
+    )
+    part_of: str | None = Field(
+        default=None,
+        description="The id of the standing alarm that tells the same event: of a failed move that of its "
+        "cause, of a body that of its line, of several bodies that of the first. Events leave it out.",
+    )
     next: list[NextCall] = Field(description="The calls that help, in the order in which they do.")
 
 
@@ -115,6 +147,12 @@ class Cause:
     """Somebody has asked for it: it is an alarm only where alarms latch."""
     is_told: Callable[[str], bool] = _over
     """Whether an alarm of something larger tells it, too, by the subject; not where alarms latch."""
+    latches: bool = True
+    """Whether it keeps its subject from moving, where alarms latch."""
+    over: PastWords | None = None
+    """What is told once it is over; None where it only happened at a moment."""
+    disproved: Callable[[str], bool] = _over
+    """Asked when it is over, by the subject: has it turned out that there was no cause?"""
 
 
 def _while_true_of(find: Callable[[str], T | None], holds: Callable[[T], bool]) -> Callable[[str], bool]:
@@ -145,6 +183,11 @@ class Kind(Generic[T]):
     wanted: bool = False
     is_told: Callable[[T], bool] | None = None
     """Whether an alarm of its line tells it, too."""
+    latches: bool = True
+    """Whether it keeps its subject from moving, where alarms latch."""
+    over: PastWords | None = None
+    disproved: Callable[[T], bool] | None = None
+    """Asked when it is over: has it turned out that there was no cause?"""
 
     def among(self, find: Callable[[str], T | None]) -> Cause:
         """The cause of those that are found by their address; None is one that is configured no more."""
@@ -160,6 +203,9 @@ class Kind(Generic[T]):
             self.facts,
             self.wanted,
             _over if self.is_told is None else _while_true_of(find, self.is_told),
+            self.latches,
+            self.over,
+            _over if self.disproved is None else _while_true_of(find, self.disproved),
         )
 
 
@@ -255,7 +301,9 @@ class Alarms:
             en=cause.en.of(facts),
             ja=cause.ja.of(facts),
             next=filled_in(cause.next, names),
+            when_over=cause.over and cause.over.of(facts),
         )
+        _say_past(alarm)
         self._standing[key] = alarm
         self._tell("alarm.raised", alarm)
 
@@ -266,15 +314,19 @@ class Alarms:
     # looking
 
     def note_ends(self) -> None:
-        """Note which causes are over."""
-        for alarm in self._standing.values():
+        """Note which causes are over; what has turned out to have had none is reset."""
+        for alarm in list(self._standing.values()):
             self._note_end(alarm)
 
     def _note_end(self, alarm: Alarm) -> None:
         cause = self._causes.get(alarm.cause)
         if alarm.ended_at is None and not (cause is not None and cause.lasts(alarm.subject)):
             alarm.ended_at = datetime.now(UTC)
-            self.on_change(alarm)
+            _say_past(alarm)
+            if cause is not None and cause.disproved(alarm.subject):
+                self._reset(alarm, DISPROVED)
+            else:
+                self.on_change(alarm)
 
     def standing(self) -> list[Alarm]:
         """Those that are not reset, newest first."""
@@ -291,7 +343,7 @@ class Alarms:
         :raises NotFound: there is none, or it is no longer kept.
         """
         found = self._over.get(alarm_id)
-        for alarm in self._standing.values():
+        for alarm in list(self._standing.values()):
             if alarm.id == alarm_id:
                 self._note_end(found := alarm)
         if found is None:
@@ -330,6 +382,7 @@ class Alarms:
     def _reset(self, alarm: Alarm, by: str) -> None:
         alarm.reset_at, alarm.reset_by = datetime.now(UTC), by
         alarm.ended_at = alarm.ended_at or alarm.reset_at
+        _say_past(alarm)
         del self._standing[_Key(alarm.subject, alarm.cause)]
         self._keep(alarm)
         self._tell("alarm.reset", alarm)
@@ -343,7 +396,7 @@ class Alarms:
 
     def latched(self, addresses: Collection[str]) -> Latched | None:
         """Why these must not move: alarms about one of them stand."""
-        standing = self._standing.values()
+        standing = [alarm for alarm in self._standing.values() if self._latches(alarm)]
         found = [alarm for alarm in standing if alarm.subject.rpartition("/")[2] in addresses]
         if not found:
             return None
@@ -356,6 +409,17 @@ class Alarms:
             f"アラームが発生中です: {names}。何も送信していません。",
             "原因を取り除いてから、アラームを解除してください。",
         )
+
+    def _latches(self, alarm: Alarm) -> bool:
+        cause = self._causes.get(alarm.cause)
+        return cause is None or cause.latches
+
+
+def _say_past(alarm: Alarm) -> None:
+    """Tell nothing as so now of what is over."""
+    if alarm.ended_at is not None and alarm.when_over is not None:
+        told, alarm.when_over = alarm.when_over, None
+        alarm.en, alarm.ja = told.en, told.ja
 
 
 def reset_of(alarm: Alarm) -> NextCall:
@@ -387,6 +451,18 @@ def stopped(what: str, manual: str, next_calls: Sequence[NextCall], lasts: Calla
         lambda _: current().work == "clients",
         event=f"{what}.stop.requested",
         wanted=True,
+        over=past(
+            words(
+                "{address} was stopped by request.",
+                "The motor stood still, as its controller said.",
+                "See why it was stopped before it is moved again.",
+            ),
+            words(
+                "{address}は停止指令により停止しました。",
+                "コントローラが停止を報告しました。",
+                "再び動かす前に、停止した理由を確認してください。",
+            ),
+        ),
     )
 
 

@@ -27,6 +27,8 @@ class GatewayError(Exception):
     detail_ja: str = ""
     """Empty where it is told in English only."""
     remedy_ja: str = ""
+    reserved: tuple[str, str] | None = None
+    """Detail and remedy for callers who see a part of the plant: without the names of the rest."""
 
     def __init__(self, detail: str, remedy: str = "", next_calls: Sequence[NextCall] = ()) -> None:
         super().__init__(detail)
@@ -38,6 +40,16 @@ class GatewayError(Exception):
         """Say it in Japanese, too."""
         self.detail_ja, self.remedy_ja = detail, remedy
         return self
+
+    def reservedly(self, detail: str, remedy: str) -> Self:
+        """Say it without names of parts that were not asked for, too."""
+        self.reserved = detail, remedy
+        return self
+
+    def withhold_names(self) -> None:
+        """Name nothing to the caller but what was asked for."""
+        if self.reserved is not None:
+            self.detail, self.remedy = self.reserved
 
 
 class NotFound(GatewayError):

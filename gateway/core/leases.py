@@ -289,8 +289,8 @@ class Leases:
     def _end(self, held: _Held, why: End) -> None:
         """The only place where a lease ends."""
         told = self._told(held)
-        del self._held[held.id]
-        insist(f"the end of {held.id}", partial(self.on_end, held.subject, told, why, held.parts))
+        del self._held[told.lease]
+        insist(f"the end of {told.lease}", partial(self.on_end, held.subject, told, why, held.parts))
 
     def _find(self, lease_id: str) -> _Held:
         self.expire()

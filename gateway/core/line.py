@@ -20,7 +20,7 @@ from gateway.core.journal.intents import Intents
 from gateway.core.lanes import Lane
 from gateway.core.line_state import LineState
 from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
-from gateway.core.own_faults import carry_on, survived
+from gateway.core.own_faults import carry_on, insist, survived
 from gateway.core.sequence_lock import SequenceLock, Series, all_held
 from gateway.core.session import Session
 from gateway.core.trace_filter import FrameSubject
@@ -39,6 +39,8 @@ REOPEN_S = (0.2, 5.0)
 REMEDY = "Mend that, or check the cable; the gateway goes on trying the port."
 GAP_S = 0.1
 """A reply that has begun may pause this long before it counts as cut off."""
+TURNAROUNDS = 16
+"""So many replies make the mean of how long one takes."""
 ORDER_TOLD_S = 3600.0
 """That replies come out of order is told when it begins, and again when it was not so for this time."""
 EXPIRY_STEP_S = 0.05
@@ -85,6 +87,8 @@ class PortLoop(ABC):
         self._tx_free_at = 0.0
         self._last_rx_at = 0.0
         self._stuck_since: float | None = None
+        self._held_s = 0.0
+        """For how long the event loop had been held when that was seen last."""
         self._all_answered = False
         """Whether all that was written has been answered: none of it can wait in the port."""
         self._timer: asyncio.Handle | None = None
@@ -113,6 +117,10 @@ class PortLoop(ABC):
         """Give up waiting for what is overdue, and tell when to look again."""
 
     @abstractmethod
+    def _wait_longer(self, seconds: float) -> None:
+        """Wait for all that is awaited for so much longer."""
+
+    @abstractmethod
     def data_received(self, data: bytes) -> None:
         """Bytes from the port."""
 
@@ -132,7 +140,7 @@ class PortLoop(ABC):
             return
         self._loop = asyncio.get_running_loop()
         with acting(SET_UP):
-            self._tasks = [self._begun(self._keep_open())]
+            self._tasks = [self._begun(carry_on(f"the port of line {self.id}", self._keep_open))]
         with acting(PROBE):
             beside = f"the work beside line {self.id}"
             self._tasks += [self._begun(carry_on(beside, work)) for work in self._beside()]
@@ -308,12 +316,23 @@ class PortLoop(ABC):
                 return
             self._timer.cancel()
         # Kept beside the handle: uvloop's handles of timers that are due at once do not tell their time.
-        self._timer, self._timer_at = self._loop.call_at(at, self._wake), at
+        self._timer, self._timer_at = self._loop.call_at(at, insist, "a deadline of a line", self._wake), at
+
+    def _note_hold(self, now: float) -> None:
+        """While the loop was held nothing was read: nobody at the far end is late because of that."""
+        held_s = self.admission.held_s(now)
+        if held_s > self._held_s:
+            longer_s, self._held_s = held_s - self._held_s, held_s
+            if self._stuck_since is not None:
+                self._stuck_since += longer_s
+            self._wait_longer(longer_s)
 
     def _wake(self) -> None:
         self._timer = None
         try:
-            deadline = self._pass_deadlines(self._loop.time())
+            now = self._loop.time()
+            self._note_hold(now)
+            deadline = self._pass_deadlines(now)
             if deadline is not None:
                 self._wake_at(deadline)
         except Exception as fault:
@@ -350,6 +369,12 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """What somebody waits for."""
         self._expiry: asyncio.TimerHandle | None = None
         self._expiry_at = 0.0
+        self.turnaround_s = 0.0
+        """How long the far end, and this machine, took of late for a reply besides the bytes of it."""
+        self._heard_bytes = 0
+        """Since the last frame was written."""
+        self._held_when_heard_s = 0.0
+        """For how long the event loop had been held when a reply was heard last."""
         self.load = session.load
 
     @property
@@ -361,6 +386,10 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def late_reply_s(self) -> float:
         """How long after its deadline a reply may still arrive."""
         return self._session.late_reply_s
+
+    def held_since_heard_s(self, now: float) -> float:
+        """For how long the event loop was held since a reply was heard."""
+        return self.admission.held_s(now) - self._held_when_heard_s
 
     def waiting(self) -> dict[str, int]:
         """How many exchanges wait in each lane."""
@@ -417,6 +446,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
             while self._open and self._session.has_something():
                 now = self._loop.time()
                 self.admission.revise()  # what was asked for before a suspension is not written
+                self._note_hold(now)
                 if not self._port_is_free(now):
                     return
                 exchange = self._session.next(now, ready=self._ready)
@@ -440,6 +470,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
             if self._send(exchange.frame, now):
                 if self.intents is not None:
                     self.intents.note_written(exchange)
+                self._heard_bytes = 0
                 deadline = self._tx_free_at + exchange.timeout_s
                 self._session.written(exchange, now, deadline)
                 self._wake_at(deadline)
@@ -453,6 +484,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def data_received(self, data: bytes) -> None:
         """Bytes from the port."""
         self._last_rx_at = self._loop.time()
+        self._heard_bytes += len(data)
         try:
             for frame in self._reader.feed(data):
                 if isinstance(frame, Garbage):
@@ -466,6 +498,9 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         resumes_at = self._last_rx_at + GAP_S if self._reader.pending() else None
         self._session.pass_deadlines(now, resumes_at)
         return self._session.deadline()
+
+    def _wait_longer(self, seconds: float) -> None:
+        self._session.wait_longer(seconds)
 
     def cancel(self, unwanted: Callable[[X], bool], reason: GatewayError) -> None:
         """Take out of the queue what is not wanted any more."""
@@ -544,9 +579,16 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """Hear a reply; the next frame goes out before its waiters have it."""
         settle = self._session.receive(reply, self._last_rx_at)
         self._all_answered = self._session.all_answered
+        if self._all_answered:
+            self._note_turnaround()
         self._pump()
+        self._held_when_heard_s = self._held_s
         if settle is not None:
             settle()
+
+    def _note_turnaround(self) -> None:
+        took_s = self._last_rx_at - self._tx_free_at - self._heard_bytes * self.byte_time_s
+        self.turnaround_s += (min(max(took_s, 0.0), self.reply_timeout_s) - self.turnaround_s) / TURNAROUNDS
 
     def _was_overtaken(self, late: X, by: X) -> None:
         """A reply came after that to a later frame."""

@@ -7,6 +7,8 @@ from functools import partial
 from math import inf
 
 BEAT_S = 0.05
+LATE_BEAT_S = 0.02
+"""A beat later than this counts as time in which the loop was held: what came meanwhile was not read."""
 HELD_S = 0.25
 """A beat later than this is published."""
 SUSPENDED_S = 2.0
@@ -31,18 +33,31 @@ class LoopWatch:
         self._due = inf
         """When the next beat is due."""
         self._doubt_until = -inf
+        self._beat_at = inf
+        """When the next beat is due on the loop's own clock."""
+        self._held_s = 0.0
         self._timer: asyncio.TimerHandle | None = None
 
     def start(self) -> None:
         """Begin to beat."""
         self._due = self._clock() + BEAT_S
-        self._timer = asyncio.get_running_loop().call_later(BEAT_S, self._beat)
+        loop = asyncio.get_running_loop()
+        self._beat_at = loop.time() + BEAT_S
+        self._timer = loop.call_at(self._beat_at, self._beat)
 
     def close(self) -> None:
         """Beat no more."""
         if self._timer is not None:
             self._timer.cancel()
-        self._due = inf
+        self._due = self._beat_at = inf
+
+    def held_s(self, now: float) -> float:
+        """Seconds for which the loop was held since the start, until a time of its own clock.
+
+        Nothing that came meanwhile was read: because of it no controller is silent, and no motor late.
+        """
+        late_s = now - self._beat_at
+        return self._held_s + (late_s if late_s > LATE_BEAT_S else 0.0)
 
     def check(self) -> None:
         """Notice a suspension now: what is called first after it checks, before the next beat comes."""
@@ -60,6 +75,7 @@ class LoopWatch:
     def _beat(self) -> None:
         now = self._clock()
         late_s = now - self._due
+        self._held_s = self.held_s(asyncio.get_running_loop().time())
         self.start()
         if late_s > LATE_S and now < self._doubt_until:
             self._doubt_until = now + DOUBT_S

@@ -26,6 +26,7 @@ class MoveLog(Generic[M]):
     def __init__(self) -> None:
         self._moves: OrderedDict[str, M] = OrderedDict()
         self._over: dict[str, asyncio.Event] = {}
+        """Set at the end, of those under way alone: what is over costs the garbage collector less then."""
         self.on_change: Callable[[M], object] = lambda _: None
         """Called with a move that is new or has another status."""
 
@@ -43,11 +44,13 @@ class MoveLog(Generic[M]):
         # Only what still runs stands before the oldest that is over.
         over = (it.id for it in self._moves.values() if it.status.final)
         for move_id in list(islice(over, max(0, len(self._moves) - HISTORY))):
-            del self._moves[move_id], self._over[move_id]
+            del self._moves[move_id]
+            self._over.pop(move_id, None)
 
     def end(self, move: M) -> None:
         """The move is over: tell who waits."""
-        self._over[move.id].set()
+        if over := self._over.pop(move.id, None):
+            over.set()
 
     def let_go(self) -> None:
         """Let nobody wait any longer: the gateway ends, and the moves may go on."""

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from gateway.core.errors import GatewayError
-from gateway.core.own_faults import survived
+from gateway.core.own_faults import at_end_of, survived
 
 log = logging.getLogger(__name__)
 
@@ -34,10 +34,18 @@ class MoveTasks:
 
         After a fault of the gateway itself nobody follows the move: `give_up` is called.
         """
-        task = asyncio.create_task(_seen_through(move_id, work, beginning, give_up), name=f"move {move_id}")
+        task = asyncio.create_task(work(), name=f"move {move_id}")
         self._beginnings[task] = beginning
-        task.add_done_callback(self._beginnings.pop)
-        task.add_done_callback(lambda _: beginning.cancel())
+        at_end_of(task, f"the end of move {move_id}", partial(self._over, task, move_id, give_up))
+
+    def _over(self, task: asyncio.Task[None], move_id: str, give_up: GiveUp) -> None:
+        beginning = self._beginnings.pop(task)
+        fault = None if task.cancelled() else task.exception()
+        if isinstance(fault, Exception):
+            _not_followed(move_id, fault, give_up)
+            if not beginning.done():
+                beginning.set_exception(fault)
+        beginning.cancel()
 
     async def begun(self) -> None:
         """Wait until every move that was asked for has been taken or refused."""
@@ -53,23 +61,15 @@ class MoveTasks:
         await asyncio.gather(*tasks, return_exceptions=True)
 
 
-async def _seen_through(
-    move_id: str, work: Callable[[], Coroutine[Any, Any, None]], beginning: Beginning, give_up: GiveUp
-) -> None:
-    fault = await guarded(move_id, work, give_up)
-    if fault is not None and not beginning.done():
-        beginning.set_exception(fault)
-
-
-async def guarded(
-    move_id: str, work: Callable[[], Coroutine[Any, Any, None]], give_up: GiveUp
-) -> Exception | None:
-    """Follow a move; after a fault of the gateway itself, which it gives, nobody does, and that is said."""
+async def guarded(move_id: str, work: Callable[[], Coroutine[Any, Any, None]], give_up: GiveUp) -> None:
+    """Follow one of several moves: a fault of the gateway itself ends the watch over this one alone."""
     try:
         await work()
     except Exception as fault:
-        log.exception("move %s has met a fault of the gateway itself", move_id)
-        why = f"A fault of the gateway itself ({type(fault).__name__}) has ended its watch over the move."
-        survived(f"move {move_id}", partial(give_up, why))
-        return fault
-    return None
+        _not_followed(move_id, fault, give_up)
+
+
+def _not_followed(move_id: str, fault: Exception, give_up: GiveUp) -> None:
+    log.error("move %s has met a fault of the gateway itself", move_id, exc_info=fault)
+    why = f"A fault of the gateway itself ({type(fault).__name__}) has ended its watch over the move."
+    survived(f"move {move_id}", partial(give_up, why))

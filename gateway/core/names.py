@@ -4,7 +4,7 @@ import asyncio
 import json
 import logging
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Final
 
@@ -39,6 +39,8 @@ class Names:
         self._names: dict[str, dict[int, str]] = {}
         self._file: Path | None = None
         self._writing = asyncio.Lock()
+        self.on_named: Callable[[str, Mapping[int, str]], None] = lambda _address, _names: None
+        """Called with the names that were given, after they were written down."""
 
     def keep_in(self, directory: Path) -> None:
         """Read what is there, and write there from now on; a file that cannot be read is put aside."""
@@ -70,6 +72,8 @@ class Names:
                 except OSError as error:
                     raise NotKept(error) from error
             self._names = wanted
+            if names:
+                self.on_named(address, names)
 
 
 def _write(file: Path, names: Mapping[str, Mapping[int, str]]) -> None:

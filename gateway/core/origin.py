@@ -37,10 +37,12 @@ class Origin:
     work: Work = field(default="clients", compare=False)
     claim: Claim = field(default=NO_CLAIM, compare=False)
     """What the write gate looks at again."""
+    address: str = field(default="", compare=False)
+    """The network address of the client; empty where the request came from none."""
 
     def claiming(self, claim: Claim) -> "Origin":
         """The same with another claim: `replace` takes three times as long, at every request."""
-        return Origin(self.caller, self.request_id, self.key, self.work, claim)
+        return Origin(self.caller, self.request_id, self.key, self.work, claim, self.address)
 
 
 GATEWAY = Origin("gateway", work="health")

@@ -3,7 +3,7 @@
 import asyncio
 import logging
 from collections.abc import Awaitable, Callable, Iterable
-from typing import Final, TypeVar
+from typing import Any, Final, TypeVar
 
 from gateway.core.errors import GatewayError
 
@@ -45,6 +45,11 @@ def insist(what: str, deed: Callable[[], object], pause_s: float = INSIST_S) -> 
         log.exception("%s has met a fault of the gateway itself, and is done again in %g s", what, pause_s)
         loop = asyncio.get_running_loop()
         loop.call_later(pause_s, insist, what, deed, min(2 * pause_s, AGAIN_S[1]))
+
+
+def at_end_of(task: "asyncio.Task[Any]", what: str, deed: Callable[[], object]) -> None:
+    """Do what a motor waits for when a task has ended, however it has ended."""
+    task.add_done_callback(lambda _: insist(what, deed))
 
 
 def survived(what: str, *deeds: Callable[[], object]) -> None:

@@ -27,6 +27,7 @@ class Right(StrEnum):
 RIGHT_OF: Final[Mapping[Effect, Right]] = {
     Effect.READ: Right.VIEW,
     Effect.SETTING: Right.SETUP,
+    Effect.CLEARING: Right.OPERATE,
     Effect.MOTION: Right.OPERATE,
     Effect.STOP: Right.STOP,
     Effect.MAINTENANCE: Right.SETUP,

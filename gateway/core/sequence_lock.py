@@ -1,7 +1,6 @@
 """Undivided series of commands: what depends on hidden state, or belongs together, is sent unbroken."""
 
 import asyncio
-import logging
 from collections import deque
 from collections.abc import AsyncIterator, Callable, Iterable
 from contextlib import AsyncExitStack, asynccontextmanager
@@ -11,8 +10,6 @@ from functools import partial
 from gateway.core.errors import Expired
 from gateway.core.lanes import Lane, require_room
 from gateway.core.own_faults import insist
-
-log = logging.getLogger(__name__)
 
 RELEASE = "the release of a sequence lock"
 
@@ -62,16 +59,16 @@ class SequenceLock:
         :raises QueueFull: too many wait already.
         :raises Expired: it was not free in time.
         """
+        mine = series or Series()
         if self._taken:
             await self._wait(lane, expires_at)
-        self._taken = True
-        self.holder = mine = series or Series()
+        self._taken, self.holder = True, mine
         before = _SERIES.set(mine)
         try:
             yield mine
         finally:
             _SERIES.reset(before)
-            _surely(RELEASE, partial(self._release, mine))
+            insist(RELEASE, partial(self._release, mine))
 
     def _release(self, mine: Series | None) -> None:
         """Pass it on; once, though after a fault of the gateway itself it is tried again."""
@@ -110,16 +107,7 @@ class SequenceLock:
                     turn.set_result(None)
                     return
         self._taken, self.holder = False, None
-        _surely("what waits for a sequence lock", self.on_free)
-
-
-def _surely(what: str, deed: Callable[[], object]) -> None:
-    """Do what every command passes; only a fault of the gateway itself is insisted on."""
-    try:
-        deed()
-    except Exception:
-        log.exception("%s has met a fault of the gateway itself", what)
-        insist(what, deed)
+        insist("what waits for a sequence lock", self.on_free)
 
 
 @asynccontextmanager

@@ -425,6 +425,13 @@ class Session(ABC, Generic[X, F]):
         if not self._sent:
             self._note_load(now)
 
+    def wait_longer(self, seconds: float) -> None:
+        """Wait so much longer for all replies: meanwhile they may have come, and none could be read."""
+        for exchange in self._sent:
+            exchange.due_at += seconds
+            if exchange.deadline is not None:
+                exchange.deadline += seconds
+
     # doubt and certainty
 
     def fence(self) -> None:

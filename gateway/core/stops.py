@@ -2,7 +2,7 @@
 
 import asyncio
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Generic, Literal, NamedTuple, Protocol, Self, TypeVar
 
 from pydantic import PrivateAttr
@@ -24,6 +24,8 @@ CONFIRM_WITHIN_S = 2.0
 """After this time without standstill an event calls for the hardware stop; the stop is still repeated."""
 RECORD_WITHIN_S = 1.0
 """A move that was stopped is recorded within this; if not, the next one does not wait any longer."""
+CLOCK_S = 0.001
+"""A timer may be early by so much."""
 UNCONFIRMED = "Standstill is not confirmed: use the hardware stop."
 UNCONFIRMED_JA = "静止を確認できていません。ハードウェアの停止を使ってください。"
 
@@ -81,11 +83,18 @@ class Stopping(ABC):
     silent_after_s = REPEAT_S
     """After this time since the last reply on its line nobody is on the point of answering."""
 
-    def __init__(self, mode: StopMode, report: Report) -> None:
+    def __init__(
+        self, mode: StopMode, report: Report, held_s: Callable[[float], float] = lambda _now: 0.0
+    ) -> None:
         self.mode = mode
         self._report = report
         self._began_at = asyncio.get_running_loop().time()
+        self._held_s = held_s
+        """For how long the event loop was held until a time of its clock."""
+        self._held_before_s = held_s(self._began_at)
         self._overdue = False
+        self._was_being_proved = False
+        """Whether the proof that is, or was, under way last began before the call for the hardware stop."""
         self._trouble: Said | None = None
         """Why it was not sent."""
         self._at_once = asyncio.Event()
@@ -112,6 +121,23 @@ class Stopping(ABC):
     def publish(self, what: str) -> None:
         """Tell everybody how far it has come."""
 
+    # time
+
+    @property
+    def waited_s(self) -> float:
+        """How long it has been under way, without the time in which the gateway itself was held up."""
+        now = asyncio.get_running_loop().time()
+        return now - self._began_at - (self._held_s(now) - self._held_before_s)
+
+    def is_late(self) -> bool:
+        """Whether its motor was to stand by now."""
+        return self.waited_s >= CONFIRM_WITHIN_S - CLOCK_S
+
+    @property
+    def disproves_its_alarm(self) -> bool:
+        """Whether the proof of standstill was under way already when the hardware stop was called for."""
+        return self._overdue and self._was_being_proved and self._report.state == "confirmed"
+
     # repeating
 
     async def see_through(self) -> None:
@@ -122,7 +148,7 @@ class Stopping(ABC):
             began_at = loop.time()
             while not await self._is_proved():
                 await self._pause(self.pause_s(loop.time() - began_at))
-                began_at = loop.time()
+                began_at, self._was_being_proved = loop.time(), False
                 self._repeat()
         finally:
             self._warning.cancel()
@@ -174,10 +200,13 @@ class Stopping(ABC):
     def _warn(self) -> None:
         if self._report.state == "confirmed":
             return
+        if not self.is_late():
+            self._warn_in(CONFIRM_WITHIN_S - self.waited_s)
+            return
         if self.has_had_no_turn():
             self._warn_in(REPEAT_S)
             return
-        self._overdue = True
+        self._overdue = self._was_being_proved = True
         self.tell()
         self.publish("unconfirmed")
 

@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager, nullcontext
 from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, TypeVar
 
@@ -122,10 +123,20 @@ class Target(ABC):
         self, command: AnyCommand, wait_s: float, start_within_s: float
     ) -> Begun | Opened:
         """Start a move, and give it when it is over, or when the time to wait is up; errors as of `start`."""
-        begun = await self.start(command, start_within_s)
+        return await self.wait_for(await self.start(command, start_within_s), wait_s)
+
+    async def wait_for(self, begun: Begun | Opened, wait_s: float) -> Begun | Opened:
+        """Give a move that was started when it is over, or when the time to wait is up."""
         if isinstance(begun, Begun) and wait_s:
             await together(*(self.log.wait(move.id, wait_s) for move in begun.moves))
         return begun
+
+    def at_own_speed(self, request: Any) -> AbstractAsyncContextManager[Any]:
+        """See to the speed that a wish for a move names, and keep it until the move has begun.
+
+        :raises GatewayError: the speed was not set, and the move must not start.
+        """
+        return nullcontext(request)
 
     def command_for(self, request: Any) -> AnyCommand:
         """Put a client's wish for a move into a command of the table.
@@ -134,12 +145,14 @@ class Target(ABC):
         """
         raise InvalidRequest(f"{self.address} makes no moves of this kind ({request!r}); nothing was sent.")
 
-    async def plan(self, command: AnyCommand) -> BaseModel:
-        """Work out a move without moving; only reads are sent.
+    async def plan(self, command: AnyCommand, limit: Any = None) -> BaseModel:
+        """Work out a move, with a highest speed of its own if given, without moving; only reads are sent.
 
         :raises GatewayError: it could not be worked out, or never be carried out.
         """
-        raise InvalidRequest(f"{self.address} plans no moves by {command.name()}; nothing was sent.")
+        raise InvalidRequest(
+            f"{self.address} plans no moves by {command.name()} ({limit}); nothing was sent."
+        )
 
     async def samples(self, move_id: str) -> BaseModel:
         """Give where it was seen during one of its moves.

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Sequence
+from contextlib import AbstractAsyncContextManager
 from typing import Any, Final
 
 from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest
@@ -13,6 +14,7 @@ from gateway.fics.calls import calls_for_robot
 from gateway.fics.fit import require_fit
 from gateway.fics.move_requests import RobotMoveRequest
 from gateway.fics.moves import RobotMoves
+from gateway.fics.own_speed import at_own_speed
 from gateway.fics.plans import PlannedRobotMove, plan_of
 from gateway.fics.robot import Robot
 from gateway.fics.samples import RobotSamples, samples_of
@@ -144,6 +146,10 @@ class UnitTarget(RobotTarget):
         """Put a wish for a move into a command; errors as of `amounts.numbers`."""
         return request.command(self.unit)
 
-    async def plan(self, command: Any) -> PlannedRobotMove:
-        """Work out a move; errors as of `plan_of`."""
+    def at_own_speed(self, request: RobotMoveRequest) -> AbstractAsyncContextManager[RobotMoveRequest]:
+        """Set the `speed_percent` of a move; errors as of `own_speed.at_own_speed`."""
+        return at_own_speed(self.robot, self.unit, request)
+
+    async def plan(self, command: Any, _: object = None) -> PlannedRobotMove:
+        """Work out a move at the speeds that are set now; errors as of `plan_of`."""
         return await plan_of(self.unit, command)

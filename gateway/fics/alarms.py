@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
-from gateway.core.alarms import Cause, Kind, causes_of_moves, stopped, words
+from gateway.core.alarms import Cause, Kind, causes_of_moves, past, stopped, words
 from gateway.core.next_calls import ACKNOWLEDGE, STOP
 from gateway.core.restore_alarms import causes_of_restores
 from gateway.fics.calls import ERRORS, MOVE, RESET, ROBOT, STATUS
@@ -25,22 +25,49 @@ ROBOTS: Final[Sequence[Kind[Robot]]] = (
         "C-HOST manual 1-1",
         (ROBOT, STOP),
         lambda robot: not robot.online,
+        over=past(
+            words(
+                "{address} did not answer for a while; it answers again.",
+                "A move that was under way then went on in the robot to its end, if that had power.",
+                "Look at where it stands before it is moved.",
+            ),
+            words(
+                "{address}は一時応答しませんでしたが、応答が復旧しました。",
+                "当時実行中だった移動は、電源が入っていれば終わりまで続きました。",
+                "動かす前に位置を確認してください。",
+            ),
+        ),
     ),
     Kind(
         "robot.power_cycled",
         words(
             "{address} has lost its power, or seems to have.",
-            "All axes have stopped. None is homed, and speeds the gateway does not know are 100 % again.",
+            "A motion under way has ended with the power. No axis is homed, and speeds the gateway does not "
+            "know are 100 % again.",
             "See that its speeds are right, acknowledge the power cycle, then home it.",
         ),
         words(
             "{address}の電源が切れた、または切れた可能性があります。",
-            "全軸が停止しました。原点復帰は未完了で、ゲートウェイが把握していない速度は100 %に戻っています。",
+            "実行中の動作は電源とともに終了しました。原点復帰は未完了で、ゲートウェイが把握していない"
+            "速度は100 %に戻っています。",
             "速度を確認し、電源再投入を確認済みにしてから、原点復帰を行ってください。",
         ),
         "C-HOST manual 1-1-1, 2-15",
         (ROBOT, ACKNOWLEDGE),
         lambda robot: robot.power.cycled,
+        over=past(
+            words(
+                "{address} had lost its power, or seemed to have; that was acknowledged since.",
+                "All axes had stopped, none was homed, and speeds the gateway does not know "
+                "were 100 % again.",
+                "See that its speeds are right, and home it, if that was not done.",
+            ),
+            words(
+                "{address}の電源が切れた、または切れた可能性がありましたが、確認済みです。",
+                "全軸が停止し、原点復帰は未完了になり、ゲートウェイが把握していない速度は100 %に戻りました。",
+                "未確認の場合は速度を確認し、原点復帰を行ってください。",
+            ),
+        ),
     ),
     Kind(
         "robot.error",
@@ -57,6 +84,18 @@ ROBOTS: Final[Sequence[Kind[Robot]]] = (
         "C-HOST manual 2-12 to 2-14",
         (ERRORS, RESET),
         lambda robot: robot.latched_error is not None,
+        over=past(
+            words(
+                "{address} reported error {code}: {en} It was reset since.",
+                "The robot had stopped.",
+                "{remedy_en}",
+            ),
+            words(
+                "{address}がエラー{code}を報告しました。{ja}その後リセットされました。",
+                "ロボットは停止しました。",
+                "{remedy_ja}",
+            ),
+        ),
     ),
     Kind(
         "robot.stop.unconfirmed",
@@ -73,6 +112,19 @@ ROBOTS: Final[Sequence[Kind[Robot]]] = (
         "C-HOST manual 2-7, 2-8",
         (ROBOT, STOP),
         lambda robot: robot.stops.unconfirmed is not None,
+        over=past(
+            words(
+                "A stop of {address} was not confirmed in time; it was confirmed later. {detail}",
+                "Axes moved, or may have moved, until the robot reported standstill.",
+                "Find out why the stop was told so late.",
+            ),
+            words(
+                "{address}の停止を時間内に確認できませんでしたが、その後確認しました。",
+                "ロボットが停止を報告するまで、軸が動いていた可能性があります。",
+                "確認が遅れた原因を調べてください。",
+            ),
+        ),
+        disproved=lambda robot: robot.stops.was_proved,
     ),
     stopped("robot", "C-HOST manual 2-7, 2-8", (ROBOT,), lambda robot: robot.stops.unconfirmed is not None),
     Kind(
@@ -90,6 +142,18 @@ ROBOTS: Final[Sequence[Kind[Robot]]] = (
         "C-HOST manual 2-10",
         (ROBOT, STOP),
         lambda robot: robot.moving is True and robot.motion.command is None,
+        over=past(
+            words(
+                "{address} moved, and the gateway had not started that.",
+                "Axes were moved by a program, a terminal or another host; that is over.",
+                "Find out who moved it.",
+            ),
+            words(
+                "{address}が、ゲートウェイからの指令なしに動きました。",
+                "プログラム、ティーチングペンダント、または他のホストによる軸の動作でした。動作は終わっています。",
+                "何が動かしたかを調べてください。",
+            ),
+        ),
     ),
     Kind(
         "robot.bits.mismatch",
@@ -106,6 +170,18 @@ ROBOTS: Final[Sequence[Kind[Robot]]] = (
         "C-HOST manual 2-10, 2-11",
         (ROBOT,),
         lambda robot: bool(robot.bits.mismatches),
+        over=past(
+            words(
+                "The configured order of bits did not explain what unit {unit} of {address} showed. {detail}",
+                "The motor did nothing because of this. Its status may have been told wrongly.",
+                "Compare the order of status_bits and sensor_bits with the robot, if that was not done.",
+            ),
+            words(
+                "{address}のユニット{unit}の状態が、設定されたビット順と一致しませんでした。",
+                "これによるモータの動作はありません。状態が誤って表示された可能性があります。",
+                "未確認の場合は、status_bitsとsensor_bitsの順をロボットと照合してください。",
+            ),
+        ),
     ),
     Kind(
         "robot.unit.missing",
@@ -122,6 +198,18 @@ ROBOTS: Final[Sequence[Kind[Robot]]] = (
         "C-HOST manual 2-1, 2-12",
         (ROBOT,),
         lambda robot: bool(robot.selection.missing),
+        over=past(
+            words(
+                "{address} had no unit {unit}, which the configuration named.",
+                "Nothing moved because of this.",
+                "Nothing needs to be done.",
+            ),
+            words(
+                "設定にあるユニット{unit}は{address}に存在しませんでした。",
+                "これによるモータの動作はありません。",
+                "対応は不要です。",
+            ),
+        ),
     ),
     Kind(
         "robot.jog.not_stopped",
@@ -138,6 +226,19 @@ ROBOTS: Final[Sequence[Kind[Robot]]] = (
         "C-HOST manual 2-2",
         (ROBOT, STOP),
         lambda robot: robot.moving is True,
+        over=past(
+            words(
+                "A JOG of axis {axis} of unit {unit} of {address} was ended, and the axis did "
+                "not stop in time; it stood still later.",
+                "The axis moved on, and the whole robot was stopped.",
+                "Find out why it did not take the end of the JOG.",
+            ),
+            words(
+                "{address}のユニット{unit}、軸{axis}のJOGを終了しましたが、時間内に停止せず、その後停止しました。",
+                "軸が動き続けたため、ロボット全体を停止しました。",
+                "停止しなかった原因を調べてください。",
+            ),
+        ),
     ),
     Kind(
         "robot.move.overdue",
@@ -154,6 +255,18 @@ ROBOTS: Final[Sequence[Kind[Robot]]] = (
         "C-HOST manual 2-10",
         (ROBOT, STOP),
         lambda robot: robot.moving is True,
+        over=past(
+            words(
+                "Move {move_id} of {address} took longer than its way and its speeds explain.",
+                "The robot moved, or waited in the middle of the move; it stood still later.",
+                "See what held it up.",
+            ),
+            words(
+                "{address}の移動{move_id}が、距離と速度から見込まれる時間を超えました。",
+                "ロボットは動いていたか、移動の途中で待っていました。その後停止しました。",
+                "遅れた原因を確認してください。",
+            ),
+        ),
     ),
 )
 

@@ -27,7 +27,7 @@ from protocols.fics.positions import DownloadPositions
 from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand, WhenAnswered
 from protocols.fics.speeds import SetSpeedPercent
 from protocols.fics.status import AxisCoordinates, AxisStatuses, SensorStates
-from protocols.fics.system import HostMode, SelectUnit
+from protocols.fics.system import SelectUnit
 from protocols.table import Effect, Reply
 
 TURN_WITHIN_S = 5.0
@@ -115,9 +115,8 @@ class Asking:
         """
         number = self._admit(command, unit)
         if command.answered is not WhenAnswered.ALWAYS:
-            silent = self.line.mode == HostMode.VER_2
-            answered = await self._do(command, number, read=silent)
-            return answered_now() if silent else answered_now(answered)
+            said, _ = await self._do(command, number)
+            return answered_now(said) if isinstance(said, Answered) else answered_now()
         expires_at = deadline_of(lane)
         if lane is not Lane.READ:
             return await self._put(command, number, lane, expires_at)
@@ -138,7 +137,8 @@ class Asking:
         :raises NotReadBack: it was sent, and the robot has not told what it is now.
         """
         number = self._admit(command, unit)
-        return (await self._do(command, number, read=True, since=since)).replies[0]
+        _, found = await self._do(command, number, since=since)
+        return found.replies[0]
 
     async def as_expected(
         self, read: Callable[[], Awaitable[T]], expects: Callable[[T], None] | None
@@ -232,9 +232,12 @@ class Asking:
     # actions
 
     async def _do(
-        self, command: FicsCommand[Any], number: int | None, *, read: bool, since: int | None = None
-    ) -> Answered:
-        """Send a command that changes something, to a unit just confirmed, and `read` back what it is."""
+        self, command: FicsCommand[Any], number: int | None, *, since: int | None = None
+    ) -> tuple[Outcome, Answered]:
+        """Send a command that changes something, to a unit just confirmed: its answer, and what is read back.
+
+        An answer of Ver.3 does not tell what was heard: a bit may have flipped on the way.
+        """
         line, lane = self.line, Lane.COMMAND
         line.admission.require()
         epoch = line.stop_epoch
@@ -247,13 +250,12 @@ class Asking:
                 if number is not None:
                     with preparing(self._commander.robot_id, command):
                         await self._selection.make(number, afresh=True)
-                outcome = await self._commander.say(command, epoch, within_s=TURN_WITHIN_S)
-                if read:
-                    outcome = await read_back(self._commander, command, outcome, epoch)
+                said = await self._commander.say(command, epoch, within_s=TURN_WITHIN_S)
+                outcome = await read_back(self._commander, command, said, epoch)
                 self._note(command, number, outcome)
         if isinstance(outcome, Failure):
             await self._errors.poll()
-        return answered(self._commander.robot_id, command, outcome)
+        return said, answered(self._commander.robot_id, command, outcome)
 
     def _note(self, command: FicsCommand[Any], number: int | None, outcome: Outcome) -> None:
         """Note what an action may have changed."""

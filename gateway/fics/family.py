@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Final, Literal
 
 from pydantic import Field
 
-from gateway.core.addresses import there_are
+from gateway.core.addresses import none_such
 from gateway.core.alarms import Cause
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.family import (
@@ -147,10 +147,7 @@ class Fics(Family):
         :raises NotFound: there is none of this id.
         """
         if robot_id not in self._robots:
-            raise NotFound(
-                f"There is no robot {as_given(robot_id)}; {there_are(self._robots)}; nothing was sent.",
-                "GET /robots lists them.",
-            )
+            raise none_such("robot", robot_id, self._robots, "GET /robots lists them.")
         return self._robots[robot_id]
 
     def target(self, collection: str, names: Sequence[str]) -> Target:

@@ -397,7 +397,8 @@ class Jogs:
     def _settle(self, session: JogSession) -> None:
         """The axis of a session stands still, or was never told to move."""
         self._unsettled.pop(session.id, None)
-        survived("the end of a JOG", partial(self._stands, session), self._end_motion)
+        survived("the end of a JOG", partial(self._stands, session))
+        insist("the end of the motion of JOGs", self._end_motion)
 
     def _end_motion(self) -> None:
         """End the motion when the last axis stands still."""

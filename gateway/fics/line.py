@@ -5,6 +5,7 @@ import logging
 import random
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager
+from functools import partial
 from typing import Any
 
 from gateway.core.errors import Cancelled, Expired, GarbledReply, GatewayError, NoReply, NotSent, QueueFull
@@ -14,6 +15,7 @@ from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
 from gateway.core.origin import SET_UP as SET_UP_ORIGIN
 from gateway.core.origin import acting
+from gateway.core.own_faults import insist
 from gateway.fics.exchange import ROBOT, SET_UP, Answered, FicsExchange, Outcome, ReplyFrame
 from gateway.fics.session import FicsSession, offline_error
 from protocols.fics.alarms import TakeCurrentError
@@ -95,6 +97,8 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
         """Whether the robot has been set up before."""
         self._was_away = False
         """Whether it was silent, or its port gone, since."""
+        self.absences = 0
+        """How often it has come back so in the mode of power-on: that alone tells of no loss of power."""
         self._missing = False
         """Whether its silence has been reported."""
         self._tells_mode = True
@@ -194,8 +198,9 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
         found = await self._find_mode()
         if found is None:
             return False
-        if self._known and (found != self.mode or (self._was_away and self.mode == HostMode.VER_2)):
-            self._lost_power(certain=found != self.mode)
+        if self._known and found != self.mode:
+            self._lost_power()
+        self.absences += self._was_away and found == HostMode.VER_2
         if found != self.mode:
             await self._tell(SetCommunicationMode(mode=self.mode))
             found = await self._find_mode()
@@ -235,18 +240,18 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
     def power_was_lost(self, reason: str) -> None:
         """The robot was found in the mode of power-on: nothing is said to it until it is set up again."""
         self._begin_set_up()
-        self.set_up_again(reason)
-        self._lost_power(certain=True)
+        insist("the set-up of a robot", partial(self.set_up_again, reason))
+        self._lost_power()
         self._known = False  # only now: the set-up would find it once more
 
-    def _lost_power(self, *, certain: bool) -> None:
-        """The robot is in the mode of power-on; where that is its own mode, having been away must do."""
+    def _lost_power(self) -> None:
+        """The robot is in the mode of power-on, and was left in another."""
         self._was_away = False
         self._session.lose_motion(
             NoReply("The robot has lost its power in the middle of the motion.", "Home it again."),
             Cancelled("The robot has lost its power; nothing was sent.", "Home it again."),
         )
-        self.on_change("robot.power_cycled", {"certain": certain})
+        self.on_change("robot.power_cycled", {})
 
     def _robot_is_silent(self) -> None:
         self._was_away = True

@@ -146,19 +146,21 @@ class Motions:
         except GatewayError:
             return None
 
-    async def see_power(self, unit: UnitAxes | None = None) -> None:
-        """See that the robot has not been switched off; in Ver.2 a `unit` tells by its origins.
+    async def see_power(self, unit: UnitAxes | None = None, *, speeds: bool = True) -> bool:
+        """Whether the robot proves that it was not switched off; in Ver.2 a `unit` tells by its signs.
 
-        :raises PowerCycled: it has.
+        Its `speeds` are one of them, where it is not homed.
+
+        :raises PowerCycled: it was.
         :raises GatewayError: it did not tell.
         """
         async with self.line.sequence_lock.held(Lane.COMMAND):
-            await self.power.see()
-            if unit is not None and self.line.mode == HostMode.VER_2:
+            if unit is None:
+                await self.power.see()
+                return self.line.mode != HostMode.VER_2
+            if self.line.mode == HostMode.VER_2:
                 await self.selection.make(unit.number, afresh=False)
-                await self.power.see_origins(unit)
-        if self.power.cycled and unit is not None:
-            self.power.refuse()
+            return await self.power.see_signs(unit, speeds=speeds)
 
     async def restore_speeds(self) -> None:
         """Set the speeds again that were lost with the power; errors as of `Power.restore`."""

@@ -11,7 +11,7 @@ from gateway.fics.axes import Coordinates, UnitAxes
 from protocols.fics import motor_axes, moves
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StepAxis, Steps
-from protocols.fics.notation import AxisName, PositionNumber
+from protocols.fics.notation import AxisName, PercentNumber, PositionNumber
 from protocols.fics.row import FicsCommand
 
 MotionRow = type[FicsCommand[Any]]
@@ -25,7 +25,18 @@ _RELATIVE: Final[dict[Coordinates, MotionRow]] = {
 }
 
 
+SpeedPercent = Annotated[
+    PercentNumber | None,
+    Field(
+        description="Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the "
+        "unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the "
+        "move runs at what is set. JOG and JTE have a speed of the robot's own."
+    ),
+]
+
+
 class _AxesMoveRequest(StartRequest):
+    speed_percent: SpeedPercent = None
     coordinates: Coordinates = Field(
         default="user", description="Whether axes are those of the user or the motors (C-HOST manual 1-6)."
     )
@@ -65,6 +76,7 @@ class RobotPositionMoveRequest(StartRequest, json_schema_extra=example(kind="pos
 
     kind: Literal["position"]
     position: PositionNumber = Field(description="Number of the position, 1-1999; it has to be set.")
+    speed_percent: SpeedPercent = None
 
     def command(self, _: UnitAxes) -> FicsCommand[Any]:
         """The robot's command for it."""

@@ -37,6 +37,7 @@ from gateway.fics.exchange import Answered, Outcome
 from gateway.fics.motion_state import Tell
 from gateway.fics.motions import Accepted, Motions, in_time
 from gateway.fics.move_record import RobotMove
+from gateway.fics.power import ACKNOWLEDGE
 from gateway.fics.proofs import Finding
 from gateway.fics.targets import require_known, target_of
 from gateway.fics.units import RobotUnit
@@ -57,6 +58,8 @@ ANSWER_AFTER_REST_S = 0.5
 """An answer that comes later than this after standstill is taken for lost."""
 VERIFY = Lane.VERIFY
 """What proves how a move ends is asked before all that others want of the robot."""
+
+AT_TARGET = "The axes stand at the target."
 
 Advance = Callable[[RobotMove, MoveStatus, GatewayError | None], None]
 
@@ -228,7 +231,10 @@ class MoveRun:
         return axes is not None and at_rest(axes) and not accepted.outcome.done()
 
     async def _status(self) -> list[AxisStatus] | None:
-        """What the axes do; None when the move is lost, or nobody could ask for too long."""
+        """What the axes do; None when the move is lost, or nobody could ask for too long.
+
+        After a loss of power they are asked, too: only what was seen is told of them.
+        """
         loop, line = asyncio.get_running_loop(), self._line
         longest_s = line.reply_timeout_s + line.late_reply_s + self._motions.poll_interval_s
         silence = Silence(loop.time(), longest_s)
@@ -238,8 +244,9 @@ class MoveRun:
                 axes = list((await self._unit.status(VERIFY)).values())
             except GatewayError as error:
                 silence.unanswered(loop.time(), silent=line.shows_silence(error))
-            if self._motions.power.cycled:
-                self._lost("power_cycled", _without_power(self._move.robot_id))
+            unasked_s = silence.silent_s + silence.out_of_reach_s
+            if self._motions.power.cycled and (axes is not None or unasked_s > line.late_reply_s):
+                self._lost("power_cycled", _without_power(self._motions.power.what_happened(), axes))
                 return None
             if axes is not None:
                 return axes
@@ -252,14 +259,14 @@ class MoveRun:
             self._advance(MoveStatus.UNKNOWN, _out_of_reach(self._move.robot_id, silence))
         return None
 
-    async def _come_to_rest(self) -> bool:
-        """Wait until the axes stand still; False when the move is lost."""
+    async def _come_to_rest(self) -> list[AxisStatus] | None:
+        """Wait until the axes stand still, and give what they tell; None when the move is lost."""
         axes = await self._status()
         while axes is not None and not at_rest(axes):
             self._moves()
             await asyncio.sleep(self._motions.poll_interval_s)
             axes = await self._status()
-        return axes is not None
+        return axes
 
     def _lost(self, cause: str | None, error: GatewayError) -> None:
         if not self._move.status.final:
@@ -277,7 +284,7 @@ class MoveRun:
             if await self._come_to_rest():
                 await (self._failed(outcome.error) if isinstance(outcome, Failure) else self._ended())
         elif isinstance(outcome, NoReply):
-            await self._resolve(outcome)
+            await self._outlive(outcome)
         else:
             self._advance(MoveStatus.CANCELLED, outcome)
             self._tell(outcome)
@@ -339,16 +346,14 @@ class MoveRun:
             await self._weigh(axes)
 
     async def _lost_power(self) -> bool:
-        """Whether the move is lost with the power; in Ver.3 the mode proves that it was kept."""
+        """Whether the move is lost with the power; the robot may prove that it was kept."""
         try:
-            await self._motions.see_power(self._unit)
+            self._power_kept = await self._motions.see_power(self._unit)
         except PowerCycled:
-            self._lost("power_cycled", _without_power(self._move.robot_id))
+            await self._status()  # it is lost with that
             return True
         except GatewayError as unseen:
             self._move.evidence.append(unseen.detail)
-        else:
-            self._power_kept = self._line.mode != HostMode.VER_2
         return False
 
     async def _weigh(self, axes: list[AxisStatus]) -> None:
@@ -375,6 +380,8 @@ class MoveRun:
             self._move.end_cause = "position_mismatch"
             self._advance(MoveStatus.FAILED, _missed(self._unit, self._move))
         elif await self._is_proved(finding):
+            if self._move.completion == "inferred" and finding.arrived():
+                self._move.evidence.append(AT_TARGET)
             self._move.end_cause = "normal"
             self._advance(MoveStatus.SUCCEEDED)
         elif not self._move.status.final:
@@ -397,14 +404,21 @@ class MoveRun:
                 failure.moved = "no"
             self._advance(MoveStatus.FAILED, failure)
 
+    async def _outlive(self, error: NoReply) -> None:
+        """Its answer will not come: a move that was seen to run is followed to its end, as in Ver.2."""
+        if self._move.status is not MoveStatus.MOVING:
+            await self._resolve(error)
+        elif await self._come_to_rest() and (axes := await self._come_to_rest()):
+            await self._infer(axes)
+
     async def _resolve(self, error: NoReply) -> None:
-        """The line was lost in the middle: let the axes tell, where they can prove it."""
-        if not await self._come_to_rest():
+        """Nobody saw it begin, or in this life: let the axes tell, where they can prove it."""
+        if not await self._come_to_rest() or await self._lost_power():
             return
         self._move.completion = "inferred"
         await self._read_position()
         if self._finding().arrived():
-            self._move.evidence.append("The axes stand at the target.")
+            self._move.evidence.append(AT_TARGET)
             self._move.end_cause = "normal"
             self._advance(MoveStatus.SUCCEEDED)
         else:
@@ -461,11 +475,14 @@ def _ended_with(robot_id: str) -> NoReply:
     )
 
 
-def _without_power(robot_id: str) -> MoveFailed:
-    return MoveFailed(
-        f"{robot_id} has lost its power in the middle of the move; the axes stand still.",
-        "See that its speeds are right, acknowledge the power cycle, then home it.",
-    )
+def _without_power(happened: str, axes: list[AxisStatus] | None) -> MoveFailed:
+    if axes is None:
+        seen, look = "it has not told since whether its axes stand still", "See that nothing moves. "
+    elif at_rest(axes):
+        seen, look = "its axes were seen to stand still since", ""
+    else:
+        seen, look = "its axes were seen to move since", "Stop it. "
+    return MoveFailed(f"{happened} in the middle of the move; {seen}.", look + ACKNOWLEDGE)
 
 
 def _lost_on_its_way(unit: RobotUnit, move: RobotMove) -> NotExecuted:

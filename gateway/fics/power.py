@@ -70,6 +70,8 @@ class Power:
     """The units whose speeds have to be set again before any move."""
     _certain: bool = True
     """Whether the loss that nobody has acknowledged is certain."""
+    _absences: int | None = None
+    """What `FicsLine.absences` was when it was last seen whether the power was kept; None after a start."""
     on_memory: Callable[[], None] = lambda: None
     """Called when there may be something else to remember."""
 
@@ -103,6 +105,7 @@ class Power:
     def lost(self, *, certain: bool) -> None:
         """It was switched off and on, or seems to: keep it from moving until a person acknowledges that."""
         self.losses += 1
+        self.settle_doubt(self._commander.line.absences)
         self._due = set(self._speeds)
         self.forget_origins()  # those of all units are gone, and that is told once
         if not self.cycled:
@@ -125,10 +128,43 @@ class Power:
         """
         if self.cycled:
             raise PowerCycled(
-                f"{self._what_happened()}: nothing is homed then, and speeds the gateway does not know are "
+                f"{self.what_happened()}: nothing is homed then, and speeds the gateway does not know are "
                 f"100 % again; {command.wire_name()} was not sent.",
                 ACKNOWLEDGE,
             )
+
+    @property
+    def in_doubt(self) -> bool:
+        """Whether it may have lost its power unseen: it was not asked since for what a loss would take."""
+        return self._commander.line.absences != self._absences
+
+    def settle_doubt(self, absences: int) -> None:
+        """All that a loss would take was looked at since the line had been away so often."""
+        self._absences = absences
+
+    async def see_signs(self, unit: UnitAxes, *, speeds: bool = True) -> bool:
+        """Whether the robot proves that it has kept its power; in Ver.2 by what a loss would take away.
+
+        That are the origins of a unit, or `speeds` below 100 % where it has none. Call it with the sequence
+        lock held and the unit selected.
+
+        :raises PowerCycled: it has lost it.
+        :raises GatewayError: it did not tell.
+        """
+        line = self._commander.line
+        absences, homed = line.absences, self.origins.are_known(unit)
+        await self.see()
+        if line.mode != HostMode.VER_2:
+            return True
+        await self.see_origins(unit)
+        kept = homed and self.origins.are_known(unit)
+        if speeds and not homed:
+            kept = any([await self._see_speeds(unit, it) for it in _ROWS])
+        if self.cycled:
+            self.refuse()
+        if kept:
+            self.settle_doubt(absences)
+        return kept
 
     async def see(self, proof: Proof | None = None) -> None:
         """See that the robot has not been switched off: then it is in Ver.2.
@@ -199,9 +235,10 @@ class Power:
 
         :raises PowerCycled: always.
         """
-        raise PowerCycled(f"{self._what_happened()}; nothing was sent.", ACKNOWLEDGE)
+        raise PowerCycled(f"{self.what_happened()}; nothing was sent.", ACKNOWLEDGE)
 
-    def _what_happened(self) -> str:
+    def what_happened(self) -> str:
+        """Its loss of power in words: certain, or likely."""
         has_been = "has been" if self._certain else "seems to have been"
         return f"Robot {self._commander.robot_id} {has_been} switched off and on"
 
@@ -216,11 +253,25 @@ class Power:
         if self._commander.line.mode == HostMode.VER_2:
             self.lost(certain=False)
 
-    def homed_beside(self, unit: UnitAxes) -> UnitAxes | None:
-        """A unit that was homed, where this one is not known to be: a loss of power would show there."""
+    def witnesses_beside(self, unit: UnitAxes) -> list[UnitAxes]:
+        """The units where a loss of power would show, where this one is not known to be homed.
+
+        Those whose speeds alone would tell are asked only in doubt.
+        """
         if self.origins.are_known(unit):
-            return None
-        return next(filter(self.origins.are_known, self._units), None)
+            return []
+        homed = next(filter(self.origins.are_known, self._units), None)
+        if homed is not None:
+            return [homed]
+        return [it for it in self._units if it is not unit and self._is_slower(it)] if self.in_doubt else []
+
+    def _is_slower(self, unit: UnitAxes) -> bool:
+        """Whether a loss of power would raise a speed of a unit."""
+        return any(percent != FULL_SPEED for it in _ROWS for percent in self._known(unit, it).values())
+
+    def knows_speeds(self, unit: UnitAxes) -> bool:
+        """Whether the percentages of a unit are known: a loss of power may show in them."""
+        return bool(self._known(unit, "user"))
 
     async def see_origins(self, unit: UnitAxes, proof: Proof | None = None) -> None:
         """See whether a unit is still homed. Call it with the sequence lock held and the unit selected.
@@ -314,11 +365,13 @@ class Power:
         if self.cycled:
             self.refuse()
 
-    async def _see_speeds(self, unit: UnitAxes, coordinates: Coordinates, proof: Proof) -> None:
+    async def _see_speeds(self, unit: UnitAxes, coordinates: Coordinates, proof: Proof | None = None) -> bool:
+        """Whether one below 100 %, which a loss of power would have raised, is as it was."""
         known = self._known(unit, coordinates)
         slower = any(percent != FULL_SPEED for percent in known.values())
         if not self.cycled and slower and await self._differ(unit, coordinates, known, proof):
             self.lost(certain=False)
+        return slower and not self.cycled
 
     async def _set_again(self, unit: UnitAxes, coordinates: Coordinates) -> None:
         row = self._setting(unit, coordinates)

@@ -95,6 +95,8 @@ class Robot:
         self.tables = Tables(commander, motion, self.selection, self.asking)
         self.motions = Motions(commander, motion, self.selection, power, errors, poll_interval_s)
         self.durations = Durations(self.asking)
+        self.own_speed = asyncio.Lock()
+        """Held from when the speed of a move is set until the move has begun."""
         self.jogs = Jogs(self.units, self.motions, self.publish, partial(self.stop, "immediate"))
         self.stops = RobotStops(self.units, self.motions, self.jogs, self.publish)
         line.on_change = self._line_changed
@@ -238,7 +240,7 @@ class Robot:
         doubts = self._forget_what_may_change, self.asking.note_change, self.bits.compare_again
         survived(f"{what} of {self.id}", *doubts)
         if what == "robot.power_cycled":
-            lost = partial(self.power.lost, certain=bool(facts["certain"]))
+            lost = partial(self.power.lost, certain=True)
             deeds: list[Callable[[], None]] = [self.selection.forget, lost]
             all_of(deeds)
         elif what.startswith("robot."):

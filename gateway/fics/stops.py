@@ -10,7 +10,7 @@ from pydantic import Field
 
 from gateway.core.errors import GatewayError
 from gateway.core.lanes import Lane
-from gateway.core.own_faults import all_of, carry_on, insist, seen_to, survived, twice
+from gateway.core.own_faults import all_of, at_end_of, carry_on, seen_to, survived, twice
 from gateway.core.records import request_id_field
 from gateway.core.stops import (
     CONFIRM_WITHIN_S,
@@ -69,6 +69,8 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
         self._jogs = jogs
         self._new = partial(_RobotStop, units, motions.line, motions.errors, motions.commander.bits, tell)
         self._running: dict[StopMode, _RobotStop] = {}
+        self.was_proved = False
+        """Whether the last stop was being proved already when it was called late."""
         motions.commander.on_told = self._hear_error
 
     def stop(self, mode: StopMode) -> "asyncio.Task[RobotStopReport]":
@@ -96,7 +98,7 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
         task = asyncio.create_task(self._see_through(stop), name=what)
         self._running[mode], self._tasks[stop] = stop, task
         self._motion.stops = len(self._tasks)
-        task.add_done_callback(lambda _: insist(f"the end of {what}", partial(self._over, stop)))
+        at_end_of(task, f"the end of {what}", partial(self._over, stop))
         survived(f"the {what}", stop.submit, partial(stop.publish, "requested"))  # its task repeats it
 
     def _hear_error(self, error: str, asked_after: int) -> None:
@@ -130,6 +132,7 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
         """
         what = f"the stop of {stop.report.robot_id}"
         await carry_on(what, stop.see_through)
+        self.was_proved = stop.disproves_its_alarm
         forgotten, told = partial(self._forget, stop), partial(stop.publish, "confirmed")
         survived(what, forgotten, self._motion.confirm_stop, self._jogs.robot_stands_still, told)
         await seen_to(what, self._errors.poll)
@@ -149,7 +152,7 @@ class _RobotStop(Stopping):
         mode: StopMode,
     ) -> None:
         self.report = RobotStopReport(robot_id=units[0].robot_id)
-        super().__init__(mode, self.report)
+        super().__init__(mode, self.report, line.admission.held_s)
         self._units, self._line, self._errors, self._bits, self._tell = units, line, errors, bits, tell
         self._refusal: str | None = None
         """The error the robot refused it with, last."""

@@ -11,7 +11,7 @@ from gateway.fics.commander import Commander
 from gateway.fics.downloads import download
 from gateway.fics.errors import NotDone, NotReadBack, PositionsDiffer, RobotBusy, preparing
 from gateway.fics.motion_state import MotionState
-from gateway.fics.read_back import same_number
+from gateway.fics.read_back import READINGS, same_number
 from gateway.fics.selection import Selection
 from gateway.fics.targets import require_places
 from gateway.fics.units import RobotUnit
@@ -85,19 +85,31 @@ class Tables:
             await self._verify(unit, runs)
 
     async def _verify(self, unit: RobotUnit, runs: Sequence[Run]) -> None:
-        found: dict[int, StoredPosition] = {}
-        try:
-            for first, commands in runs:
-                part = DownloadPositions(first=first, count=len(commands))
-                told = await download(self._asking, unit, part, Lane.COMMAND)
-                found |= dict(enumerate(told.replies, first))
-        except GatewayError as unread:
-            sent = sum(len(commands) for _, commands in runs)
-            raise NotReadBack(f"{sent} positions were sent to {unit.address}", unread) from unread
+        """See that what was sent is held; a run in which something differs is read once more.
+
+        :raises PositionsDiffer: it is not.
+        :raises NotReadBack: the robot has not told.
+        """
         wanted = {n: row for first, commands in runs for n, row in enumerate(commands, first)}
-        differing = [number for number, row in wanted.items() if not agrees(row, found.get(number))]
+        left = [range(first, first + len(commands)) for first, commands in runs]
+        for _ in range(READINGS):
+            try:
+                found = await self._held(unit, left)
+            except GatewayError as unread:
+                raise NotReadBack(f"{len(wanted)} positions were sent to {unit.address}", unread) from unread
+            differing = [n for part in left for n in part if not agrees(wanted[n], found.get(n))]
+            left = [part for part in left if not set(part).isdisjoint(differing)]
         if differing:
             raise _differ(unit, differing, wanted, found)
+
+    async def _held(self, unit: RobotUnit, parts: Sequence[range]) -> dict[int, StoredPosition]:
+        """The positions that are set, by their numbers."""
+        found: dict[int, StoredPosition] = {}
+        for part in parts:
+            wanted = DownloadPositions(first=part.start, count=len(part))
+            told = await download(self._asking, unit, wanted, Lane.COMMAND)
+            found |= dict(enumerate(told.replies, part.start))
+        return found
 
     async def clear(self, unit: RobotUnit, command: ClearPositions) -> Answers:
         """Clear positions (C-HOST manual 2-20); in Ver.2 see that they are.
@@ -136,11 +148,19 @@ async def _see_cleared(unit: RobotUnit, command: ClearPositions, numbers: Sequen
     sent = f"{command.text()} was sent to {unit.address}"
     for number in dict.fromkeys(numbers):
         try:
-            still_set = await unit.stored(number, Lane.COMMAND) is not None
+            still_set = await _is_set(unit, number)
         except GatewayError as unread:
             raise NotReadBack(sent, unread) from unread
         if still_set:
             raise NotDone(f"{sent}, and position {number} is still set: that was not done as asked.", command)
+
+
+async def _is_set(unit: RobotUnit, number: int) -> bool:
+    """Whether a position is set, however often it is read."""
+    for _ in range(READINGS):
+        if await unit.stored(number, Lane.COMMAND) is None:
+            return False
+    return True
 
 
 def agrees(sent: UploadPosition, held: StoredPosition | None) -> bool:

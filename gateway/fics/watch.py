@@ -11,6 +11,7 @@ from gateway.fics.errors import IN_MOTION, RobotBusy
 from gateway.fics.questions import UNIT
 from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit
+from protocols.fics.speeds import GetSpeedPercent
 from protocols.fics.status import AxisSensors, AxisStatus
 from protocols.fics.system import HostMode
 
@@ -57,7 +58,7 @@ async def _moves(robot: Robot) -> bool | None:
         unit = await _present_unit(robot)
         statuses = await unit.status()
         if robot.line.mode == HostMode.VER_2:
-            await _see_origins(robot, unit, still=at_rest(statuses.values()))
+            await _see_signs(robot, unit, still=at_rest(statuses.values()))
         with suppress(GatewayError):  # its sensors and places are asked for again
             await _compare_bits(robot, unit, statuses, await unit.sensors())
     except ControllerRefused as refused:
@@ -65,12 +66,22 @@ async def _moves(robot: Robot) -> bool | None:
     return not at_rest(statuses.values())
 
 
-async def _see_origins(robot: Robot, unit: RobotUnit, *, still: bool) -> None:
-    """See that the power was kept, by a unit that was homed: another is selected only to be sure of that."""
-    await robot.motions.see_power(unit)
-    beside = robot.power.homed_beside(unit)
-    if still and beside is not None:
-        await robot.motions.see_power(beside)
+async def _see_signs(robot: Robot, unit: RobotUnit, *, still: bool) -> None:
+    """See that the power was kept: another unit is selected only to be sure of that.
+
+    Where nothing tells, a loss has taken nothing that is known of: so speeds are learnt while none is feared.
+    """
+    power, in_doubt, absences = robot.power, robot.power.in_doubt, robot.line.absences
+    beside = power.witnesses_beside(unit) if still else []
+    if await robot.motions.see_power(unit, speeds=in_doubt) or not still:
+        return
+    for witness in beside:
+        if await robot.motions.see_power(witness, speeds=in_doubt):
+            return
+    if in_doubt:
+        power.settle_doubt(absences)
+    elif not power.knows_speeds(unit):
+        await unit.read(GetSpeedPercent())
 
 
 async def _compare_bits(

@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from pydantic import Field
 
+from gateway.core.aside import aside
 from gateway.core.errors import NotFound
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.journal.writes import Value
@@ -88,7 +89,7 @@ async def deeds(plant: Plant, wanted: Wanted, limit: int) -> Sequence[Deed]:
         rows = await asyncio.to_thread(plant.journal.disk.read_apart, sql, [*values, limit])
     except sqlite3.Error as error:
         raise JournalUnavailable(str(error)) from None
-    return [_deed(row) for row in rows]
+    return await aside(_deeds, rows)
 
 
 def _address_of(plant: Plant, given: str | None) -> str | None:
@@ -96,6 +97,10 @@ def _address_of(plant: Plant, given: str | None) -> str | None:
     with suppress(NotFound):
         return given and plant.named(given).address
     return given
+
+
+def _deeds(rows: Sequence[tuple[Any, ...]]) -> list[Deed]:
+    return list(map(_deed, rows))
 
 
 def _deed(row: tuple[Any, ...]) -> Deed:

@@ -17,12 +17,20 @@ from gateway.rorze.line import Line
 from gateway.rorze.move_requests import Length
 from gateway.rorze.scans import Scan
 from gateway.rorze.sweep import SweepAnswer
+from gateway.security import entries
 from protocols.rorze.position import GetPosition, SetPosition
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import GetControllerStatus
 
 know_mode: Final = of_body(Right.VIEW, Body.know_mode)
-acknowledge_power_cycle: Final = of_body(Right.OPERATE, Body.acknowledge_power_cycle)
+
+
+@needs(Right.OPERATE)
+async def acknowledge_power_cycle(plant: Plant, body_id: str) -> None:
+    """Allow motion again after a loss of power; errors as of `Body.acknowledge_power_cycle`."""
+    body = plant.family(Rorze).body(body_id)
+    await body.acknowledge_power_cycle()
+    plant.security.note(entries.POWER_CYCLE_ACKNOWLEDGED, body.address)
 
 
 @needs(Right.SETUP)

@@ -5,10 +5,12 @@ from functools import wraps
 from typing import Any, Concatenate, Final, ParamSpec, TypeVar
 
 from gateway.access import principal
+from gateway.access.errors import NotPermitted
 from gateway.core.leases import Holder
 from gateway.core.origin import ORIGIN, Claim, Origin
 from gateway.core.rights import Right
 from gateway.plant import Plant
+from gateway.security import entries
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -63,7 +65,11 @@ def require(plant: Plant, right: Right, *targets: object, leased: bool = True) -
     if right is Right.STOP:  # any valid credential will do: nothing is looked at in which a fault could be
         return
     addresses = [address_of(str(target)) for target in targets]
-    plant.territory.require(who, right, *addresses)
+    try:
+        plant.territory.require(who, right, *addresses)
+    except NotPermitted as refusal:
+        plant.security.note(entries.REQUEST_REFUSED, " ".join(addresses), why=refusal.detail)
+        raise
     if leased and right in LEASED and plant.leases.mode != "off":
         origin = ORIGIN.get()
         parts = tuple(part for address in addresses for part in plant.territory.parts(address))

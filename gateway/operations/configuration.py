@@ -15,6 +15,7 @@ from gateway.core.rights import Right
 from gateway.operations.caller import needs
 from gateway.plant import Plant
 from gateway.port_scans import require_device
+from gateway.security import entries
 
 NOT_ADDED = "Correct what is to be added; the file is as it was."
 
@@ -41,6 +42,7 @@ async def reload(plant: Plant, *, dry_run: bool) -> Reloaded:
         try:
             wanted = await asyncio.to_thread(file.load)
         except ConfigError as error:
+            plant.security.note(entries.RELOAD_REFUSED, str(file.path), why=str(error))
             raise _unusable(error) from None
         return await _serve(plant, wanted, dry_run=dry_run)
 
@@ -64,8 +66,12 @@ async def add_line(plant: Plant, table: Mapping[str, Any], *, comment: str = "",
             text, wanted = await asyncio.to_thread(file.with_line, table, _signed(comment))
         except ConfigError as error:
             raise _unusable(error, NOT_ADDED) from None
-        require_device(wanted.lines[-1].address)
-        return await _write_and_serve(plant, file, text, wanted, dry_run=dry_run)
+        line = wanted.lines[-1]
+        require_device(line.address, wanted.server)
+        reloaded = await _write_and_serve(plant, file, text, wanted, dry_run=dry_run)
+        if not dry_run:
+            await plant.security.keep(entries.LINE_ADDED, line.id, address=line.address)
+        return reloaded
 
 
 @needs(Right.ADMIN)
@@ -83,7 +89,11 @@ async def add_bodies(
             text, wanted = await asyncio.to_thread(file.with_bodies, line_id, bodies, _signed(comment))
         except ConfigError as error:
             raise _unusable(error, NOT_ADDED) from None
-        return await _write_and_serve(plant, file, text, wanted, dry_run=dry_run)
+        reloaded = await _write_and_serve(plant, file, text, wanted, dry_run=dry_run)
+        if not dry_run:
+            added = [str(body.get("id")) for body in bodies]
+            await plant.security.keep(entries.BODIES_ADDED, line_id, bodies=added)
+        return reloaded
 
 
 def _signed(comment: str) -> str:
@@ -104,6 +114,8 @@ async def _serve(plant: Plant, wanted: Config, *, dry_run: bool) -> Reloaded:
     busy = plant.busy(wanted)
     if not dry_run:
         await plant.reload(wanted)
+        lines = [f"{it.line_id} {it.change}" for it in found.lines]
+        await plant.security.keep(entries.RELOAD, lines=lines, needs_restart=found.needs_restart)
     return Reloaded(**found.model_dump(), applied=not dry_run, busy=busy)
 
 

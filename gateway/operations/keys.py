@@ -2,6 +2,7 @@
 
 import asyncio
 import time
+from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple
@@ -18,6 +19,12 @@ ASKED_WITHIN_S = 1.0
 """The journal is asked for this time what was answered before."""
 
 
+MOST_OF_ONE = 50_000
+"""Answers that are kept of one caller: those to its newest requests."""
+COUNTED_EVERY = 1000
+"""Requests of a caller after which that is seen to."""
+
+
 class Key(NamedTuple):
     """A key, with the scope in which it stands for one request."""
 
@@ -26,6 +33,11 @@ class Key(NamedTuple):
     key: str
     digest: str
     """Of all that makes it this request and no other."""
+
+    @property
+    def caller(self) -> str:
+        """Its owner: the first word of the scope."""
+        return self.scope.partition(" ")[0]
 
     @property
     def name(self) -> str:
@@ -63,6 +75,8 @@ class Keys:
 
     def __init__(self, plant: Plant, journal: Journal) -> None:
         self._plant, self._journal = plant, journal
+        self._begun: Counter[str] = Counter()
+        """How many each caller has begun since they were counted."""
 
     async def known(self, key: Key) -> Answered | LeftOpen | None:
         """What came of an earlier request with this key; None where nothing was sent for it.
@@ -113,6 +127,10 @@ class Keys:
         """
         self._journal.require()
         self._journal.note(writes.key_used(key.scope, key.key, key.digest, time.time()))
+        self._begun[key.caller] += 1
+        if self._begun[key.caller] >= COUNTED_EVERY:
+            del self._begun[key.caller]
+            self._journal.note(writes.keys_beyond(key.caller, MOST_OF_ONE))
 
     async def end(self, key: Key, status: int, location: str | None, text: str) -> bool:
         """Keep what was answered, or free the key after a refusal of which nothing was sent; was it kept?"""

@@ -1,5 +1,6 @@
 """Moves in the words of clients: begun, planned without moving, and found again."""
 
+import asyncio
 from typing import Any
 
 from pydantic import BaseModel
@@ -23,11 +24,14 @@ async def start(plant: Plant, target: str, request: Any, wait_s: float = 0.0) ->
     """
     require(plant, Right.OPERATE, target, leased=not request.validate_only)
     addressed = plant.target(target)
-    command = addressed.command_for(request)
     if request.validate_only:
-        return await addressed.plan(command)
+        return await addressed.plan(addressed.command_for(request), getattr(request, "max_speed", None))
     plant.require_unlatched(addressed.address)
-    return await addressed.start_and_wait(command, wait_s, request.start_within_s)
+    loop = asyncio.get_running_loop()
+    late_at = loop.time() + request.start_within_s
+    async with addressed.at_own_speed(request) as ready:
+        begun = await addressed.start(addressed.command_for(ready), max(0.0, late_at - loop.time()))
+    return await addressed.wait_for(begun, wait_s)
 
 
 def newest(plant: Plant, target: str, limit: int) -> list[Any]:

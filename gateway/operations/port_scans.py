@@ -8,6 +8,7 @@ from gateway.core.rights import Right
 from gateway.operations.caller import needs
 from gateway.plant import Plant
 from gateway.port_scans import GATEWAY, Port, PortScan
+from gateway.security import entries
 
 
 @needs(Right.ADMIN, whole_plant=True)
@@ -21,6 +22,7 @@ async def start(plant: Plant, ports: Sequence[str], wait_s: float) -> PortScan:
     """Begin to ask who is at ports, and give the scan after `wait_s` at most; errors as of `start`."""
     plant.admission.require()
     scan = plant.port_scans.start(ports)
+    plant.security.note(entries.PORT_SCAN, ", ".join(ports), scan=scan.id)
     await plant.port_scans.wait(scan, wait_s)
     return scan
 

@@ -10,6 +10,7 @@ from gateway.fics.family import Fics
 from gateway.fics.units import UnknownReason
 from gateway.operations.caller import needs
 from gateway.plant import Plant
+from gateway.security import entries
 from protocols.fics.alarms import ResetErrors
 from protocols.fics.inputs_outputs import ChannelBits, GetInputChannel, GetOutputChannel, SwitchOutput
 from protocols.fics.notation import LAST_CHANNEL
@@ -63,6 +64,7 @@ async def status(plant: Plant, robot_id: str, unit: int) -> Condition:
 async def acknowledge_power_cycle(plant: Plant, robot_id: str) -> None:
     """Allow motion again after a loss of power; errors as of `Power.acknowledge`."""
     plant.family(Fics).robot(robot_id).power.acknowledge()
+    plant.security.note(entries.POWER_CYCLE_ACKNOWLEDGED, robot_id)
 
 
 @needs(Right.SETUP)

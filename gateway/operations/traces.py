@@ -5,6 +5,7 @@ from collections.abc import AsyncIterator, Sequence
 from datetime import datetime
 from typing import Final, NamedTuple
 
+from gateway.core.aside import aside
 from gateway.core.errors import InvalidRequest
 from gateway.core.rights import Right
 from gateway.core.trace_filter import TraceFilter
@@ -13,6 +14,8 @@ from gateway.plant import Plant
 from gateway.rorze.family import Rorze
 from transports.trace import Record, TraceEntry
 
+AT_ONCE: Final = 500
+"""Records that are formatted, and told, in one go: some milliseconds beside the event loop."""
 CHECK_S: Final = 0.1
 """How often it is looked for new records while somebody follows them."""
 
@@ -50,8 +53,8 @@ async def newest(
     """Give the newest records of a line that pass, oldest first."""
     require(plant, Right.VIEW, line_id)
     recorder = plant.recorders[line_id]
-    records = recorder.records(since)
-    return await asyncio.to_thread(_passed, passing, records, limit)
+    passed = await aside(_passed, passing, recorder.records(since), limit)
+    return [entry for piece in _pieces(passed) for entry in await aside(_told, piece)]
 
 
 def follow(
@@ -71,16 +74,27 @@ async def _news(
     recorder = plant.recorders[line_id]
     number = recorder.recorded if after is None else min(after, recorder.recorded)
     if after is None and last:
-        records = recorder.records()
-        yield News(number, await asyncio.to_thread(_passed, passing, records, last), 0)
+        for piece in _pieces(await aside(_passed, passing, recorder.records(), last)):
+            yield News(number, await aside(_told, piece), 0)
     while not plant.events.closed:
         first, records = recorder.after(number)
         missed, number = first - 1 - number, first - 1 + len(records)
-        entries = await asyncio.to_thread(_passed, passing, records, len(records)) if records else []
-        yield News(number, entries, missed) if entries or missed else None
+        passed = await aside(_passed, passing, records, len(records)) if records else []
+        first_piece, *more = _pieces(passed) or [[]]
+        yield News(number, await aside(_told, first_piece), missed) if passed or missed else None
+        for piece in more:
+            yield News(number, await aside(_told, piece), 0)
         await asyncio.sleep(CHECK_S)
 
 
-def _passed(passing: TraceFilter, records: Sequence[Record], last: int) -> list[TraceEntry]:
-    """Format records that pass; that takes microseconds a record, and no stop may wait for thousands."""
-    return list(map(TraceEntry.of, list(passing.pass_on(records))[-last:])) if last else []
+def _passed(passing: TraceFilter, records: Sequence[Record], last: int) -> list[Record]:
+    return list(passing.pass_on(records))[-last:] if last else []
+
+
+def _pieces(records: Sequence[Record]) -> list[Sequence[Record]]:
+    return [records[first : first + AT_ONCE] for first in range(0, len(records), AT_ONCE)]
+
+
+def _told(records: Sequence[Record]) -> list[TraceEntry]:
+    """Format records; that takes microseconds a record, and no stop may wait for thousands."""
+    return list(map(TraceEntry.of, records))

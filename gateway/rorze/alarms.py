@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Final, NamedTuple
 
-from gateway.core.alarms import Cause, Facts, Kind, causes_of_moves, stopped, words
+from gateway.core.alarms import Cause, Facts, Kind, causes_of_moves, past, stopped, words
 from gateway.core.next_calls import ACKNOWLEDGE, LINE_STATE, STOP, NextCall
 from gateway.core.restore_alarms import causes_of_restores
 from gateway.rorze.bodies import Body
@@ -29,54 +29,78 @@ from protocols.rorze.status import CONTROLLER_STATUS_BITS
 class _Bit(NamedTuple):
     en: str
     ja: str
+    motor_en: str
+    motor_ja: str
     remedy_en: str
     remedy_ja: str
+    past_en: str
+    past_ja: str
     manual: str
     next: tuple[NextCall, ...]
 
 
-STOPPED = "The motor has stopped, or stops; it takes no moves before the error is cleared."
-STOPPED_JA = "モータは停止した、または停止します。エラーを解除するまで移動できません。"
+STOPPED = "The motor has stopped, or stops."
+STOPPED_JA = "モータは停止した、または停止します。"
 
 ERROR_BITS: Final[Mapping[str, _Bit]] = {
     "limit_error": _Bit(
         "A limit sensor of {address} was reached.",
         "{address}がリミットセンサに達しました。",
+        f"{STOPPED} While the sensor is on it takes moves away from the limit only.",
+        f"{STOPPED_JA}センサがONの間は、リミットから離れる方向にだけ移動できます。エラー自体は移動を妨げません。",
         "See why it went so far, clear the error, and move it off the limit.",
         "原因を確認し、エラーを解除してから、リミットから離れる方向へ動かしてください。",
+        "See why it went so far.",
+        "リミットに達した原因を確認してください。",
         "RC-420 manual 13.8.2, 13.9.2",
         (STATUS, CLEAR_STATUS),
     ),
     "ems_error": _Bit(
         "The EMS input of {address} was on.",
         "{address}のEMS入力がONになりました。",
+        f"{STOPPED} While the input is on it takes no moves; once it is off it takes them, cleared or not.",
+        f"{STOPPED_JA}EMS入力がONの間は移動できません。OFFに戻ると、エラーが残っていても移動できます。",
         "See why the EMS input came on, release it, then clear the error.",
         "EMS入力がONになった原因を確認し、解除してからエラーをクリアしてください。",
+        "See why the EMS input came on.",
+        "EMS入力がONになった原因を確認してください。",
         "RC-420 manual 13.8.2, 13.9.2",
         (STATUS, CLEAR_STATUS),
     ),
     "initialisation_error": _Bit(
         "{address} could not read its settings from flash memory when it was switched on.",
         "{address}は電源投入時にフラッシュメモリの設定を正しく読み出せませんでした。",
+        "The motor did nothing because of this. It takes moves, by settings that are not those it had.",
+        "これによるモータの動作はありません。移動はできますが、保存した設定では動きません。",
         "Check its settings, write them to flash memory again, then clear the error.",
         "設定を確認してフラッシュメモリに書き直し、エラーをクリアしてください。",
+        "Check its settings before it is moved.",
+        "動かす前に設定を確認してください。",
         "RC-420 manual 13.8.2",
         (STATUS, CLEAR_STATUS),
     ),
     "range_error": _Bit(
         "{address} was to leave the range in which it may move.",
         "{address}が移動可能範囲を超えようとしました。",
+        f"{STOPPED} It takes moves within its range, cleared or not.",
+        f"{STOPPED_JA}範囲内であれば、エラーが残っていても移動できます。",
         "Check the position that was asked for and the range (EPS), then clear the error.",
         "指定した位置と移動範囲(EPS)を確認し、エラーをクリアしてください。",
+        "Check the position that was asked for and the range (EPS).",
+        "指定した位置と移動範囲(EPS)を確認してください。",
         "RC-420 manual 13.8.2",
         (STATUS, POSITION, CLEAR_STATUS),
     ),
     "stall_error": _Bit(
         "{address} has lost steps (STALL).",
         "{address}が脱調しました(STALL)。",
+        f"{STOPPED} It takes no moves but an origin search before the STALL is cleared.",
+        f"{STOPPED_JA}脱調を解除するまで、原点サーチ以外の移動はできません。",
         "See what holds the motor. Reset the finder of the STALL that has told it, or home the body; its "
         "position is not to be believed before that.",
         "モータの負荷を確認し、脱調検出をリセットするか、原点サーチを行ってください。それまで位置は信頼できません。",
+        "See what held the motor. Its position is not to be believed before it is homed.",
+        "モータの負荷を確認してください。原点サーチを行うまで位置は信頼できません。",
         "RC-420 manual 13.6, 13.7",
         (STATUS, CLEAR_STALL_SENSOR, CLEAR_ENCODER_STALL, HOME),
     ),
@@ -123,11 +147,24 @@ BODIES: Final[Sequence[Kind[Body]]] = (
         (LINE_STATE, STOP),
         lambda body: not body.online,
         is_told=lambda body: body.number in body.line.unasked,
+        over=past(
+            words(
+                "{address} did not answer for a while; it answers again.",
+                "A move that was under way then went on in the controller to its end, if that had power.",
+                "Look at where it stands before it is moved.",
+            ),
+            words(
+                "{address}は一時応答しませんでしたが、応答が復旧しました。",
+                "当時実行中だった移動は、電源が入っていれば終わりまで続きました。",
+                "動かす前に位置を確認してください。",
+            ),
+        ),
+        disproved=lambda body: body.number in body.line.answered_late,
     ),
     Kind(
         "body.power_cycled",
         words(
-            "{address} has lost its power, or seems to have.",
+            "{address} has lost its power, or seems to have: {why}.",
             "The motor has stopped. Its position, its position table and its settings are those of power-on.",
             "See that its settings are right, then home it, or acknowledge the power cycle.",
         ),
@@ -139,6 +176,19 @@ BODIES: Final[Sequence[Kind[Body]]] = (
         "RC-420 manual 5.4.2",
         (STATUS, HOME, ACKNOWLEDGE),
         lambda body: body.power.cycled,
+        over=past(
+            words(
+                "{address} had lost its power, or seemed to have; that was acknowledged, or it "
+                "was homed since.",
+                "The motor had stopped, and its position table and settings were those of power-on.",
+                "See that its settings are right, if that was not done.",
+            ),
+            words(
+                "{address}の電源が切れた、または切れた可能性がありましたが、確認済みにするか原点復帰を行いました。",
+                "モータは停止し、位置テーブルと設定は電源投入時の値になりました。",
+                "未確認の場合は設定を確認してください。",
+            ),
+        ),
     ),
     Kind(
         "body.stop.unconfirmed",
@@ -156,6 +206,19 @@ BODIES: Final[Sequence[Kind[Body]]] = (
         (STATUS, STOP, LINE_STATE),
         lambda body: body.being_stopped,
         is_told=lambda body: body.line.tells_of_stops,
+        over=past(
+            words(
+                "A stop of {address} was not confirmed in time; it was confirmed later. {detail}",
+                "The motor moved, or may have moved, until the controller reported standstill.",
+                "Find out why the stop was told so late.",
+            ),
+            words(
+                "{address}の停止を時間内に確認できませんでしたが、その後確認しました。",
+                "コントローラが停止を報告するまで、モータが動いていた可能性があります。",
+                "確認が遅れた原因を調べてください。",
+            ),
+        ),
+        disproved=lambda body: body.stop_was_proved,
     ),
     stopped("body", "RC-420 manual 5.4.1", (STATUS, POSITION), lambda body: body.being_stopped),
     Kind(
@@ -173,6 +236,18 @@ BODIES: Final[Sequence[Kind[Body]]] = (
         "RC-420 manual 13.8.2, 13.8.4",
         (STATUS, STOP),
         lambda body: body.moving is True and body.move is None,
+        over=past(
+            words(
+                "{address} moved, and the gateway had not started that.",
+                "The motor was moved by a user program, another host or a terminal; that is over.",
+                "Find out who moved it.",
+            ),
+            words(
+                "{address}が、ゲートウェイからの指令なしに動きました。",
+                "ユーザープログラム、他のホスト、または端末によるモータの動作でした。動作は終わっています。",
+                "何が動かしたかを調べてください。",
+            ),
+        ),
     ),
     Kind(
         "body.power_mark.missing",
@@ -189,6 +264,19 @@ BODIES: Final[Sequence[Kind[Body]]] = (
         "RC-420 manual 14 (9VS)",
         (READ_COMMENT, CLEAR_COMMENT),
         lambda body: body.power.taken,
+        over=past(
+            words(
+                "The user comment {comment} of {address} was taken, so that no mark of its "
+                "power could be written; it is free again.",
+                "The motor did nothing because of this.",
+                "Nothing needs to be done.",
+            ),
+            words(
+                "{address}のユーザーコメント{comment}に電源断検出用の印を書き込めませんでしたが、書き込めるようになりました。",
+                "これによるモータの動作はありません。",
+                "対応は不要です。",
+            ),
+        ),
     ),
     Kind(
         "body.program.upload.failed",
@@ -240,13 +328,17 @@ BODIES: Final[Sequence[Kind[Body]]] = (
     *(
         Kind(
             f"body.{name}",
-            words(told.en, STOPPED, told.remedy_en),
-            words(told.ja, STOPPED_JA, told.remedy_ja),
+            words(told.en, told.motor_en, told.remedy_en),
+            words(told.ja, told.motor_ja, told.remedy_ja),
             told.manual,
             told.next,
             partial(_shows, 1 << CONTROLLER_STATUS_BITS.index(name)),
             partial(_tells, name),
             event="body.status.changed",
+            over=past(
+                words(told.en, "The motor had stopped. The error was cleared since.", told.past_en),
+                words(told.ja, "モータは停止しました。その後、エラーは解除されました。", told.past_ja),
+            ),
         )
         for name, told in ERROR_BITS.items()
     ),
@@ -270,6 +362,19 @@ STOPS_OF_LINE: Final = Kind[Line](
     "RC-420 manual 5.4.1, 10.2",
     (LINE_STATE,),
     lambda line: line.tells_of_stops,
+    over=past(
+        words(
+            "Nobody on line {address} had answered for {silent_s} s; stops of {stops} "
+            "bodies were not confirmed in time.",
+            "Their motors may have moved until each controller reported standstill.",
+            "Check port, cable and power. A stop that is not confirmed still is an alarm of its own.",
+        ),
+        words(
+            "回線{address}のどのコントローラも{silent_s}秒間応答せず、{stops}台の停止を時間内に確認できませんでした。",
+            "各コントローラが停止を報告するまで、モータが動いていた可能性があります。",
+            "ポート、ケーブル、電源を確認してください。まだ確認できない停止は、個別のアラームで知らせます。",
+        ),
+    ),
 )
 
 

@@ -4,11 +4,12 @@ import asyncio
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import inf
 from typing import Any, Final, NamedTuple, TypeVar, cast
 
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NoReply
 from gateway.core.lanes import Lane
-from gateway.core.move_record import CountedIn, Move
+from gateway.core.move_record import CountedIn, Move, MoveStatus
 from gateway.core.trajectories import Trajectory
 from gateway.core.waiting import happens
 from gateway.rorze.edges import Edges
@@ -22,12 +23,22 @@ from gateway.rorze.power import POWER_ON_POSITION, RENAMING, Power
 from gateway.rorze.readings import believed, errs
 from gateway.rorze.units import Scale
 from protocols.rorze.commands import COMMANDS
+from protocols.rorze.flash import LoadProgram
 from protocols.rorze.interpolation import Preparation, SetStartPosition
 from protocols.rorze.link import Refusal
 from protocols.rorze.modes import GetOperatingMode, OperatingMode, SetOperatingMode
 from protocols.rorze.origin import GetHomingDistance
 from protocols.rorze.position import GetPosition, SetPosition, SignedPulses
-from protocols.rorze.programs import EndProgram, ProgramStatus, RunProgram, StepProgram
+from protocols.rorze.profile import SpeedParameters
+from protocols.rorze.programs import (
+    AddProgramInstruction,
+    ClearProgram,
+    EndProgram,
+    GetProgramStatus,
+    ProgramStatus,
+    RunProgram,
+    StepProgram,
+)
 from protocols.rorze.row import ModeName, RorzeCommand
 from protocols.rorze.status import (
     CONTROLLER_STATUS_BITS,
@@ -49,6 +60,10 @@ PROGRAM_RUNS = 1
 """Bit 0 of a program's status (URD)."""
 NO_PROGRAM_S = 120.0
 """That no program runs is believed for this time: an autostart after a short loss of power may be unseen."""
+ENCODER_SWAYS = 16
+"""Encoder counts by which a shaft at rest may sway through 0, where one would stand that was switched on."""
+CHANGE_PROGRAM: Final = (ClearProgram, AddProgramInstruction, LoadProgram)
+"""After these a body has another program in RAM."""
 BELIEVED_S = 0.5
 """Where a motor rests is asked again before a move when it was read longer ago: power is lost at rest too."""
 
@@ -86,6 +101,8 @@ class Body:
     """Pulses by which, in encoder mode, the final position may miss the target of a successful move."""
     in_position: bool = False
     """In servo mode a move has succeeded when INP is on."""
+    slow_pattern: int | None = None
+    """The pattern that is reserved for moves with a speed of their own; None: not configured."""
     poll_interval_s: float = 0.2
     """While it has a move, its state is asked for this often."""
     on_news: Callable[[str, dict[str, object]], None] = lambda _kind, _facts: None
@@ -99,6 +116,10 @@ class Body:
     """None until its status has been read since it was out of reach."""
     changing: asyncio.Lock = field(default_factory=asyncio.Lock)
     """Held while its settings are being changed."""
+    limiting: asyncio.Lock = field(default_factory=asyncio.Lock)
+    """Held from when the speed of a move is written until the move has started."""
+    slow_written: SpeedParameters | None = None
+    """The speeds that were written last for a move with a speed of its own."""
     poll_due: asyncio.Event = field(default_factory=asyncio.Event)
     """Its state is to be read now, not at the next poll."""
     rest: MotorState | None = None
@@ -119,6 +140,8 @@ class Body:
     """Counts the commands sent to it that are no reads: a poll around one of these has seen two states."""
     no_program_at: float | None = None
     """When it last said that no user program runs; None where one may have been started since."""
+    program_ends: bool = False
+    """Whether its program was read, has no move without an end, and was not changed since."""
     in_program: bool = False
     """Whether a program that the gateway has started is not over, as far as is known: it moves the motor."""
     move: Move | None = None
@@ -130,6 +153,8 @@ class Body:
     watched: bool = False
     """Whether the robot it belongs to is asked as a whole, so that nobody need ask it again and again."""
     being_stopped: bool = False
+    stop_was_proved: bool = False
+    """Whether the last stop was being proved already when it was called late."""
     """Whether a stop is under way that is not confirmed yet."""
     stopped_at: int | None = None
     """Where it stood when a stop was confirmed since its last move was sent."""
@@ -204,14 +229,17 @@ class Body:
         :raises GatewayError: it did not tell.
         """
         sent = self.sent_count
+        state, at = await self._read(lane)
+        self.rest = None if state.runs or self.sent_count != sent else state
+        self.rest_at = at
+        if self.rest is not None:
+            await self._weigh(state, lane, at)
+        return state
+
+    async def _read(self, lane: Lane) -> tuple[MotorState, float]:
         status, _ = await self.ask(STATUS, lane=lane)
         position, answer = await self.ask(POSITION, lane=lane)
-        state = MotorState(status.bits or 0, position.pulses)
-        self.rest = None if state.runs or self.sent_count != sent else state
-        self.rest_at = answer.at
-        if self.rest is not None:
-            await self._weigh(state, lane, answer.at)
-        return state
+        return MotorState(status.bits or 0, position.pulses), answer.at
 
     @property
     def counted_in(self) -> CountedIn | None:
@@ -248,28 +276,63 @@ class Body:
 
     async def _weigh(self, state: MotorState, lane: Lane, at: float) -> None:
         """What it says at rest may tell of a loss of power: then find out."""
-        tolerance = self.position_tolerance
-        if self.power.contradicts(state.position, state.bits, tolerance) and not await self._is_explained(
-            state, lane
-        ):
-            self.power.lost(certain=False)
+        if self.power.contradicts(state.position, state.bits, self.position_tolerance):
+            why = await self._why_lost(state, lane)
+            if why is not None:
+                self.power.lost(certain=False, why=why)
         if self.rest is state:  # it was told nothing meanwhile
-            self.power.note_rest(state.position, state.bits, at)
+            target = None if self.move is None else self.move.target_position
+            self.power.note_rest(state.position, state.bits, at, target)
 
-    async def _is_explained(self, state: MotorState, lane: Lane) -> bool:
-        """Whether it has kept its power, or its loss is known now: its mark tells, or else its signs."""
+    async def _why_lost(self, state: MotorState, lane: Lane) -> str | None:
+        """Say why it seems to have lost its power; None where it has kept it, or its loss is known now.
+
+        A mark that stands does not outvote what has changed without a cause: a comment may outlast the power.
+        """
+        losses = self.power.losses
         stands = await self.mark.stands(lane)
-        if stands is False or (stands and self.power.is_vouched):
-            return True
-        if self.power.changed is not None and await self._has_changed(self.power.changed, lane):
-            return False
-        if not self.power.looks_switched_on(state.position, state.bits):
-            return True
-        status, _ = await self.ask(STATUS, lane=lane)
-        position, _ = await self.ask(POSITION, lane=lane)
-        if not self.power.looks_switched_on(position.pulses, status.bits or 0):
-            return True
-        return await self.remembers_homing(lane)
+        if self.power.losses != losses:
+            return None
+        in_move = self.move is not None and self.move.status is not MoveStatus.QUEUED
+        changed = None if in_move else await self._changed_by_itself(state, lane)
+        if changed is not None or (stands and self.power.is_vouched):
+            return changed
+        if self.power.looks_switched_on(state.position) and not await self.remembers_homing(lane):
+            position, _ = await self.ask(POSITION, lane=lane)
+            if self.power.looks_switched_on(position.pulses):
+                return f"it was silent, and stands at {position.pulses}"
+        return None
+
+    async def _changed_by_itself(self, state: MotorState, lane: Lane) -> str | None:
+        """Say what has changed that only a loss of power can have changed, as far as is known; ask twice."""
+        setting = self.power.changed
+        if setting is not None and await self._has_changed(setting, lane):
+            return f"{setting.code} is not answered as before"
+        if not await self._jumped(state):
+            return None
+        again, _ = await self._read(lane)
+        if again.runs or await self._is_moved_by_a_program(lane):
+            return None
+        why = await self._jumped(again)
+        if why is None:  # the first reading was garbled
+            self.rest = None
+        return why
+
+    async def _jumped(self, state: MotorState) -> str | None:
+        """Say how it has changed at rest; a shaft that an encoder measures may be turned by hand."""
+        tolerance = self.position_tolerance
+        why = self.power.jumped(state.position, state.bits, tolerance)
+        if why is None or await self.know_mode() != "encoder":
+            return why
+        sways = max(tolerance, ENCODER_SWAYS if self.power.looks_switched_on(state.position) else inf)
+        return self.power.jumped(state.position, state.bits, sways)
+
+    async def _is_moved_by_a_program(self, lane: Lane) -> bool:
+        """Whether a user program moves it that ran before: one that runs since may have begun at power-on."""
+        if self.in_program or self.no_program_at is not None:
+            return self.in_program
+        status, _ = await self.ask(GetProgramStatus(), lane=lane)
+        return bool(status.status & PROGRAM_RUNS)
 
     async def _has_changed(self, setting: RorzeCommand[Any], lane: Lane) -> bool:
         """Ask for a setting once more: one garbled digit must not prove anything."""
@@ -336,6 +399,7 @@ class Body:
             self.position_flash.note_power_on()
             self.prepared = False
         self.no_program_at = self.mode = None
+        self.program_ends = False
         self.poll_due.set()
         self.on_news(kind, facts)
 
@@ -365,11 +429,13 @@ class Body:
         if row is SetUserComment:  # `isinstance` of another model takes ten times as long, at every command
             return
         self.sent_count += 1
-        self.changes += command.effect in (Effect.SETTING, Effect.MAINTENANCE)
+        self.changes += command.effect in (Effect.SETTING, Effect.CLEARING, Effect.MAINTENANCE)
         self.rest = None
         self.power.note_sent(command)
         if row is SetOperatingMode:
             self.mode = None
+        if row in CHANGE_PROGRAM or not is_known:
+            self.program_ends = False
         if row in RENAMING:
             self.position = self.position_at = None
             self.poll_due.set()
@@ -440,6 +506,7 @@ class Body:
     def _saw_status(self, bits: int) -> None:
         """Announce what has changed; that a move of ours makes pulses run is no news."""
         before, self.status_bits = self.status_bits, bits
+        self.power.note_status(bits)
         expected = 0 if self.move is None else PULSES_RUNNING
         if before is None or (before ^ bits) & ~expected:
             self.on_news("body.status.changed", {"status": names_of(bits, CONTROLLER_STATUS_BITS)})
@@ -504,6 +571,7 @@ class Body:
 
     def out_of_sight(self) -> None:
         """It cannot be asked: it may move, or lose its power."""
+        self.program_ends = False
         self._forget_rest()
         self.power.note_silence()
 
@@ -608,6 +676,23 @@ class Group:
             for member in self.members:
                 member.perhaps_did(command)
         return outcome
+
+
+def idle_bodies_of(target: Body | Group) -> list[Body]:
+    """The bodies a motion command would move, none of which has a move that is not over.
+
+    :raises BodyBusy: one has, or the group is being defined anew.
+    """
+    if isinstance(target, Group):
+        target.require_in_force()
+    bodies = target.members if isinstance(target, Group) else [target]
+    for body in bodies:
+        if body.move is not None:
+            raise BodyBusy(
+                f"{body.address} still has the move {body.move.id}; nothing was sent.",
+                "Wait for it or stop it.",
+            )
+    return bodies
 
 
 def _member_result(member: Body, command: RorzeCommand[Any], answered: Answered) -> Reply | GatewayError:

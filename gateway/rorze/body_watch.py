@@ -1,14 +1,25 @@
 """The watch over a body: whether it answers, what it does without us, and whether it has kept its power."""
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from contextlib import suppress
 from math import inf
 
-from gateway.core.errors import GatewayError
+from gateway.core.errors import ControllerRefused, GatewayError
 from gateway.core.lanes import Lane
-from gateway.rorze.bodies import NO_PROGRAM_S, STATUS, Body
+from gateway.rorze.bodies import NO_PROGRAM_S, STATUS, Body, Group
 from gateway.rorze.line import Line
-from gateway.rorze.poll_intervals import HEALTH_POLL_S, IDLE_POLL_S, Health, background_of, is_prompt
+from gateway.rorze.poll_intervals import (
+    HEALTH_POLL_S,
+    IDLE_POLL_S,
+    Health,
+    background_of,
+    group_s,
+    is_prompt,
+    mark_s,
+    poll_s,
+    status_s,
+)
 from gateway.rorze.sweep import Sweep
 from protocols.rorze.programs import GetProgramStatus
 
@@ -69,20 +80,36 @@ class BodyWatch:
                     self._look_at = self._health.next_poll(now)
                 await self._look(self._health.lane_of_called_for(now) if wanted else background_of(body.line))
             elif self._is_unheard(now) and not self._stopping(body.line):
-                async with self._health.turn():
-                    await body.ask(STATUS, lane=background_of(body.line))
+                async with self._health.turn(status_s(body.line)):
+                    await self._see_whether_it_is_there()
         if self._mark_wanted(now):
             if self._is_over(self._mark_at, now):
                 self._mark_at = self._health.next_mark(now)
-            async with self._health.turn():
+            async with self._health.turn(mark_s(body.line, written=body.power.mark is not None)):
                 await body.mark.tend(background_of(body.line))
+
+    async def _see_whether_it_is_there(self) -> None:
+        """Ask for its program, now and then, else for its status.
+
+        Where it is known that no program runs a stop of many need not ask for that.
+        """
+        body = self._body
+        if self._program_is_due():
+            with suppress(ControllerRefused):  # one without programs refuses
+                await body.ask(GetProgramStatus(), lane=background_of(body.line))
+                return
+        await body.ask(STATUS, lane=background_of(body.line))
+
+    def _program_is_due(self) -> bool:
+        line = self._body.line
+        return not is_prompt(line) and _is_due(self._body.no_program_at)
 
     async def _look(self, lane: Lane) -> None:
         """Look at once among clients' reads, and in the background when it has its turn."""
         if lane is not Lane.BACKGROUND:
             await self._body.poll(lane)
             return
-        async with self._health.turn():
+        async with self._health.turn(poll_s(self._body.line)):
             if self._body.move is None:
                 await self._body.poll(lane)
 
@@ -98,7 +125,7 @@ class BodyWatch:
             return False
         asked_at, self._asked_at = self._asked_at, now
         self._ask_at = self._health.next_status(now)
-        return heard_at <= asked_at
+        return heard_at <= asked_at or self._program_is_due()
 
     def _mark_wanted(self, now: float) -> bool:
         return self._has_mark() and (self._body.power.mark_due or now >= self._mark_at)
@@ -111,39 +138,58 @@ class BodyWatch:
         return now >= at or is_prompt(self._body.line)
 
 
-async def watch_sweep(health: Health, sweep: Sweep) -> None:
-    """Keep the groups for sweeps defined; on a line of many ask one after the other who is there."""
-    if not sweep.groups:
-        return
-    learnt = 0
+async def watch_groups(health: Health, sweep: Sweep) -> None:
+    """Keep the groups for sweeps defined, and ask one group after the other who is there.
+
+    So it is noticed, too, that a link master has restarted: by the groups that it has forgotten.
+    """
+    line, learnt = health.line, 0
     while True:
         for group in sweep.groups:
             await sweep.define()
-            if learnt != health.line.set_ups and not is_prompt(health.line):
-                if health.line.state != "ready":
-                    await asyncio.sleep(IDLE_POLL_S)
-                    continue
-                learnt = health.line.set_ups
-                await _learn_all_programs(sweep)
-            await asyncio.sleep(health.next_of_group(_now(), len(group.members)) - _now())
-            if health.line.state == "ready" and not is_prompt(health.line):
-                await sweep.ask(group.members, STATUS, Lane.BACKGROUND)
-                await _learn_programs(health, sweep, group.members)
+            if line.state != "ready":
+                break
+            if learnt != line.set_ups and not is_prompt(line):
+                learnt = line.set_ups
+                await _learn_all_programs(health, sweep)
+            await _ask_in_turn(health, sweep, group)
+        await asyncio.sleep(IDLE_POLL_S)
 
 
-async def _learn_all_programs(sweep: Sweep) -> None:
-    """Where no program runs is known at once after a set-up, for a stop of all may come as soon."""
-    for group in sweep.groups:
-        if any(member.online and not member.runs_no_program() for member in group.members):
-            await sweep.ask(group.members, GetProgramStatus(), Lane.BACKGROUND)
+async def _ask_in_turn(health: Health, sweep: Sweep, group: Group) -> None:
+    """Ask a group when the line has the time: on a line of few bodies only to see that it is known."""
+    line = health.line
+    if is_prompt(line) and group in sweep.own:
+        return
+    await asyncio.sleep(health.next_of_group(_now(), len(group.members), len(sweep.groups)) - _now())
+    if line.state != "ready":
+        return
+    await sweep.look_at(group)
+    if not is_prompt(line):
+        await _learn_programs(health, sweep, group)
 
 
-async def _learn_programs(health: Health, sweep: Sweep, members: Sequence[Body]) -> None:
+async def _learn_all_programs(health: Health, sweep: Sweep) -> None:
+    """Where no program runs is known soon after a set-up, for a stop of all may come as soon."""
+    wanted = (sweep.represented_by(group) for group in sweep.groups)
+    parts = [it for it in wanted if any(body.online and not body.runs_no_program() for body in it)]
+    moments = [health.next_moment(_now(), group_s(health.line, len(part))) for part in parts]
+    for part, at in zip(parts, moments, strict=True):
+        await asyncio.sleep(at - _now())
+        await sweep.ask(part, GetProgramStatus(), Lane.BACKGROUND)
+
+
+async def _learn_programs(health: Health, sweep: Sweep, group: Group) -> None:
     """Know where no program runs: a stop of many need not ask each for it."""
-    known_at = (member.no_program_at or -inf for member in members if member.online)
-    if min(known_at, default=inf) < _now() - NO_PROGRAM_S / 2:
-        await asyncio.sleep(health.next_of_group(_now(), len(members)) - _now())
+    members = sweep.represented_by(group)
+    if any(member.online and _is_due(member.no_program_at) for member in members):
+        await asyncio.sleep(health.next_of_group(_now(), len(members), len(sweep.groups)) - _now())
         await sweep.ask(members, GetProgramStatus(), Lane.BACKGROUND)
+
+
+def _is_due(no_program_at: float | None) -> bool:
+    """Whether to ask for a program, before that none runs is believed no more."""
+    return no_program_at is None or no_program_at < _now() - NO_PROGRAM_S / 2
 
 
 def _now() -> float:

@@ -126,8 +126,14 @@ class Body(Table):
     """User comment (9VS), 1-7, in which a mark tells that the power was kept; 0 or false: none."""
     events: Events | None = None
     """The changes it reports unasked; left out, its own settings stay as they are."""
+    slow_pattern: int | None = Field(None, ge=0, le=29)
+    """The acceleration pattern that the gateway may overwrite in RAM, with the speed set of its number, for
+    moves with a `max_speed`; left out, 29, where it was never set otherwise."""
     needs_origin: bool = True
     """After a loss of power it refuses motions to places until it is homed, or somebody agrees."""
+
+    silence_needs_acknowledgement: bool = False
+    """Each silence counts as a loss of power, where the board keeps position and comments without power."""
 
     @property
     def input_names(self) -> dict[int, str]:

@@ -51,9 +51,10 @@ class StatusChange(EventData):
 
 
 class BodyPowerLoss(EventData):
-    """How sure the gateway is."""
+    """How sure the gateway is, and why."""
 
     certain: bool
+    why: str = Field(description="A sign that was seen: its mark is gone, or its position changed, say.")
 
 
 class PowerAcknowledged(EventData):

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final, Literal, TypeVar
 
 from pydantic import Field
 
-from gateway.core.addresses import fits, numbered_address, there_are
+from gateway.core.addresses import fits, none_such, numbered_address
 from gateway.core.alarms import Cause
 from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
 from gateway.core.family import (
@@ -39,11 +39,12 @@ from gateway.rorze.alarms import causes
 from gateway.rorze.backup_restore import BodyRestore
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.body_now import BodyNow
-from gateway.rorze.body_watch import BodyWatch, watch_sweep
+from gateway.rorze.body_watch import BodyWatch, watch_groups
+from gateway.rorze.endless_programs import EndlessPrograms
 from gateway.rorze.event_settings import watch_events
 from gateway.rorze.event_types import TYPES
 from gateway.rorze.exchange import RorzeExchange
-from gateway.rorze.group_definition import define, planned_group, watch_groups
+from gateway.rorze.group_definition import define, planned_group
 from gateway.rorze.guards import Guards
 from gateway.rorze.jogs import BodyJog, BodyJogs
 from gateway.rorze.line import Line
@@ -67,7 +68,6 @@ from protocols.rorze.errors import lookup
 from protocols.rorze.link import MoveEnded, StatusChanged, UnknownMessage, program_text
 from protocols.rorze.link_master import SetGroup
 from protocols.rorze.row import MODE_NAMES, LinkMasterCommand
-from protocols.wording import as_given
 from transports.base import Transport
 
 UNATTENDED: Final = ("continuous", "jog")
@@ -141,8 +141,9 @@ class Rorze(Family):
         self.jogs = BodyJogs(self.moves, self.stops, self._publish_jog)
         self.stops.on_begin = self.jogs.body_stops
         self.scans = Scans(site.events)
-        self.uploads = ProgramUploads(self._publish_upload)
-        self.runs = ProgramRuns(self._publish_run, self.body)
+        self.endless = EndlessPrograms(allowed=site.allow_endless_moves)
+        self.uploads = ProgramUploads(self._publish_upload, self.endless)
+        self.runs = ProgramRuns(self._publish_run, self.body, self.endless)
         self.restores: Restores[BodyRestore] = Restores(self._publish_restore)
 
     # building
@@ -167,10 +168,19 @@ class Rorze(Family):
         self.lines[line.id] = line
         for it in table.bodies:
             self._add_body(line, table, it)
-        Guards(line, self.bodies_of(line), self.stops.under_way, self.uploads.keeps_out, self._amid_a_restore)
-        sweep = self.sweeps[line.id] = Sweep(line, self.bodies_of(line), table.sweep_numbers)
+        Guards(
+            line,
+            self.bodies_of(line),
+            self.stops.under_way,
+            self.uploads.keeps_out,
+            self._amid_a_restore,
+            self.endless.refuses_start,
+        )
+        sweep = self.sweeps[line.id] = Sweep(
+            line, self.bodies_of(line), table.sweep_numbers, partial(self._groups_on, line)
+        )
         line.ask_groups = sweep.look_for_silent
-        for own in sweep.groups:
+        for own in sweep.own:
             own.on_strangers = partial(self._on_strangers, own)
         self._health[line.id] = Health(line, table.health_share)
         self._tables[line.id] = table
@@ -189,8 +199,9 @@ class Rorze(Family):
             it.output_names,
             position_tolerance=it.position_tolerance,
             in_position=it.in_position,
+            slow_pattern=it.slow_pattern,
             poll_interval_s=table.poll_interval_s,
-            power=Power(it.power_comment, it.needs_origin),
+            power=Power(it.power_comment, it.needs_origin, it.silence_needs_acknowledgement),
         )
         body.on_news = partial(self._on_news, body)
         body.power.on_memory = self.site.known.keep(body.address, body.power)
@@ -287,10 +298,7 @@ class Rorze(Family):
         """
         found = self._scaras.get(scara_id.lower())
         if found is None:
-            raise NotFound(
-                f"There is no SCARA robot {as_given(scara_id)}; {there_are(self._scaras)}; nothing was sent.",
-                "GET /scaras lists them.",
-            )
+            raise none_such("SCARA robot", scara_id, self._scaras, "GET /scaras lists them.")
         return found
 
     def target(self, collection: str, names: Sequence[str]) -> Target:
@@ -299,8 +307,8 @@ class Rorze(Family):
         if collection == "scaras":
             return ScaraTarget(self.scara(address), self.scara_moves, self.stops)
         if collection == "groups":
-            return GroupTarget(self.group(address), self.moves, self.stops)
-        return BodyTarget(self.body(address), self.moves, self.stops)
+            return GroupTarget(self.group(address), self.moves, self.stops, self.endless)
+        return BodyTarget(self.body(address), self.moves, self.stops, self.endless)
 
     def link_of(self, line_id: str) -> Target:
         """The link master of a line."""
@@ -448,8 +456,7 @@ class Rorze(Family):
             yield BodyWatch(body, health, sweep, self.stops.on_line).run
             if body in self._events:
                 yield partial(watch_events, body, self._events[body])
-        yield partial(watch_sweep, health, sweep)
-        yield partial(watch_groups, line, partial(self._groups_on, line))
+        yield partial(watch_groups, health, sweep)
         yield self._sampler(line).run
 
     def _sampler(self, line: Line) -> Sampler:
@@ -640,14 +647,15 @@ def _find(things: dict[str, T], lines: Iterable[str], address: str, what: str) -
     found = [things[key] for line in wanted if (key := f"{line}.{short}") in things]
     if not found:
         listed = "GET /bodies" if what == "body" else "GET /groups"
-        raise NotFound(
-            f"There is no {what} {as_given(address)}; {there_are(things)}; nothing was sent.",
-            f"{listed} lists them; bodies have the numbers 00-77, groups 80-9E.",
-        )
+        remedy = f"{listed} lists them; bodies have the numbers 00-77, groups 80-9E."
+        raise none_such(what, address, things, remedy)
     if len(found) > 1:
         names = [thing.address for thing in found]
         raise Ambiguous(
             f"Several lines have {what} {short}: {', '.join(names)}; nothing was sent.",
             f"Say which {what} is meant: {' or '.join(names)}.",
+        ).reservedly(
+            f"Several lines have {what} {short}; nothing was sent.",
+            f"Say which {what} is meant, with its line: LINE.{short}.",
         )
     return found[0]

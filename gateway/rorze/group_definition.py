@@ -1,15 +1,10 @@
-"""Groups that are defined while the gateway runs, and link masters that have forgotten theirs."""
+"""Groups that are defined while the gateway runs."""
 
-import asyncio
-from collections.abc import Callable, Iterable
-
-from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, InvalidRequest, NoReply
+from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest
 from gateway.core.lanes import Lane
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.line import Line
-from gateway.rorze.poll_intervals import HEALTH_POLL_S, background_of
 from protocols.rorze.row import FIRST_GROUP, LAST_GROUP
-from protocols.rorze.status import GetControllerStatus
 
 
 def planned_group(address: str, bodies: list[Body], name: str) -> Group:
@@ -47,22 +42,6 @@ async def define(group: Group, old: Group | None) -> None:
         if old is not None:
             old.in_force = True
         raise
-
-
-async def watch_groups(line: Line, groups: Callable[[], Iterable[Group]]) -> None:
-    """Notice that a link master has restarted by the groups it has forgotten."""
-    while True:
-        await asyncio.sleep(HEALTH_POLL_S)
-        for group in groups():
-            if line.state != "ready" or not any(member.online for member in group.members):
-                continue
-            try:
-                await group.ask(GetControllerStatus(), lane=background_of(line))
-            except (NoReply, ControllerRefused):
-                line.set_up_again(f"group {group.short} does not answer")
-                break
-            except GatewayError:
-                continue
 
 
 def _group_number(address: str, line: Line) -> int:

@@ -7,6 +7,7 @@ from gateway.rorze.bodies import Body
 from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.line import Line
 from gateway.rorze.power import needs_place
+from protocols.rorze.programs import RunProgram, StepProgram
 from protocols.table import Effect
 
 
@@ -20,6 +21,7 @@ class Guards:
         stopping: Callable[[Body], bool],
         keeps_out: Callable[[Body, RorzeExchange], bool],
         restored: Callable[[Body, RorzeExchange], bool],
+        refuses_program: Callable[[Body, str], GatewayError | None],
     ) -> None:
         self._line = line
         self._bodies = {body.number: body for body in bodies}
@@ -29,6 +31,8 @@ class Guards:
         """Whether an exchange would divide the upload of a program to a body."""
         self._restored = restored
         """Whether an exchange would change a body to which a backup is being restored."""
+        self._refuses_program = refuses_program
+        """Why the program of a body must not be started now."""
         for guard in (
             self._flash_while_moving,
             self._motion_at_the_wrong_time,
@@ -68,6 +72,7 @@ class Guards:
             self._while_stopping(exchange)
             or self._to_a_lost_place(exchange, now)
             or self._without_a_move(exchange)
+            or self._program_without_end(exchange)
         )
 
     def _while_stopping(self, exchange: RorzeExchange) -> GatewayError | None:
@@ -104,6 +109,14 @@ class Guards:
                     "Start a move.",
                 )
         return None
+
+    def _program_without_end(self, exchange: RorzeExchange) -> GatewayError | None:
+        """A program is started only where it was seen to have no move without an end."""
+        command = exchange.command
+        if not isinstance(command, RunProgram | StepProgram):
+            return None
+        refusals = (self._refuses_program(body, command.code) for body in self._reached_by(exchange))
+        return next((it for it in refusals if it is not None), None)
 
     def _amid_an_upload(self, exchange: RorzeExchange, _: float) -> GatewayError | None:
         """While a program is uploaded nothing else changes or runs it, and nothing moves the motor."""

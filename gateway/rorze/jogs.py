@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Final, Literal, cast
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from gateway.core.errors import GatewayError, InvalidRequest
 from gateway.core.jogs import (
@@ -25,6 +25,7 @@ from gateway.core.own_faults import all_of, carry_on, insist
 from gateway.core.records import RequestModel, example
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S
 from gateway.rorze.bodies import Body
+from gateway.rorze.limited_speed import MaxSpeed, at_own_speed, require_one_speed
 from gateway.rorze.move_requests import Length, Pattern, Speed, relative_command
 from gateway.rorze.moves import Moves
 from gateway.rorze.plans import amount_of, top_speed_of
@@ -49,11 +50,14 @@ class BodyJogRequest(RequestModel, json_schema_extra=example(direction="cw")):
     direction: Literal["cw", "ccw", "+", "-"] = Field(description="+ is cw, - is ccw.")
     speed: Speed = Field(default="low", description="`low` runs at the start speed, without ramps.")
     pattern: Pattern = None
+    max_speed: MaxSpeed = None
     at_most: Length | None = Field(
         default=None,
         description="The jog ends after this distance; never further than 10 s take at its top speed, nor "
         "beyond the soft limits.",
     )
+
+    _one_speed = model_validator(mode="after")(require_one_speed)
 
     @property
     def turn(self) -> Turn:
@@ -103,23 +107,24 @@ class BodyJogs:
         line.admission.require()
         loop = asyncio.get_running_loop()
         late_at, epoch = loop.time() + START_WITHIN_S, line.gate.epoch(number)
-        distance = await _distance(body, request)
-        if line.gate.epoch(number) != epoch:
-            raise line.gate.overtaken(number)
-        command = relative_command(request.turn, request.speed, distance, request.pattern)
-        within_s = max(0.0, late_at - loop.time())
+        async with at_own_speed(body, request) as ready:
+            distance = await _distance(body, ready)
+            if line.gate.epoch(number) != epoch:
+                raise line.gate.overtaken(number)
+            command = relative_command(ready.turn, ready.speed, distance, ready.pattern)
+            within_s = max(0.0, late_at - loop.time())
 
-        def begun(move: Move) -> None:
-            self._begun(body, move, request, distance)
+            def begun(move: Move) -> None:
+                self._begun(body, move, ready, distance)
 
-        try:
-            [move] = await self._moves.start(body, command, within_s, on_sent=begun, kind="jog")
-            return self._sessions[move.id].jog
-        except GatewayError:
-            raise
-        except Exception:  # it may move, and nobody awaits its heartbeat
-            self._stops.stop([body], "decelerate")
-            raise
+            try:
+                [move] = await self._moves.start(body, command, within_s, on_sent=begun, kind="jog")
+                return self._sessions[move.id].jog
+            except GatewayError:
+                raise
+            except Exception:  # it may move, and nobody awaits its heartbeat
+                self._stops.stop([body], "decelerate")
+                raise
 
     def _begun(self, body: Body, move: Move, request: BodyJogRequest, distance: int) -> None:
         """The motor may move from now on, answered or not."""
@@ -128,8 +133,8 @@ class BodyJogs:
         )
         it, what = _Session(jog, body, move), f"the jog of {body.address}"
         it.over = asyncio.create_task(carry_on(what, partial(self._see_over, it)), name=what)
-        self._sessions[jog.id] = it
         self._await_heartbeat(it)
+        self._sessions[jog.id] = it
         over = [key for key, each in self._sessions.items() if each.over.done()]
         for key in over[: max(0, len(over) - KEPT)]:
             del self._sessions[key]

@@ -101,11 +101,13 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         self.controllers = ""
         """What the link master answered to XID."""
         self.set_ups = 0
-        self.own_groups: dict[int, int] = {}
-        """Groups for sweeps, each with the set-up by which the link master knows it; 0 is none.
+        self.own_groups: set[int] = set()
+        """Groups for sweeps.
 
         They are defined with a port that is new, and behind everybody when the link master is set up again.
         """
+        self._known_since: dict[int, int] = {}
+        """The set-up by which the link master knows each group."""
         self.followed = 0
         """How many of its bodies have a move that is not over."""
         self.tells_of_stops = False
@@ -151,6 +153,11 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
     def silent(self) -> set[int]:
         """Those, and one that seems to be silent while that is still being found out."""
         return self._session.silent
+
+    @property
+    def answered_late(self) -> set[int]:
+        """The bodies that were called silent last, and answered before they were given up."""
+        return self._session.answered_late
 
     @property
     def mute(self) -> set[int]:
@@ -243,8 +250,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         if link_answers or not self._all_are_offline():
             await self._tell(SetReplyFormat(end_of_move=1))
             for group, members in [it for it in self.groups.items() if fresh or it[0] not in self.own_groups]:
-                told = await self._tell(_group_definition(group, members))
-                self._note_own_group(group, told, self.set_ups)
+                self._note_group(group, await self._tell(_group_definition(group, members)), self.set_ups)
         if self._open:
             self._begin_to_serve(link_answers=link_answers)
 
@@ -286,7 +292,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         :raises GatewayError: the link master did not take it; the old definition holds, or is sent again
             where nobody knows.
         """
-        definition = _group_definition(group, members)
+        definition, set_up = _group_definition(group, members), self.set_ups
         outcome = await self.submit(LINK_MASTER, definition, Lane.COMMAND)
         if isinstance(outcome, Refusal):
             raise refused(f"{self.id}.7F", definition, outcome.error)
@@ -295,21 +301,22 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
                 self.set_up_again(f"nobody knows what group {group:02X} is now")
             raise outcome
         self.groups[group] = members
+        self._note_group(group, outcome, set_up)
 
-    def knows_own_group(self, group: int) -> bool:
-        """Whether its link master was given a group for sweeps since it was last set up."""
-        return self.own_groups[group] == self.set_ups
+    def knows_group(self, group: int) -> bool:
+        """Whether its link master has acknowledged the definition of a group since it was last set up."""
+        return self._known_since.get(group) == self.set_ups
 
     async def define_own_group(self, group: int) -> None:
         """Define a group for sweeps, behind everybody else."""
         set_up = self.set_ups
         with acting(SET_UP):
             command = _group_definition(group, self.groups[group])
-            self._note_own_group(group, await self.submit(LINK_MASTER, command, Lane.BACKGROUND), set_up)
+            self._note_group(group, await self.submit(LINK_MASTER, command, Lane.BACKGROUND), set_up)
 
-    def _note_own_group(self, group: int, told: Outcome, set_up: int) -> None:
-        if group in self.own_groups and isinstance(told, Answered):
-            self.own_groups[group] = set_up
+    def _note_group(self, group: int, told: Outcome, set_up: int) -> None:
+        if isinstance(told, Answered):
+            self._known_since[group] = set_up
 
     # asking
 

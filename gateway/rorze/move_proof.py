@@ -22,11 +22,11 @@ from gateway.core.errors import (
 from gateway.core.lanes import Lane
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.silence import Silence
-from gateway.rorze.bodies import STATUS, Body, MotorState
+from gateway.rorze.bodies import ENCODER_SWAYS, STATUS, Body, MotorState
 from gateway.rorze.errors import IN_MOTION
 from gateway.rorze.plans import target_of
 from gateway.rorze.poll_intervals import background_of, is_crowded, is_prompt
-from gateway.rorze.power import POWER_ON_POSITION, needs_place
+from gateway.rorze.power import POWER_ON_POSITION, PowerSeen, needs_place
 from gateway.rorze.readings import believed, errs
 from protocols.rorze.inputs_outputs import GetSensors
 from protocols.rorze.modes import GetOperatingMode
@@ -89,10 +89,8 @@ class MoveProof:
     resumed: bool = False
     """Whether an earlier life of the gateway has begun it, which may have had the reply."""
     _needs_proof: bool = False
-    _mark: str | None = None
-    """The mark of the body's power that stood just before the command was sent."""
-    _losses: int = 0
-    """Losses of power that were known then."""
+    _power: PowerSeen = field(default_factory=lambda: PowerSeen(None, 0))
+    """What was known of the body's power just before the command was sent."""
     _strayed: bool = False
     """Whether the motor was seen where its way does not lead."""
     _half: MotorState | None = None
@@ -180,7 +178,7 @@ class MoveProof:
         power = self.body.power
         if self._needs_proof and await self.body.mark.stands(Lane.VERIFY) is not True:
             await self.body.mark.ensure(Lane.VERIFY)
-        self._mark, self._losses = power.mark, power.losses
+        self._power = power.seen
         self.body.require_power(command)
 
     # while it may run
@@ -286,19 +284,20 @@ class MoveProof:
         return target is not None and position is not None and abs(position - target) <= self.tolerance
 
     async def _watch_its_way(self, state: MotorState) -> None:
-        """A motor that runs elsewhere than between start and target has begun elsewhere.
+        """A motor that is elsewhere than between start and target has begun elsewhere.
 
-        Seen twice, that is a sign of a loss of power where no mark tells.
+        Seen twice, that is a sign of a loss of power, whatever the mark tells.
         """
-        if self._mark is None and self._is_off_its_way(state):
+        if state.runs and self._is_off_its_way(state):
             again = await self._answered(lambda: self._ask(Lane.VERIFY))
-            self._strayed |= again is not None and self._is_off_its_way(again)
+            self._strayed |= again is not None and again.runs and self._is_off_its_way(again)
 
     def _is_off_its_way(self, state: MotorState) -> bool:
         start, target = self.move.start_position, self.move.target_position
-        if not state.runs or start is None or target is None or self.move.kind == "interpolated":
+        if start is None or target is None or self.move.kind == "interpolated":
             return False
-        slack = max(self.tolerance, self.body.position_tolerance)
+        sways = 0 if self.body.counted_in == "pulses" else ENCODER_SWAYS
+        slack = max(self.tolerance, self.body.position_tolerance, sways)
         return not min(start, target) - slack <= state.position <= max(start, target) + slack
 
     # the verdict
@@ -332,20 +331,28 @@ class MoveProof:
             if self._refusal is None:
                 self._note(f"The motor runs, and had stood still{self._executed}{self._of_reply(error)}")
             return None
-        kept = await self._mark_tells()
+        kept = False if await self._fell_back(state) else await self._mark_tells()
         if kept is False:
             self.body.stands()
             return Verdict(MoveStatus.LOST, error=_without_power(self.body))
+        if self._tells_its_end(state):
+            self._note(f"The motor has moved, and has come to rest{self._of_reply(error)}")
+            return await self.at_rest(state)
         if kept or not self.body.went_silent:
             if self._travelled_to_target(state):
                 self._note(f"The motor stands at the target{self._of_reply(error)}")
                 return None
             if self._untouched(state) and (kept or await self._still_counts(state)):
                 return self._of_untouched()
+        return await self._of_unproved(state, kept, error)
+
+    async def _of_unproved(self, state: MotorState, kept: bool | None, error: NoReply) -> Verdict:
         self.body.stands()
         self._note(f"The motor stands at {state.position}, which proves nothing.")
         if kept is None and state.position == POWER_ON_POSITION and self.move.kind != "home":
-            self.body.power.lost(certain=False)
+            self._not_known(f"it stands at {POWER_ON_POSITION}, and no mark stands")
+        elif kept:
+            await self._note_missed(state)
         return Verdict(MoveStatus.UNKNOWN, error=error)
 
     @property
@@ -394,21 +401,40 @@ class MoveProof:
         lost = _lost_on_its_way(self.body, self.move, resumed=self.resumed)
         return Verdict(MoveStatus.FAILED, "not_executed", lost)
 
+    def _has_moved(self, state: MotorState) -> bool:
+        """Whether it stands elsewhere than before: then the cause of the last end is that of this move."""
+        return self.before is not None and state.position != self.before.position
+
+    def _tells_its_end(self, state: MotorState) -> bool:
+        """Whether the controller, or a stop, tells how a move without a reply ended: it was executed.
+
+        In another life something else may have moved the motor since.
+        """
+        told = bool(state.cause) or self._was_stopped_at(state)
+        return told and not self.resumed and self._has_moved(state)
+
+    def _was_stopped_at(self, state: MotorState) -> bool:
+        """Whether a stop was confirmed there since the command was sent."""
+        return self.body.stopped_at is not None and state.position == self.body.stopped_at
+
     async def at_rest(self, state: MotorState) -> Verdict:
         """How the move ended that came to rest."""
         body, move = self.body, self.move
         causes = names_of(state.cause, END_CAUSE_BITS)
-        if causes == ["stop_command"]:
-            return Verdict(MoveStatus.STOPPED, "stop_command")
         if causes:
-            cause = "+".join(causes)
-            return Verdict(MoveStatus.FAILED, cause, _ended_by(body, cause))
-        kept = await self._kept_its_power()
+            await self._fell_back(state)
+            stopped = causes == ["stop_command"]
+            return Verdict(MoveStatus.STOPPED, causes[0]) if stopped else _ended_by(body, "+".join(causes))
+        kept = False if await self._fell_back(state) else await self._kept_its_power()
         if kept is False:
             return Verdict(MoveStatus.LOST, error=_without_power(body))
+        if self._was_stopped_at(state) and not self._is_target(move.position):
+            self._note(f"A stop was confirmed: the motor stood still at {state.position}.")
+            return Verdict(MoveStatus.STOPPED, "stop_command")
         if self._refusal is not None and not self._is_target(move.position):
             return Verdict(MoveStatus.UNKNOWN, error=refused_in_motion(body.address, move.command))
         if move.target_position is not None and not self._is_target(move.position):
+            await self._note_missed(state)
             return Verdict(MoveStatus.FAILED, "position_mismatch", _missed(body, move))
         if kept is None:
             return Verdict(MoveStatus.UNKNOWN, error=_perhaps_without_power(body, move))
@@ -472,9 +498,47 @@ class MoveProof:
         if not self._in_question():
             return True
         told = await self._mark_tells()
-        if told is not None or self._mark_stood():
+        if told:
+            return await self._end_agrees()
+        if told is False or self._mark_stood():
             return told
         return await self._seems_to_have_kept_it()
+
+    async def _fell_back(self, state: MotorState) -> bool:
+        """Whether the motor ran, or stands, where only a loss of power leads it, whatever its mark tells."""
+        start, target = self.move.start_position, self.move.target_position
+        if self._strayed:
+            why = f"it ran elsewhere than between {start} and {target}"
+        elif state.position == POWER_ON_POSITION and self._is_off_its_way(state):
+            why = f"it came to rest at {state.position}, which is not between {start} and {target}"
+        else:
+            return False
+        if await self._mark_tells() is not False:
+            self._not_known(why)
+        return True
+
+    async def _note_missed(self, state: MotorState) -> None:
+        """A motor that came to rest beside its target, and tells no cause, may have lost its power."""
+        if self._has_moved(state) and await self._answered(self.body.know_mode) != "encoder":
+            self._not_known(f"it came to rest at {state.position}, and tells no cause")
+
+    def _not_known(self, why: str) -> None:
+        """Nothing goes to a place before somebody knows where it stands."""
+        self._note(f"It seems to have lost its power, so its place is not known: {why}.")
+        self.body.power.lost(certain=False, why=why)
+
+    async def _end_agrees(self) -> bool | None:
+        """Whether the end agrees with a mark that stands: a comment may outlast the power.
+
+        A move without a target ends by a cause, or is announced; a homing is remembered.
+        """
+        move = self.move
+        if move.target_position is not None or move.kind == "interpolated" or await self._end_announced():
+            return True
+        if move.kind == "home" and await self._remembers_homing():
+            return True
+        self._not_known(f"it came to rest at {move.position}, and neither an end nor a cause was told")
+        return None
 
     def _in_question(self) -> bool:
         """Whether the end of the move alone does not prove it.
@@ -492,13 +556,11 @@ class MoveProof:
         """Whether its mark proves that it has kept its power; None where there is none, or no answer."""
         if self._mark_stood() and await self._answered(self._ask_for_mark) is None:
             return None
-        if self.body.power.losses != self._losses:
-            return False
-        return True if self._mark_stood() else None
+        return self.body.power.kept_since(self._power)
 
     def _mark_stood(self) -> bool:
         """Whether the mark is, as far as is known, the one that stood before the move."""
-        return self._mark is not None and self.body.power.mark == self._mark
+        return bool(self.body.power.kept_since(self._power))
 
     async def _ask_for_mark(self) -> bool:
         await self.body.mark.stands(Lane.VERIFY)
@@ -507,8 +569,9 @@ class MoveProof:
     async def _seems_to_have_kept_it(self) -> bool | None:
         """The same where there is no mark: position, status and the announcement of the end have to tell."""
         move = self.move
-        if self._power_was_lost() or self._strayed:
-            self.body.power.lost(certain=False)
+        if self._power_was_lost():
+            why = f"its move came to rest at {move.position}, as after a loss of power, and no mark stands"
+            self._not_known(why)
             return False
         at_power_on = move.position == POWER_ON_POSITION
         if not at_power_on and move.kind == "home" and move.completion != "frame":
@@ -524,7 +587,7 @@ class MoveProof:
         )
         if await self._remembers_homing():
             return True
-        self.body.power.lost(certain=False)
+        self._not_known(f"it stands at {POWER_ON_POSITION}, and no end was announced")
         return None
 
     def _power_was_lost(self) -> bool:
@@ -566,11 +629,12 @@ def _not_in_position(body: Body) -> MoveFailed:
     )
 
 
-def _ended_by(body: Body, cause: str) -> MoveFailed:
-    return MoveFailed(
+def _ended_by(body: Body, cause: str) -> Verdict:
+    error = MoveFailed(
         f"The move of {body.address} was ended by {cause}; the motor stands still.",
         "Remove the cause, clear the controller's status, and home the axis if steps were lost.",
     )
+    return Verdict(MoveStatus.FAILED, cause, error)
 
 
 def _without_power(body: Body) -> MoveFailed:

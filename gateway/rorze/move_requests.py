@@ -8,6 +8,7 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.move_record import StartRequest
 from gateway.core.records import RequestModel, example
 from gateway.rorze.bodies import Group
+from gateway.rorze.limited_speed import MaxSpeed, require_one_speed
 from gateway.rorze.units import Scale, Unit, to_pulses
 from protocols.rorze import moves, origin
 from protocols.rorze.notation import PositionReference
@@ -73,6 +74,9 @@ class RelativeMoveRequest(
     distance: Length
     speed: Speed = Field(default="high", description="`low` runs at the start speed, without ramps.")
     pattern: Pattern = None
+    max_speed: MaxSpeed = None
+
+    _one_speed = model_validator(mode="after")(require_one_speed)
 
     def command(self, scale: Scale | None) -> RorzeCommand[Any]:
         """The controller's command for it."""
@@ -88,6 +92,9 @@ class AbsoluteMoveRequest(
     position: Length
     speed: Speed = Field(default="high", description="`low` runs at the start speed, without ramps.")
     pattern: Pattern = None
+    max_speed: MaxSpeed = None
+
+    _one_speed = model_validator(mode="after")(require_one_speed)
 
     def command(self, scale: Scale | None) -> RorzeCommand[Any]:
         """The controller's command for it."""
@@ -101,6 +108,9 @@ class PositionMoveRequest(StartRequest, json_schema_extra=example(kind="position
     position: int = Field(ge=0, le=2047, description="Position number.")
     speed: Speed = Field(default="high", description="`low` runs at the start speed, without ramps.")
     pattern: Pattern = None
+    max_speed: MaxSpeed = None
+
+    _one_speed = model_validator(mode="after")(require_one_speed)
 
     def command(self, _: Scale | None) -> RorzeCommand[Any]:
         """The controller's command for it."""

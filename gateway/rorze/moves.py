@@ -8,7 +8,6 @@ from functools import partial
 from typing import Any
 
 from gateway.core.errors import (
-    BodyBusy,
     ControllerRefused,
     GatewayError,
     NoReply,
@@ -22,7 +21,7 @@ from gateway.core.move_tasks import Beginning, MoveTasks, guarded
 from gateway.core.origin import working
 from gateway.core.trajectories import Trajectories
 from gateway.core.waiting import together
-from gateway.rorze.bodies import Body, Group, MotorState
+from gateway.rorze.bodies import Body, Group, MotorState, idle_bodies_of
 from gateway.rorze.calls import calls_for_body
 from gateway.rorze.line import Line
 from gateway.rorze.move_proof import MISSING_END_FRAME_S, MoveProof, Stretch, Verdict
@@ -105,7 +104,7 @@ class Moves:
         """
         self.require_end(command)
         target.line.admission.require()
-        bodies = _idle_bodies_of(target)
+        bodies = idle_bodies_of(target)
         for body in bodies:
             body.require_power(command)
         epoch = target.line.gate.epoch(target.number)
@@ -400,20 +399,6 @@ class _MoveRun:
         nobody = all(proof.move.sent_at is None for proof in self.proofs)
         if not self.answered.done():
             self.answered.set_result(errors[0] if errors and (alone or nobody) else None)
-
-
-def _idle_bodies_of(target: Body | Group) -> list[Body]:
-    """The bodies a motion command would move, none of which has a move that is not over."""
-    if isinstance(target, Group):
-        target.require_in_force()
-    bodies = target.members if isinstance(target, Group) else [target]
-    for body in bodies:
-        if body.move is not None:
-            raise BodyBusy(
-                f"{body.address} still has the move {body.move.id}; nothing was sent.",
-                "Wait for it or stop it.",
-            )
-    return bodies
 
 
 def kind_of(command: RorzeCommand[Any]) -> MoveKind:

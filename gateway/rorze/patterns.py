@@ -10,6 +10,7 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.records import SentBack, example, require_same
 from gateway.rorze.bodies import Body
 from gateway.rorze.changes import ChangeStep, Codec, Expectation, Item, Wanted, as_expected, change, read
+from gateway.rorze.own_refusals import clear_own_refusal
 from gateway.rorze.speed_sets import STANDARD, parameters_of
 from gateway.rorze.units import Scaled
 from protocols.rorze.notation import Amount, Slot, Speed
@@ -164,7 +165,8 @@ class ChangedPattern(Pattern):
     steps: list[ChangeStep] = Field(description="What the change took, in order.")
 
 
-def _sets_item(number: int) -> Item:
+def sets_item(number: int) -> Item:
+    """The two speed sets that a pattern is made of."""
     place = {"pattern": None if number == STANDARD else number}
     codec = Codec(
         lambda reply: {"acceleration_set": reply.acceleration, "deceleration_set": reply.deceleration},
@@ -199,7 +201,7 @@ async def read_pattern(body: Body, number: int) -> Pattern:
 
     :raises GatewayError: it was not read.
     """
-    item = _sets_item(number)
+    item = sets_item(number)
     sets = await read(body, item)
     return Pattern(
         body_id=body.address,
@@ -231,7 +233,11 @@ async def _read_changes(body: Body, number: int) -> list[SpeedChangeInfo] | None
 
 async def read_patterns(body: Body, numbers: Iterable[int]) -> list[Pattern]:
     """Ask a body for patterns, one after the other; errors as of `read_pattern`."""
-    return [await read_pattern(body, number) for number in numbers]
+    before = body.status_bits
+    found = [await read_pattern(body, number) for number in numbers]
+    if any(it.acceleration_set is None or it.changes is None for it in found):
+        await clear_own_refusal(body, before)
+    return found
 
 
 async def change_pattern(
@@ -291,7 +297,7 @@ async def _require_fit(body: Body, sets: Mapping[str, int], changes: Sequence[Sp
 def _wanted(
     present: Pattern, sets: Mapping[str, int], changes: Sequence[SpeedChangeRequest] | None
 ) -> Iterator[Wanted]:
-    yield _sets_item(present.number), sets
+    yield sets_item(present.number), sets
     if changes is None:
         return
     points = {it.point for it in changes}

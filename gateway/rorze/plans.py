@@ -10,6 +10,7 @@ from gateway.core.lanes import Lane
 from gateway.core.move_record import CountedIn
 from gateway.core.records import Record
 from gateway.rorze.bodies import Body, Group
+from gateway.rorze.limited_speed import Rate, limited_parameters
 from protocols.rorze.encoder import GetEncoderRatio
 from protocols.rorze.modes import GetOperatingMode, GetSoftLimits
 from protocols.rorze.moves import (
@@ -80,16 +81,18 @@ class GroupPlan(BaseModel):
     members: list[PlannedMove]
 
 
-async def group_plan_of(group: Group, command: RorzeCommand[Any]) -> GroupPlan:
+async def group_plan_of(group: Group, command: RorzeCommand[Any], limit: Rate | None = None) -> GroupPlan:
     """Work out the moves of all members; errors as of `plan_of`."""
     frame = group.line.frame_of(group.number, command)
-    plans = await asyncio.gather(*(plan_of(member, command) for member in group.members))
+    plans = await asyncio.gather(*(plan_of(member, command, limit) for member in group.members))
     members = [plan.model_copy(update={"frame": frame}) for plan in plans]
     return GroupPlan(group_id=group.address, frame=frame, members=members)
 
 
-async def plan_of(body: Body, command: RorzeCommand[Ack]) -> PlannedMove:
+async def plan_of(body: Body, command: RorzeCommand[Ack], limit: Rate | None = None) -> PlannedMove:
     """Work out a move from the controller's present settings. Only reads are sent.
+
+    `limit` is the highest speed that would be written before the move.
 
     :raises GatewayError: the settings could not be read.
     """
@@ -117,7 +120,7 @@ async def plan_of(body: Body, command: RorzeCommand[Ack]) -> PlannedMove:
     planned.distance = round(abs(target - position.pulses) * await pulses_per_count(body))
     planned.counted_in = body.counted_in
     try:
-        profile = await _profile(body, command, planned.distance)
+        profile = await _profile(body, command, planned.distance, limit)
     except (ProfileError, ControllerRefused) as error:
         planned.note = f"It would be refused: {error}"
     else:
@@ -228,7 +231,12 @@ async def top_speed_of(body: Body, speed: Literal["high", "low"], pattern: int |
     return reply.speed
 
 
-async def _profile(body: Body, command: RelativeMove | AbsoluteMove, distance: int | None) -> Profile:
+async def _profile(
+    body: Body, command: RelativeMove | AbsoluteMove, distance: int | None, limit: Rate | None = None
+) -> Profile:
+    if limit is not None:
+        limited = await limited_parameters(body, limit)
+        return plan(distance, limited, limited)
     up, down = await parameters_of_pattern(body, command.pattern)
     make = plan_slow if isinstance(command, _SLOW) else plan
     return make(distance, up, down, await _speed_changes(body, command.pattern))

@@ -10,7 +10,7 @@ import secrets
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import inf
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, NamedTuple
 
 from pydantic import BaseModel
 
@@ -25,7 +25,7 @@ from protocols.rorze.origin import CentreStallDog, OriginSearch
 from protocols.rorze.position import SetEncoderCount, SetPosition
 from protocols.rorze.programs import RunProgram, StepProgram
 from protocols.rorze.row import RorzeCommand
-from protocols.rorze.status import SetUserComment
+from protocols.rorze.status import CONTROLLER_STATUS_BITS, SetUserComment, names_of
 from protocols.table import Effect, Reply
 
 POWER_ON_POSITION = 0
@@ -103,6 +103,13 @@ class Memory(BaseModel):
     homed: Homed
 
 
+class PowerSeen(NamedTuple):
+    """What is known of a body's power before it does something."""
+
+    mark: str | None
+    losses: int
+
+
 @dataclass(eq=False)
 class Power:
     """What is known of a body's power. It asks nothing and has no clock: the body notes it."""
@@ -111,6 +118,8 @@ class Power:
     """Number of the user comment (9VS) that holds the mark, 1-7; 0: there is no mark."""
     needs_origin: bool = True
     """Whether a loss of power makes its position worthless."""
+    doubts_silence: bool = False
+    """Whether each silence counts as a loss of power: nothing on the wire tells where a board keeps all."""
     on_news: Callable[[str, dict[str, object]], None] = lambda _kind, _facts: None
     on_memory: Callable[[], None] = lambda: None
     """Called when there is something else to remember."""
@@ -136,7 +145,11 @@ class Power:
     _settings: dict[str, str] = field(default_factory=dict)
     """What settings were when they were last read, by the texts of their questions."""
     _position: int | None = None
+    _sure: bool = False
+    """Whether that place was read twice, or is where it was sent: one garbled digit proves nothing."""
     _errors: int = 0
+    _errors_once: int = 0
+    """Errors of the last reading; what two readings in a row told of are `_errors`."""
     _seen: bool = False
     _silent: bool = False
     _vouched: bool = False
@@ -162,7 +175,8 @@ class Power:
         if told.comment == self.comment and self.comment:
             self.mark, self._vouched = told.mark, True
             self._was_homed = told.homed if told.mark else None
-        self.cycled, self.certain = told.cycled and self.needs_origin, told.certain
+        cycled = told.cycled or self.doubts_silence  # no gateway has asked it meanwhile
+        self.cycled, self.certain = cycled and self.needs_origin, told.cycled and told.certain
         if self.cycled:
             self.homed = "no"
 
@@ -179,11 +193,22 @@ class Power:
         """Whether a loss of power from now on shows as well as it can: by the mark, where one can be."""
         return self.mark is not None or not self.comment or self.taken
 
+    @property
+    def seen(self) -> PowerSeen:
+        """Give what is known now, to compare with what is known later."""
+        return PowerSeen(self.mark, self.losses)
+
+    def kept_since(self, before: PowerSeen) -> bool | None:
+        """Whether it has kept its power since then, as far as is known; None where no mark vouches for it."""
+        if self.losses != before.losses:
+            return False
+        return True if before.mark is not None and self.mark == before.mark else None
+
     # what the body notes
 
     def note_sent(self, command: RorzeCommand[Any]) -> None:
         """A command that is no mere read was queued, or its outcome is known."""
-        self._errors = 0
+        self._errors = self._errors_once = 0
         self._settings.clear()
         if type(command) is SaveSettings:
             self._saved = True
@@ -223,31 +248,45 @@ class Power:
         told = reply.written()
         return self._settings.setdefault(question.code + question.written(), told) != told
 
+    def note_status(self, bits: int) -> None:
+        """Its status was read once more: an error that was told twice was no garbled digit."""
+        self._errors |= self._errors_once & bits
+
     def note_motion(self) -> None:
         """It moves, or has moved, by no command of this gateway."""
         self._position = None
 
     def note_silence(self) -> None:
         """It does not answer: it may be without power."""
+        if self.doubts_silence and self._seen and not self.cycled:
+            self.lost(certain=False, why="it was out of reach")
         self._silent = self.mark_due = True
 
     # the signs
 
     def contradicts(self, position: int, bits: int, tolerance: int = 0) -> bool:
         """Whether what a body at rest says does not follow from what it said before."""
-        elsewhere = self._position is not None and abs(position - self._position) > tolerance
         back_from_silence = self._silent and self._seen and self._position is None
-        signs = elsewhere or back_from_silence or bool(self._errors & ~bits)
-        return signs or self.changed is not None
+        jumped = self.jumped(position, bits, tolerance) is not None
+        return jumped or back_from_silence or self.changed is not None
 
-    def looks_switched_on(self, position: int, bits: int) -> bool:
-        """Whether a contradiction looks like a loss of power, as far as position and status can tell."""
-        fell_back = position == POWER_ON_POSITION and self._position != POWER_ON_POSITION
-        return fell_back or bool(self._errors & ~bits)
+    def jumped(self, position: int, bits: int, tolerance: float = 0) -> str | None:
+        """Say how position or status of a body at rest have changed though nothing here has changed them."""
+        is_known = self._sure or position == POWER_ON_POSITION
+        if is_known and self._position is not None and abs(position - self._position) > tolerance:
+            return f"its position went from {self._position} to {position}"
+        gone = names_of(self._errors & ~bits, CONTROLLER_STATUS_BITS)
+        return f"{', '.join(gone)} went from its status" if gone else None
 
-    def note_rest(self, position: int, bits: int, at: float) -> None:
-        """It stands there, and that is believed."""
-        self._position, self._errors = position, bits & LASTING_ERRORS
+    def looks_switched_on(self, position: int) -> bool:
+        """Whether a body stands where one stands that was switched on, and stood elsewhere before."""
+        return position == POWER_ON_POSITION and self._position != POWER_ON_POSITION
+
+    def note_rest(self, position: int, bits: int, at: float, target: int | None = None) -> None:
+        """It stands there, and that is believed, the more where it was sent there."""
+        self._sure, self._position = position in (self._position, target), position
+        lasting = bits & LASTING_ERRORS
+        self._errors, self._errors_once = lasting & (self._errors | self._errors_once), lasting
         self._seen, self._silent = True, False
         self._forget_settings()
         self._vouched = self.mark is not None
@@ -275,16 +314,16 @@ class Power:
         if self._was_homed is not None:
             self.homed, self._was_homed = self._was_homed, None
 
-    def lost(self, *, certain: bool) -> None:
-        """It has been switched off and on, or seems to: keep it from going to places until somebody knows."""
+    def lost(self, *, certain: bool, why: str = "its mark is gone") -> None:
+        """Keep it from going to places: it has been switched off and on, or seems to have been, and `why`."""
         self.losses += 1
         self.homed, self.cycled, self.certain = "no", self.needs_origin, certain
         self._was_homed = None
         self._forget_mark()
-        self._position, self._errors, self._silent = None, 0, False
+        self._position, self._errors, self._errors_once, self._silent = None, 0, 0, False
         self.changed = None
         self._settings.clear()
-        self.on_news("body.power_cycled", {"certain": certain})
+        self.on_news("body.power_cycled", {"certain": certain, "why": why})
 
     def found_origin(self) -> None:
         """An origin search has ended well."""

@@ -16,6 +16,8 @@ from gateway.core.own_faults import carry_on
 from gateway.core.records import Record, request_id_field
 from gateway.core.works import CutOff
 from gateway.rorze.bodies import Body
+from gateway.rorze.endless_programs import EndlessPrograms
+from gateway.rorze.power import PowerSeen
 from gateway.rorze.stored_program import RUNS, addresses, as_written, instruction_at, runs
 from protocols.rorze.programs import (
     AddressReply,
@@ -29,6 +31,9 @@ from protocols.rorze.programs import (
 HISTORY = 100
 POLL_S = 0.5
 """A program that runs is asked for its status this often."""
+
+POWER_ON_ADDRESS = 0
+"""An assumption: where a controller says that its program is (UND) when it has been switched on."""
 
 RUNS_ALREADY = "0x5A"
 """How a start is refused while a program runs (RC-420 manual 21)."""
@@ -70,7 +75,9 @@ class ProgramState(Record):
 
     body_id: str
     running: bool
-    end_cause: str | None = Field(description="Of the last program; null while one runs.")
+    end_cause: str | None = Field(
+        description="Of the last program; null while one runs, and where the end of `run` is unknown."
+    )
     address: int = Field(description="The address it is at, or has ended at (UND).")
     line: int = Field(description="The line of that address in the program's text, from 1.")
     instruction: str | None = Field(description="What stands there; null where nothing does.")
@@ -92,9 +99,17 @@ class ProgramRuns(KeptWorks[ProgramRun]):
 
     record_type = ProgramRun
 
-    def __init__(self, publish: Callable[[str, ProgramRun], None], find_body: Callable[[str], Body]) -> None:
+    def __init__(
+        self,
+        publish: Callable[[str, ProgramRun], None],
+        find_body: Callable[[str], Body],
+        endless: EndlessPrograms,
+    ) -> None:
         super().__init__(HISTORY, "program run", lambda it: it.body_id, publish)
         self._find_body = find_body
+        self._endless = endless
+        self._before: dict[str, PowerSeen] = {}
+        """What was known of the power of each body, by address, before its run that is not over."""
 
     async def start(self, body: Body, command: RunProgram | StepProgram) -> ProgramRun:
         """Run a program, or one instruction of it.
@@ -102,6 +117,7 @@ class ProgramRuns(KeptWorks[ProgramRun]):
         :raises BodyBusy: a move of the gateway is not over, or a program runs.
         :raises PowerCycled: the body has lost its power, and the program would go to other places.
         :raises Cancelled: a stop came first; it was not sent.
+        :raises InvalidText: the program has a move without an end, and the configuration allows none.
         :raises ControllerRefused: nothing stands at that place.
         :raises GatewayError: it was not started, or nobody knows.
         """
@@ -141,12 +157,13 @@ class ProgramRuns(KeptWorks[ProgramRun]):
                 f"{body.address} runs a program already; {command.code} was not sent.",
                 "Wait for its end or stop it.",
             )
-        if body.power.needs_origin:
-            await body.prove_power()
-            body.require_power(command)
+        await self._endless.learn(body)
+        await body.prove_power()
+        body.require_power(command)
         if body.line.gate.epoch(body.number) != epoch:
             raise body.line.gate.overtaken(body.number)
-        body.in_program = True
+        body.in_program, body.went_silent = True, False
+        self._before[body.address] = body.power.seen
         try:
             await self._sent(body, command)
         except BaseException:
@@ -169,14 +186,14 @@ class ProgramRuns(KeptWorks[ProgramRun]):
         at, _ = await body.ask(GetProgramAddress())
         running = bool(status.status & RUNS)
         if run is not None and not running:
-            self._end(body, run, status, at)
+            await self._judge(body, run, status, at)
         is_another = running and run is not None and run.status != "running"
         is_there = running or at.address in await addresses(body)
         there = await instruction_at(body, at.address) if is_there else None
         return ProgramState(
             body_id=body.address,
             running=running,
-            end_cause=cause_of(status.status),
+            end_cause=None if run is not None and run.status == "unknown" else cause_of(status.status),
             address=at.address,
             line=at.address + 1,
             instruction=None if there is None else as_written(there),
@@ -203,24 +220,60 @@ class ProgramRuns(KeptWorks[ProgramRun]):
     async def _look(self, body: Body, run: ProgramRun) -> bool:
         """Ask whether a run goes on, and note its end."""
         status, _ = await body.ask(GetProgramStatus())
-        if status.status & RUNS and not body.power.cycled:
+        if status.status & RUNS and self._why_lost(body) is None:
             run.detail = None
             return True
         at, _ = await body.ask(GetProgramAddress())
-        self._end(body, run, status, at)
+        await self._judge(body, run, status, at)
         return False
 
-    def _end(self, body: Body, run: ProgramRun, status: ProgramStatus, at: AddressReply) -> None:
-        """Note how a run has ended, once; after a loss of power nobody can tell."""
+    async def _judge(self, body: Body, run: ProgramRun, status: ProgramStatus, at: AddressReply) -> None:
+        """Find out how a run has ended. A controller that was switched on tells of a normal end, too.
+
+        :raises GatewayError: the body did not tell; the run is not over yet.
+        """
         if run.status != "running":
             return
-        run.ended_at = datetime.now(UTC)
+        await body.prove_power()
+        cause = cause_of(status.status)
+        why = await self._why_unknown(body, at) if cause in (None, "normal") else self._why_lost(body)
+        self._end(body, run, why, cause, at)
+
+    def _why_lost(self, body: Body) -> str | None:
+        """Say that a loss of power hides how a run has ended, where one is known."""
+        if body.power.kept_since(self._before[body.address]) is not False:
+            return None
+        return f"{body.address} {'has' if body.power.certain else 'seems to have'} lost its power."
+
+    async def _why_unknown(self, body: Body, at: AddressReply) -> str | None:
+        """Say why what is called a normal end may be none; None where nothing speaks against it."""
+        lost = self._why_lost(body)
+        if lost is not None:
+            return lost
+        if at.address == POWER_ON_ADDRESS and not await _ends_at(body, at.address):
+            return (
+                f"{body.address} tells of a normal end at address {at.address}, where no END stands: it "
+                "seems to have lost its power."
+            )
+        if body.went_silent and body.power.kept_since(self._before[body.address]) is None:
+            return (
+                f"{body.address} was out of reach and may have lost its power: no mark proves that it has "
+                "kept it, and it tells of a normal end after a loss of power, too."
+            )
+        return None
+
+    def _end(
+        self, body: Body, run: ProgramRun, why_unknown: str | None, cause: str | None, at: AddressReply
+    ) -> None:
+        """Note how a run has ended, once."""
+        if run.status != "running":
+            return
+        run.ended_at, run.detail = datetime.now(UTC), why_unknown
         body.in_program = False
-        if body.power.cycled:
-            run.status, run.detail = "unknown", f"{body.address} has lost its power."
+        if why_unknown is not None:
+            run.status = "unknown"
         else:
-            run.status, run.detail = "ended", None
-            run.end_cause, run.ended_at_address = cause_of(status.status), at.address
+            run.status, run.end_cause, run.ended_at_address = "ended", cause, at.address
         self.tell("ended", run)
 
     def note_cut_off(self, run: ProgramRun, why: CutOff, /) -> None:
@@ -231,13 +284,14 @@ class ProgramRuns(KeptWorks[ProgramRun]):
             run.status, run.detail, run.ended_at = "unknown", f"{why.what}.", datetime.now(UTC)
             self.tell("ended", run)
             return
-        body.in_program = True
+        body.in_program = body.went_silent = True
+        self._before[body.address] = body.power.seen
         with acting(RESTART):
             self._see_through(body, run, self._take_over)
 
     async def _take_over(self, body: Body, run: ProgramRun) -> None:
         """Follow a run of an earlier life, once it is known whether the body has kept its power."""
-        proved = not body.power.needs_origin
+        proved = False
         while not proved:
             await asyncio.sleep(POLL_S)
             try:
@@ -251,3 +305,11 @@ class ProgramRuns(KeptWorks[ProgramRun]):
 
 def _elapsed_s(run: ProgramRun) -> float:
     return round(((run.ended_at or datetime.now(UTC)) - run.started_at).total_seconds(), 3)
+
+
+async def _ends_at(body: Body, address: int) -> bool:
+    """Ask whether a program can end normally at an address: something stands there, and it is END."""
+    if address not in await addresses(body):
+        return False
+    there = await instruction_at(body, address)
+    return there is not None and as_written(there) == "END"

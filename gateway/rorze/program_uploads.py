@@ -26,6 +26,7 @@ from gateway.core.records import Record, request_id_field
 from gateway.core.sequence_lock import Series
 from gateway.core.works import GATEWAY_ENDED, CutOff
 from gateway.rorze.bodies import Body
+from gateway.rorze.endless_programs import EndlessPrograms
 from gateway.rorze.errors import ProgramDiffers, SaveUncertain
 from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.readings import closely
@@ -136,17 +137,20 @@ class ProgramUploads(KeptWorks[ProgramUpload]):
 
     record_type = ProgramUpload
 
-    def __init__(self, publish: Callable[[str, ProgramUpload], None]) -> None:
+    def __init__(self, publish: Callable[[str, ProgramUpload], None], endless: EndlessPrograms) -> None:
         super().__init__(HISTORY, "program upload", lambda it: it.body_id, publish)
+        self._endless = endless
         self._current: dict[Body, _Work] = {}
 
     async def start(self, body: Body, program: Assembled, *, flash: bool = False) -> ProgramUpload:
         """Begin to replace a body's program.
 
+        :raises InvalidText: it has a move without an end, and the configuration allows none.
         :raises BodyBusy: the motor moves, a program runs or is uploaded; nothing was changed.
         :raises GatewayError: it could not be asked, or the gateway ends; nothing was changed.
         """
         body.line.admission.require()
+        self._endless.forbid(program.instructions, program.lines, "Nothing was sent")
         self.require_none(body)
         now = datetime.now(UTC)
         record = ProgramUpload(

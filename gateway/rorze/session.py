@@ -23,6 +23,8 @@ from protocols.rorze.row import LAST_BODY, LINK_MASTER, RorzeCommand
 REPLIES_REMEMBERED = 32
 STOP_REPLY_BYTES = 24
 """Of the reply to a stop, and of the message that a move has ended."""
+GROUP_REPLY_BYTES, MEMBER_REPLY_BYTES = 8, 8
+"""Of a group's reply to a stop, and of each member's part in it, where some members were moving."""
 NONCES = 2048
 """Position entries a fence can ask for. All take their turn, so that no late echo is the next fence's own."""
 SILENT_BODIES = 3
@@ -70,6 +72,8 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         self.introducer = introducer
         self.silent: set[int] = set()
         """Those, and the one that seems to be silent while the line is still being fenced."""
+        self.answered_late: set[int] = set()
+        """Those who were called silent last, and answered before they were given up."""
         self.mute: set[int] = set()
         """Those who did not answer their last stop."""
         self.others_prove: Callable[[int], bool] = lambda _body: False
@@ -142,9 +146,16 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         if exchange.lane not in STOPS:
             return Awaited.FIRST
         if exchange.deadline is not None:
-            queue_s = len(self._sent) * STOP_REPLY_BYTES * self.byte_time_s - self.reply_timeout_s / 2
+            queued = sum(map(self._stop_reply_bytes, [*self._sent, exchange]))
+            queue_s = queued * self.byte_time_s - self.reply_timeout_s / 2
             exchange.await_until(exchange.deadline + max(0.0, queue_s))
         return Awaited.BESIDE
+
+    def _stop_reply_bytes(self, stop: RorzeExchange) -> int:
+        """How much the wire carries to the gateway because of one stop."""
+        if stop.target <= LAST_BODY:
+            return STOP_REPLY_BYTES
+        return GROUP_REPLY_BYTES + MEMBER_REPLY_BYTES * len(self.groups.get(stop.target, ()))
 
     def holds_up(self, sent: RorzeExchange) -> bool:
         """Only a link that takes one frame at a time has to wait for what the dead do not say."""
@@ -226,6 +237,8 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
                 self._evasive_since.pop(answer.body, None)
                 self.mute.discard(answer.body)
                 if answer.body in self.silent or answer.body in self.offline:
+                    if answer.body not in self.offline:
+                        self.answered_late.add(answer.body)
                     self.offline.discard(answer.body)
                     self.silent.discard(answer.body)
                     self.on_online(answer.body)
@@ -391,6 +404,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
     def _call_silent(self, body: int, *, asked: bool) -> None:
         if body not in self.silent:
             self.silent.add(body)
+            self.answered_late.discard(body)
             self.on_offline(body, asked)
 
     # the end

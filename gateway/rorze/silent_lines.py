@@ -9,7 +9,7 @@ from gateway.core.events import EventHub
 from gateway.core.stops import CONFIRM_WITHIN_S
 from gateway.rorze.bodies import Body
 from gateway.rorze.line import Line
-from gateway.rorze.poll_intervals import wire_s
+from gateway.rorze.poll_intervals import taken_s
 from gateway.rorze.session import SILENT_BODIES
 
 QUIET_TIMEOUTS = 2
@@ -32,6 +32,9 @@ class Unconfirmed(Protocol):
     def began_at(self) -> float:
         """When it was asked for, in the event loop's time."""
 
+    def is_late(self) -> bool:
+        """Whether its motor was to stand by now."""
+
     def is_due(self) -> bool:
         """Whether it was to be confirmed by now."""
 
@@ -40,8 +43,8 @@ class Unconfirmed(Protocol):
 
 
 def proofs_s(line: Line, stops: int) -> float:
-    """How long the wire needs to stop so many bodies and to see them stand."""
-    return stops * wire_s(line, PROOF_BYTES, PROOF_EXCHANGES)
+    """How long it takes to stop so many bodies and to see them stand."""
+    return stops * taken_s(line, PROOF_BYTES, PROOF_EXCHANGES)
 
 
 def is_silent(line: Line) -> bool:
@@ -49,9 +52,15 @@ def is_silent(line: Line) -> bool:
     return _quiet_timeouts(line) >= QUIET_TIMEOUTS + line.late_reply_s / line.reply_timeout_s
 
 
+def is_heard(line: Line) -> bool:
+    """Whether somebody on a line was heard within the time of a reply."""
+    return _quiet_timeouts(line) <= 1
+
+
 def _quiet_timeouts(line: Line) -> float:
     """For how many times as long as a reply may take nobody has been heard."""
-    return (_now() - line.last_heard_at) / line.reply_timeout_s
+    now = _now()
+    return (now - line.last_heard_at - line.held_since_heard_s(now)) / line.reply_timeout_s
 
 
 def _now() -> float:
@@ -72,7 +81,11 @@ class SilentLines:
 
     def may_be(self, line: Line) -> bool:
         """Whether it will be known in a moment if a line with many stops is silent."""
-        return 1 < _quiet_timeouts(line) < QUIET_TIMEOUTS and self._many_are_due(line)
+        if is_heard(line) or is_silent(line):
+            return False
+        if self._many_are_due(line):
+            return _quiet_timeouts(line) < QUIET_TIMEOUTS
+        return sum(stop.is_late() for stop in self._stops_on(line)) > MORE_THAN_A_FUSE
 
     def note_overdue(self, line: Line) -> None:
         """A stop on this line is not confirmed in time: tell the line where that is the cause."""

@@ -4,6 +4,7 @@ import asyncio
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
+from math import inf
 from typing import Any, Final
 
 from pydantic import Field
@@ -12,7 +13,7 @@ from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSen
 from gateway.core.events import EventHub
 from gateway.core.lanes import Lane
 from gateway.core.origin import working
-from gateway.core.own_faults import all_of, carry_on, insist, safely, survived, twice
+from gateway.core.own_faults import all_of, at_end_of, carry_on, safely, survived, twice
 from gateway.core.records import request_id_field
 from gateway.core.stops import (
     CONFIRM_WITHIN_S,
@@ -30,7 +31,7 @@ from gateway.rorze.bodies import PROGRAM_RUNS, Body, Group, R
 from gateway.rorze.exchange import Answered, Outcome
 from gateway.rorze.line import Line
 from gateway.rorze.poll_intervals import is_prompt, wire_s
-from gateway.rorze.silent_lines import SilentLines, is_silent, proofs_s
+from gateway.rorze.silent_lines import SilentLines, is_heard, is_silent, proofs_s
 from gateway.rorze.sweep import Sweep
 from protocols.rorze.position import GetPosition
 from protocols.rorze.programs import EndProgram, GetProgramStatus
@@ -44,8 +45,8 @@ STOP_BYTES = 8
 """Of a stop, or the end of a program; replies go the other way meanwhile."""
 GOES_FIRST = 2
 """Who does not answer is asked behind the proofs of others for so many times as long as these may take."""
-CLOCK_S = 0.001
-"""A timer may be early by so much."""
+LAST_LOOK_S = 2 * REPEAT_S
+"""A motor that ran so shortly before it was to stand counts as running."""
 UNKNOWN_CODE = "0x49"
 """A controller without user programs refuses the question for them so, or without a code."""
 NOT_AT_REST: Final = Said("The motor has not come to rest.", "モータがまだ静止していません。")
@@ -111,7 +112,19 @@ class Stops(StopsUnderWay["_BodyStop"]):
     def _stop_groups(self, wanted: list[Body], new: list[Body], mode: StopMode) -> None:
         for group in self._groups_within(wanted):
             if not set(new).isdisjoint(group.members):
-                _submit_quietly(group, mode)
+                self._stop_group(group, mode)
+
+    def _stop_group(self, group: Group, mode: StopMode) -> None:
+        """One frame for all members; the single frames behind it do not depend on it."""
+        with suppress(GatewayError):
+            stop = group.line.submit(group.number, _stop_of(mode), Lane.STOP)
+            stop.add_done_callback(partial(self._note_group, group))
+
+    def _note_group(self, group: Group, stop: "asyncio.Future[Outcome]") -> None:
+        """One that did not answer its stop is not asked for proofs, either."""
+        line = group.line
+        if isinstance(stop.result(), NoReply) and line.state == "ready" and not is_prompt(line):
+            self._sweeps[line.id].distrust(group)
 
     def under_way(self, body: Body) -> bool:
         """Whether a stop of the body is not confirmed yet."""
@@ -173,7 +186,7 @@ class Stops(StopsUnderWay["_BodyStop"]):
         task = asyncio.create_task(self._see_through(stop), name=f"stop {body.address}")
         self._running[body, mode], self._tasks[stop] = stop, task
         body.being_stopped = True
-        task.add_done_callback(lambda _: insist("the end of a stop", partial(self._over, stop)))
+        at_end_of(task, "the end of a stop", partial(self._over, stop))
         begun = (stop.submit, partial(stop.publish, "requested"), partial(self.on_begin, body))
         survived(f"the stop of {body.address}", *begun)  # it is repeated by its task
 
@@ -206,6 +219,7 @@ class Stops(StopsUnderWay["_BodyStop"]):
         with working("stops"):
             await carry_on(what, stop.see_through)
         survived(what, stop.withdraw, partial(self._forget, stop))
+        body.stop_was_proved = stop.disproves_its_alarm
         body.being_stopped = any(it is not stop and it.body is body for it in self._tasks)
         survived(what, partial(body.was_stopped, stop.report.position), partial(stop.publish, "confirmed"))
         await _move_recorded(body)
@@ -224,13 +238,13 @@ class _BodyStop(Stopping):
         silent_lines: SilentLines,
     ) -> None:
         self.report = StopReport(body_id=body.address)
-        super().__init__(mode, self.report)
+        super().__init__(mode, self.report, body.line.admission.held_s)
         self.body = body
         self._sweep, self._company_of, self._silent_lines = sweep, company_of, silent_lines
         self._most = 1
         """The most stops at a time that its line has had beside it, with it."""
-        self._refuted = False
-        """Whether an attempt to prove that it stands has failed."""
+        self._refuted_at: float | None = None
+        """Its age when its body was asked last, and said that it moves; endless where it did not tell."""
         self.silent_after_s = max(REPEAT_S, body.line.reply_timeout_s)
         self._events = events
         self._stop: asyncio.Future[Outcome] | None = None
@@ -332,21 +346,32 @@ class _BodyStop(Stopping):
         await _over(self._end)
         if self.body.line.is_asked_later(self.body.number):
             return False
+        asked_at = self.waited_s
         try:
             self._why = await self._why_not_still()
         except GatewayError as error:
             address = self.body.address
             self._why = Said.unknown(Said(f"the motor of {address}", f"{address} のモータ"), error)
+            self._refuted_at = inf if is_heard(self.body.line) else None
         else:
             self._answers = True
-        self._refuted = self._why is not None
+            self._refuted_at = None if self._why is None else asked_at
         self.tell()
         return self._why is None
 
     def has_had_no_turn(self) -> bool:
-        """Whether others on its line have their proofs first, for as long as the wire needs for all."""
-        may_be = self._answers and not self._refuted and self.report.state == "acknowledged"
-        return may_be and self._in_time() and not is_silent(self.body.line)
+        """Whether nothing speaks against it yet, for as long as the wire needs for the proofs of all.
+
+        Its reply may still stand behind those of others, and what was asked before it was to stand proves
+        nothing.
+        """
+        is_open = _under_way(self._stop) and self.report.state == "sent" and is_heard(self.body.line)
+        may_be = self._answers and (is_open or self.report.state == "acknowledged")
+        return may_be and not self._is_refuted() and self._in_time() and not is_silent(self.body.line)
+
+    def _is_refuted(self) -> bool:
+        """Whether it was to stand when it was last asked, and did not say that it does."""
+        return self._refuted_at is not None and self._refuted_at >= CONFIRM_WITHIN_S - LAST_LOOK_S
 
     def goes_first(self) -> bool:
         """Whether its body answers, and is asked before those who do not; not for ever, for they may live."""
@@ -355,8 +380,9 @@ class _BodyStop(Stopping):
 
     def _in_time(self, times: int = 1) -> bool:
         """Whether it began no longer ago than the wire needs for the proofs of all, or so many times that."""
-        needed_s = max(CONFIRM_WITHIN_S, proofs_s(self.body.line, self._most))
-        return asyncio.get_running_loop().time() - self._began_at < times * needed_s
+        line = self.body.line
+        needed_s = CONFIRM_WITHIN_S + line.reply_timeout_s + proofs_s(line, self._most)
+        return self.waited_s < times * needed_s
 
     @property
     def began_at(self) -> float:
@@ -365,8 +391,7 @@ class _BodyStop(Stopping):
 
     def is_due(self) -> bool:
         """Whether it was to be confirmed by now."""
-        passed_s = asyncio.get_running_loop().time() - self._began_at
-        return passed_s >= CONFIRM_WITHIN_S - CLOCK_S and not self.has_had_no_turn()
+        return self.is_late() and not self.has_had_no_turn()
 
     def _warn(self) -> None:
         """Wait where the line may be silent as a whole: that is known in a moment."""
@@ -450,9 +475,3 @@ async def _over(future: "asyncio.Future[Outcome] | None") -> None:
 
 def _stop_of(mode: StopMode) -> StopImmediately | StopDecelerating:
     return StopImmediately() if mode == "immediate" else StopDecelerating()
-
-
-def _submit_quietly(group: Group, mode: StopMode) -> None:
-    """One frame for all members; the single frames behind it do not depend on it."""
-    with suppress(GatewayError):
-        group.line.submit(group.number, _stop_of(mode), Lane.STOP)

@@ -1,7 +1,7 @@
 """Questions to many bodies of a line in few frames, by virtual bodies that the gateway keeps for itself."""
 
 import asyncio
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from math import ceil, inf
 from typing import NamedTuple, cast
@@ -12,6 +12,7 @@ from gateway.core.line_state import LineState
 from gateway.rorze.bodies import STATUS, Body, Group, R
 from gateway.rorze.errors import is_evasive
 from gateway.rorze.line import Line
+from gateway.rorze.poll_intervals import background_of, is_prompt
 from protocols.rorze.link_master import MOST_MEMBERS
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Reply
@@ -34,35 +35,73 @@ class SweepAnswer(NamedTuple):
 class Sweep:
     """The questions to many bodies of one line.
 
-    A group is believed by its answers: who is missing in a reply is asked alone, and after a reply of others
-    the link master is told its groups again.
+    Any virtual body serves whose definition its link master has acknowledged: those that the gateway keeps
+    for sweeps and, on a line of many bodies, the plant's own. A group is believed by its answers: who is
+    missing in a reply is asked alone, and after a reply of others the link master is told its groups again.
     """
 
-    def __init__(self, line: Line, bodies: Sequence[Body], numbers: Sequence[int] = ()) -> None:
+    def __init__(
+        self,
+        line: Line,
+        bodies: Sequence[Body],
+        numbers: Sequence[int] = (),
+        declared: Callable[[], Iterable[Group]] = tuple,
+    ) -> None:
         self._line = line
-        self.groups = [
+        self._declared = declared
+        """The plant's own groups on this line; they may change while the gateway runs."""
+        self.own = [
             Group(line, number, members)
             for number, members in zip(numbers, parts_of(bodies) if numbers else (), strict=False)
         ]
-        self._group_of = {member: group for group in self.groups for member in group.members}
+        self._reliable: Sequence[Group] = ()
+        self._group_of: dict[Body, Group] = {}
+        """The one group that stands for a body, while these groups are relied on."""
         self._distrusted_until: dict[Group, float] = {}
         self._defining = asyncio.Lock()
-        for group in self.groups:
+        for group in self.own:
             line.groups[group.number] = [member.number for member in group.members]
-            line.own_groups[group.number] = 0
+            line.own_groups.add(group.number)
 
-    def covers(self, body: Body) -> bool:
-        """Whether a group that is relied on asks for it."""
-        group = self._group_of.get(body)
-        if group is None or not self._line.knows_own_group(group.number):
+    @property
+    def groups(self) -> list[Group]:
+        """All groups of the line: its own first, for they share out all bodies, then large ones."""
+        return [*self.own, *sorted(self._declared(), key=lambda it: len(it.members), reverse=True)]
+
+    def relies_on(self, group: Group) -> bool:
+        """Whether its number reaches its members, as far as is known."""
+        if not group.in_force or not self._line.knows_group(group.number):
             return False
         return self._distrusted_until.get(group, -inf) <= _now()
 
+    def distrust(self, group: Group) -> None:
+        """It did not answer: ask its members alone for a while, and tell the link master its groups again."""
+        if self._distrusted_until.get(group, -inf) <= _now():
+            self._line.set_up_again(f"group {group.short} does not answer")
+        self._distrusted_until[group] = _now() + DISTRUST_S
+
+    def represented_by(self, group: Group) -> list[Body]:
+        """The members that are asked by this group, and by no other."""
+        groups = self._groups_by_body()
+        return [member for member in group.members if groups.get(member) is group]
+
+    def _groups_by_body(self) -> Mapping[Body, Group]:
+        groups = self.own if is_prompt(self._line) else self.groups
+        reliable = [group for group in groups if self.relies_on(group)]
+        if reliable != self._reliable:
+            self._reliable = reliable
+            self._group_of = {member: group for group in reversed(reliable) for member in group.members}
+        return self._group_of
+
+    def covers(self, body: Body) -> bool:
+        """Whether a group that is relied on asks for it."""
+        return body in self._groups_by_body()
+
     async def define(self) -> None:
-        """Define the groups that the link master has not been told since the last set-up (XVS)."""
+        """Define its own groups that the link master has not been told since the last set-up (XVS)."""
         async with self._defining:
-            for group in self.groups:
-                if self._line.state in SERVING and not self._line.knows_own_group(group.number):
+            for group in self.own:
+                if self._line.state in SERVING and not self._line.knows_group(group.number):
                     with suppress(GatewayError):
                         await self._line.define_own_group(group.number)
 
@@ -70,17 +109,22 @@ class Sweep:
         """Ask the groups in which bodies are silent, for their line lives again: who answers is there."""
         await self.define()
         for group in self.groups:
-            first, *_ = group.members
-            silent = not all(member.online for member in group.members)
-            if silent and self.covers(first) and not await self._ask_group(group, STATUS, Lane.BACKGROUND):
+            silent = not all(member.online for member in self.represented_by(group))
+            if silent and not await self._ask_group(group, STATUS, Lane.BACKGROUND):
                 return
+
+    async def look_at(self, group: Group) -> None:
+        """See who of a group is there, and that the link master still knows it."""
+        if self.relies_on(group) and any(member.online for member in group.members):
+            await self._ask_part(group, group.members, STATUS, background_of(self._line))
 
     def group_for(self, body: Body, company: Iterable[Body]) -> Group | None:
         """The group to ask in the place of a body, where enough of its members are in the same company."""
-        if not self.covers(body):
+        groups = self._groups_by_body()
+        group = groups.get(body)
+        if group is None:
             return None
-        group = self._group_of[body]
-        wanted = sum(it.online and self._group_of.get(it) is group for it in company)
+        wanted = sum(it.online and groups.get(it) is group for it in company)
         return group if wanted >= max(2, WORTH * len(group.members)) else None
 
     async def ask(
@@ -132,9 +176,7 @@ class Sweep:
         try:
             return await group.ask(command, lane=lane)
         except (NoReply, ControllerRefused):
-            if self._distrusted_until.get(group, -inf) <= _now():
-                self._line.set_up_again(f"group {group.short}, which is for sweeps, does not answer")
-            self._distrusted_until[group] = _now() + DISTRUST_S
+            self.distrust(group)
         except GatewayError:
             pass  # the line is down, or the like: each member says so
         return {}

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable, Sequence
+from contextlib import AbstractAsyncContextManager
 from typing import Any, ClassVar, Final
 
 from gateway.core.errors import GatewayError
@@ -12,6 +13,8 @@ from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped, 
 from gateway.rorze import plain_text
 from gateway.rorze.bodies import Body, Group, answer_or_raise, reply_of
 from gateway.rorze.calls import calls_for_body, calls_for_group, calls_for_line
+from gateway.rorze.endless_programs import EndlessPrograms
+from gateway.rorze.limited_speed import Rate, at_own_speed, with_own_pattern
 from gateway.rorze.line import Line, lane_of
 from gateway.rorze.move_requests import MoveRequest, common_command
 from gateway.rorze.moves import Moves
@@ -19,7 +22,7 @@ from gateway.rorze.plans import GroupPlan, PlannedMove, group_plan_of, plan_of
 from gateway.rorze.samples import BodySamples, samples_of
 from gateway.rorze.stops import Stops
 from protocols.rorze.link_master import SetGroup
-from protocols.rorze.programs import EndProgram
+from protocols.rorze.programs import EndProgram, RunProgram, StepProgram
 from protocols.rorze.row import LINK_MASTER, RorzeCommand
 from protocols.rorze.stops import StopDecelerating, StopImmediately
 from protocols.table import Reply
@@ -36,21 +39,31 @@ class _Motors(Target):
     collection: ClassVar[str]
     stop_modes = STOP_MODES
 
-    def __init__(self, thing: Body | Group, moves: Moves, stops: Stops) -> None:
+    def __init__(self, thing: Body | Group, moves: Moves, stops: Stops, endless: EndlessPrograms) -> None:
         self.thing = thing
         self.address = thing.address
         self.path = f"/{self.collection}/{thing.address}"
-        self._moves, self._stops = moves, stops
+        self._moves, self._stops, self._endless = moves, stops, endless
         self.log = moves.log
 
     @property
     def _bodies(self) -> Sequence[Body]:
         return self.thing.members if isinstance(self.thing, Group) else [self.thing]
 
+    async def _look_into(self, command: Any) -> None:
+        """Know what the programs do that are to be started; errors as of `EndlessPrograms.learn`."""
+        if isinstance(command, RunProgram | StepProgram):
+            for body in self._bodies:
+                await self._endless.learn(body)
+
     async def start(self, command: Any, start_within_s: float = START_WITHIN_S) -> Begun | Opened:
         """Start the moves of its bodies; errors as of `Moves.start`."""
         moves = await self._moves.start(self.thing, command, start_within_s)
         return Begun(self.path, moves, self.address if isinstance(self.thing, Group) else None)
+
+    def at_own_speed(self, request: MoveRequest) -> AbstractAsyncContextManager[MoveRequest]:
+        """Write the `max_speed` of a move to its bodies; errors as of `limited_speed.limited`."""
+        return at_own_speed(self.thing, request)
 
     async def stop_by(self, command: Any) -> Answer | MemberAnswers | Stopped:
         """Stop its bodies; UES ends a program, and is only asked."""
@@ -71,6 +84,7 @@ class BodyTarget(_Motors):
 
     async def ask(self, command: Any) -> Answer:
         """Send a command that starts no move; errors as of `Body.ask`."""
+        await self._look_into(command)
         reply, answered = await self.thing.ask(command)
         return Answer((reply,), answered.at, texts=(answered.text,))
 
@@ -86,10 +100,10 @@ class BodyTarget(_Motors):
         """Put a wish for a move into a command, by the body's scale."""
         return request.command(self.thing.scale)
 
-    async def plan(self, command: Any) -> PlannedMove:
+    async def plan(self, command: Any, limit: Rate | None = None) -> PlannedMove:
         """Work out a move; errors as of `plan_of`."""
         self._moves.require_end(command)
-        return await plan_of(self.thing, command)
+        return await plan_of(self.thing, with_own_pattern([self.thing], command, limit), limit)
 
     async def samples(self, move_id: str) -> BodySamples:
         """Give where it was seen during a move, beside its plan; errors as of `Trajectories.of`."""
@@ -104,6 +118,7 @@ class GroupTarget(_Motors):
 
     async def ask(self, command: Any) -> MemberAnswers:
         """Send a command to all members; errors as of `Group.ask`."""
+        await self._look_into(command)
         results = await self.thing.ask(command)
         return MemberAnswers(self.address, {body.address: result for body, result in results.items()})
 
@@ -115,10 +130,11 @@ class GroupTarget(_Motors):
         """Put a wish for a move into one command for all members; errors as of `common_command`."""
         return common_command(self.thing, request)
 
-    async def plan(self, command: Any) -> GroupPlan:
+    async def plan(self, command: Any, limit: Rate | None = None) -> GroupPlan:
         """Work out the moves of all members; errors as of `plan_of`."""
         self._moves.require_end(command)
-        return await group_plan_of(self.thing, command)
+        own = with_own_pattern(self.thing.members, command, limit)
+        return await group_plan_of(self.thing, own, limit)
 
 
 class LinkMasterTarget(Target):

@@ -158,5 +158,5 @@ class GetErrorDetail(
     """エラー状態の詳細問い合わせ: get the details of the latest error; clears nothing."""
 
 
-class ResetErrors(Deed, code="DRT", retry=Retry.CONDITIONAL, effect=Effect.SETTING, example=("DRT", "DRT")):
+class ResetErrors(Deed, code="DRT", retry=Retry.CONDITIONAL, effect=Effect.CLEARING, example=("DRT", "DRT")):
     """エラーリセット: reset the errors of the system and the state EMERGENCY."""

@@ -143,7 +143,7 @@ class ClearEncoderStallError(
     moving=False,
     errors=MOVING_ERRORS,
     retry=Retry.CONDITIONAL,
-    effect=Effect.SETTING,
+    effect=Effect.CLEARING,
     example=("&3FPRS", ">&3FPRS"),
 ):
     """脱調検出状態解除: clear the STALL error found by the encoder."""

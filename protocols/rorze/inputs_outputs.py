@@ -354,7 +354,7 @@ class ClearErrorOutputStatus(
     RorzeCommand[Ack],
     code="CRS",
     retry=Retry.CONDITIONAL,
-    effect=Effect.SETTING,
+    effect=Effect.CLEARING,
     example=("&3FCRS", ">&3FCRS"),
 ):
     """エラー出力状態解除: take back all error outputs; each takes the opposite of its error state."""

@@ -63,7 +63,7 @@ class ClearStallSensorError(
     moving=False,
     errors=MOVING_ERRORS,
     retry=Retry.CONDITIONAL,
-    effect=Effect.SETTING,
+    effect=Effect.CLEARING,
     example=("&3FQRS", ">&3FQRS"),
 ):
     """脱調検出状態解除: clear the STALL error found by the STALL sensor."""

@@ -65,7 +65,7 @@ class ClearControllerStatus(
     RorzeCommand[Ack],
     code="9CS",
     retry=Retry.CONDITIONAL,
-    effect=Effect.SETTING,
+    effect=Effect.CLEARING,
     example=("&3F9CS", ">&3F9CS"),
 ):
     """コントローラ・ステータスのクリア: clear the error bits of the controller status.

@@ -1,5 +1,7 @@
 """The axis of an RC-420: its motor and sensors, its memories, and the counters that tell where it is."""
 
+from dataclasses import replace
+
 from simulator.rorze.motor import Motor
 from simulator.rorze.settings import FARTHEST, Flash, Settings
 from simulator.rorze.world import World
@@ -29,6 +31,10 @@ class Axis:
         self.flash = Flash()
         self.keeps_position = False
         """Whether a loss of power leaves the position as it is: the manual does not say."""
+        self.keeps_comments = False
+        """Whether user comments (9VS) outlast a loss of power, in a memory with a battery, say: as above."""
+        self.compares_inclusively = False
+        """Whether `<` and `>` of JCP hold for equal values: its page says so, chapter 20 does not."""
         self.refuses_stale_positions = False
         """Whether HPS must have told where the axis really is: the manual does not say."""
 
@@ -37,7 +43,10 @@ class Axis:
 
         The defaults stand in for settings that cannot be read, an assumption.
         """
+        comments = self.settings.comments if self.keeps_comments else None
         self.settings = Settings() if self.flash.damaged else self.flash.settings
+        if comments is not None:
+            self.settings = replace(self.settings, comments=comments)
         self.positions = list(self.flash.positions)
         if self.keeps_position:
             return

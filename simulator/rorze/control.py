@@ -52,6 +52,15 @@ class BrownOut(Strict):
     for_s: float = Field(ge=0, le=3600, description="How long there is no power.")
 
 
+class BodyChange(Strict):
+    """What the RC-420 manual leaves open about a controller; docs/simulator.md tells the defaults."""
+
+    keeps_position: bool | None = None
+    keeps_comments: bool | None = None
+    compares_inclusively: bool | None = None
+    refuses_stale_positions: bool | None = None
+
+
 class Level(Strict):
     """The raw level of an input, before the controller's logic."""
 
@@ -225,6 +234,14 @@ def _add_power(app: FastAPI, line: Rc400Line, port: Touchable) -> None:
         """Cut the power of a controller for a while."""
         axis = _axis(line, body_id)
         port.touch(lambda now: line.brown_out(axis.body, loss.for_s, now))
+        return port.touch(lambda now: _state(axis, now))
+
+    @app.patch("/bodies/{body_id}/settings")
+    async def set_body(body_id: BodyId, change: BodyChange) -> BodyState:
+        """Change what the manual leaves open about a controller."""
+        axis = _axis(line, body_id)
+        for switch, on in change.model_dump(exclude_none=True).items():
+            setattr(axis, switch, on)
         return port.touch(lambda now: _state(axis, now))
 
 

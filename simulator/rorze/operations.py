@@ -236,6 +236,7 @@ def _jump_comparing(on: Variables, left: Operand, sign: Sign, right: Operand, pl
     """Bits written in hexadecimal are those of a number with a sign, as in a data memory."""
     first, second = on.value(left), as_number(on.value(right))
     holds = {"<": first < second, ">": first > second, "=": first == second}[sign.comparison]
+    holds |= on.machine.compares_inclusively and first == second
     return place if holds else None
 
 

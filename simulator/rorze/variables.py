@@ -35,6 +35,7 @@ class Machine(Protocol):
     motor: Motor
     io: Ports
     status: int
+    compares_inclusively: bool
 
     def position(self, now: float) -> int:
         """The position in the unit of the operating mode."""

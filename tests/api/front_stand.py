@@ -12,7 +12,7 @@ import uvicorn
 import uvloop
 from starlette.types import Receive, Scope, Send
 
-from api.front.http_protocol import Limits
+from api.front.limits import Limits
 from api.front.protocols import protocols
 from api.front.websocket_protocol import EVENTS
 from gateway.core.events import EventHub
@@ -55,6 +55,8 @@ class Application:
                 break
         if path == "/wait":
             await self.go.wait()
+        if path == "/headers":
+            body = repr(scope["headers"]).encode()
         self.done.append((path, body))
         answer = path.encode() + b" " + body
         length = (b"content-length", str(len(answer)).encode())

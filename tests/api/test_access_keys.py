@@ -2,6 +2,8 @@
 
 from typing import Any
 
+from gateway.access.keys import KeyPolicy
+from gateway.access.roles import Role
 from tests.api.access.guarded import Keys, guarded
 from tests.api.stand import Stand, on_stand
 
@@ -117,3 +119,50 @@ async def test_where_everybody_is_let_in_nobody_makes_keys(stand: Stand) -> None
         answer = await asking
         assert answer.status_code == 403
         assert "lets everybody in" in answer.json()["detail"]
+
+
+@guarded()
+async def test_a_key_ends_after_a_year_if_nothing_else_is_said(stand: Stand, keys: Keys) -> None:
+    await made(stand, keys)
+    keys.now += 365 * 86_400 - 1
+    await made(stand, keys, name="later")
+    assert {name: it["state"] for name, it in (await listed(stand, keys)).items() if name != "admin"} == {
+        "mes": "good",
+        "later": "good",
+    }
+    keys.now += 1
+    assert (await listed(stand, keys))["mes"]["state"] == "expired"
+
+
+@guarded()
+async def test_a_key_is_rotated_with_an_overlap(stand: Stand, keys: Keys) -> None:
+    old = await made(stand, keys)
+    answer = await stand.post(f"{KEYS}/mes/rotate", {"overlap_s": 60}, **keys.header("admin"))
+    assert (answer.status_code, answer.headers["cache-control"]) == (201, "no-store")
+    for key in (old, answer.json()):
+        header = {"authorization": f"Bearer {key['key']}"}
+        assert (await stand.get("/system/identity", **header)).json()["name"] == "mes"
+    keys.now += 60
+    header = {"authorization": f"Bearer {old['key']}"}
+    assert (await stand.get("/system/identity", **header)).status_code == 401
+    assert told(stand)[-1] == ("gateway.key.rotated", "mes")
+    unknown = await stand.post(f"{KEYS}/none/rotate", {}, **keys.header("admin"))
+    assert unknown.status_code == 404
+    assert (await stand.post(f"{KEYS}/mes/rotate", {}, **keys.header("setup"))).status_code == 403
+
+
+@guarded()
+async def test_a_second_admin_approves_the_key_of_an_admin(stand: Stand, keys: Keys) -> None:
+    keys.store.adopt(KeyPolicy(four_eyes=True))
+    keys.of("admin")
+    second = {"authorization": f"Bearer {keys.store.create('bob', Role.ADMIN)}"}
+    key = await made(stand, keys, name="eve", role="admin")
+    header = {"authorization": f"Bearer {key['key']}"}
+    assert (key["state"], key["made_by"]) == ("waiting", "admin")
+    assert (await stand.get("/system/identity", **header)).status_code == 401
+    assert (await stand.post(f"{KEYS}/eve/approve", **keys.header("admin"))).status_code == 403
+    approved = await stand.post(f"{KEYS}/eve/approve", **second)
+    assert (approved.status_code, approved.json()["approved_by"]) == (200, "bob")
+    assert (await stand.get("/system/identity", **header)).status_code == 200
+    assert (await stand.post(f"{KEYS}/eve/approve", **second)).status_code == 404
+    assert told(stand)[-1] == ("gateway.key.approved", "eve")

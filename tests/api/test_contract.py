@@ -33,6 +33,8 @@ from tests.simulated_line import Unplugged
 from tests.tested_plant import TestedPlant
 from tests.virtual_time import VirtualLoop
 
+pytestmark = pytest.mark.prove
+
 schemathesis = pytest.importorskip("schemathesis")
 
 CASES: Final = int(os.environ.get("CASES", "2000"))

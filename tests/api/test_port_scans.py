@@ -23,6 +23,9 @@ async def test_what_is_no_free_port_is_refused(stand: Stand) -> None:
     frames = len(stand.port.written)
     for ports in ([], [""], ["arm"], ["http://host"], ["tcp://127.0.0.1:1"], ["tcp://h:1"] * 17, None):
         assert (await stand.post("/system/scans", {"ports": ports})).status_code == 422, ports
+    for port in ("/dev/tty\0S0", "/dev/tty\nS0", "serial:///dev/tty%00S0", "dpram:///dev/uio%00"):
+        answer = await stand.post("/system/scans", {"ports": [port]})
+        assert (answer.status_code, "control character" in answer.text) == (422, True), port
     assert len(stand.port.written) == frames
 
 

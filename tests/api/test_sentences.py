@@ -6,11 +6,14 @@ from itertools import product
 from typing import Any, Final
 
 import httpx2
+import pytest
 from fastapi import FastAPI
 from httpx2 import AsyncClient
 
 from tests.api.robots.cell import Cell, in_cell
 from tests.api.stand import Stand, on_stand
+
+pytestmark = pytest.mark.prove
 
 MARKS: Final = re.compile(r"[.,;:?!]\s*[.,;:]|\s{2,}|\s[.,;:?]|。[.;。、]|[(（]\s|\s[)）]|\(\)|（）|^\s|\s$")
 """Two marks at one place, a mark after a blank, two blanks, and brackets around nothing."""

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from app.access import AccessControl
-from gateway.access.keys import KeyStore
+from gateway.access.keys import DAY_S, KeyPolicy, KeyStore
 from gateway.access.roles import Role
 from gateway.config import Config, ConfigError
 
@@ -60,3 +60,32 @@ def test_when_keys_were_used_is_written_down_at_the_end(tmp_path: Path) -> None:
 
     asyncio.run(life())
     assert len(store.uses()) == 1
+
+
+def test_the_end_of_a_key_is_told_once_before_it_and_once_when_it_comes(tmp_path: Path) -> None:
+    access = AccessControl(config(access={"key_warning_d": 1}), tmp_path)
+    now = [1_000_000.0]
+    store = access._store = KeyStore(tmp_path, lambda: now[0])
+    store.create("mes", Role.VIEWER, None, 2 * DAY_S)
+    store.create("long-over", Role.VIEWER, None, 1.0)
+    now[0] += 2
+    told: list[tuple[str, str]] = []
+    access.on_key = lambda what, key: told.append((what, key.name))
+    for after_s, expected in (
+        (0, []),
+        (DAY_S, [("ends_soon", "mes")]),
+        (DAY_S, [("expired", "mes")]),
+        (1, []),
+    ):
+        now[0] += after_s
+        for _ in range(3):
+            access._tell_changes(store.infos())
+        assert told == expected
+        told.clear()
+
+
+def test_what_the_configuration_says_of_keys_holds_for_the_command_line_too(tmp_path: Path) -> None:
+    AccessControl(config(access={"key_lifetime_d": 90, "four_eyes": True}), tmp_path)
+    assert KeyStore(tmp_path).policy() == KeyPolicy(lifetime_s=90 * DAY_S, four_eyes=True)
+    AccessControl(config(access={"key_lifetime_d": 0}), tmp_path)
+    assert KeyStore(tmp_path).policy() == KeyPolicy(lifetime_s=None)

@@ -33,6 +33,21 @@ def test_a_fact_of_several_words_is_quoted() -> None:
     assert written(TextLines(), caller="http 10.0.0.7").endswith('[caller="http 10.0.0.7"]')
 
 
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        ('mes" request_id="r-2', '"mes\\" request_id=\\"r-2"'),
+        ("a\\", '"a\\\\"'),
+        ("mes]", '"mes]"'),
+        ("a=b", '"a=b"'),
+        ("mes\trole=admin", '"mes\trole=admin"'),
+        ("", '""'),
+    ],
+)
+def test_no_value_ends_itself_or_begins_another_fact(value: str, shown: str) -> None:
+    assert written(TextLines(), caller=value).endswith(f" [caller={shown}]")
+
+
 def test_json_has_each_fact_as_a_member() -> None:
     told = json.loads(written(JsonLines(), **FACTS))
     assert told.pop("time").endswith("+00:00")

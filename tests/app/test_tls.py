@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from app.server import _uvicorn_config
 from app.tls import Certificate
-from gateway.config import ConfigError
+from gateway.config import ConfigError, Server
 from tests.certificates import write_certificate, x509
 
 
@@ -75,6 +76,19 @@ def test_nobody_is_asked_for_a_passphrase(tmp_path: Path) -> None:
     key.write_bytes(secret.private_bytes(*form, locked))
     with pytest.raises(ConfigError, match="has a passphrase"):
         Certificate(file, key)
+
+
+def test_nothing_is_encrypted_with_cbc(tmp_path: Path) -> None:
+    ciphers = [it["name"] for it in Certificate(*write_certificate(tmp_path, "first")).context.get_ciphers()]
+    assert ciphers
+    assert [it for it in ciphers if "GCM" not in it and "CHACHA20" not in it] == []
+
+
+def test_browsers_that_were_here_over_tls_do_not_come_in_plain_text(tmp_path: Path) -> None:
+    certificate = Certificate(*write_certificate(tmp_path, "first"))
+    name = "Strict-Transport-Security"
+    assert (name, "max-age=31536000") in _uvicorn_config(None, Server(), certificate).headers
+    assert name not in dict(_uvicorn_config(None, Server(), None).headers)
 
 
 def test_old_versions_are_not_spoken(tmp_path: Path) -> None:

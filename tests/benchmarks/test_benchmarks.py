@@ -9,6 +9,8 @@ from benchmarks.console import CHROMIUM
 from benchmarks.figures import Figure, Target, table
 from benchmarks.http_client import is_complete
 
+pytestmark = pytest.mark.prove
+
 ROOT = Path(__file__).parents[2]
 YARDSTICKS = {9600: "the wire's time", 38400: "the wire's time", 115200: "a bare program's"}
 ROW = re.compile(r"(?P<name>.+?)  .*(ratio|figure) (>=|<=) \S+ +(reached|MISSED)")

@@ -4,8 +4,12 @@ import json
 from pathlib import Path
 from shutil import copy
 
+import pytest
+
 from clients.python import generate
 from tests.clients.node import TYPESCRIPT, run_node
+
+pytestmark = pytest.mark.prove
 
 
 def test_the_python_client_is_what_its_generator_writes() -> None:

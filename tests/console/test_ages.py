@@ -10,6 +10,8 @@ from playwright.sync_api import Locator, WebSocket, WebSocketRoute, expect
 from tests.console.browser import Console, Plant, plant_in
 from tests.e2e.processes import LONGEST_WAIT_S, until
 
+pytestmark = pytest.mark.prove
+
 Open = Callable[..., Console]
 FAR = 2_000_000
 AS_LAST_KNOWN = re.compile(r"as last known, \d+ s ago")

@@ -4,7 +4,11 @@ import os
 import subprocess
 from pathlib import Path
 
+import pytest
+
 from tests.console.console import CONSOLE, ROOT, require_packages
+
+pytestmark = pytest.mark.prove
 
 BUILT = ROOT / "api" / "console" / "built"
 

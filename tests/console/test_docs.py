@@ -5,6 +5,8 @@ from playwright.sync_api import Browser, expect
 
 from tests.console.browser import PATIENCE_MS, Plant
 
+pytestmark = pytest.mark.prove
+
 
 @pytest.mark.parametrize("page_of", ["/docs", "/docs/resources", "/docs/all"])
 def test_an_example_is_tried_out_as_it_stands(plant: Plant, browser: Browser, page_of: str) -> None:

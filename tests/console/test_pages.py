@@ -4,7 +4,7 @@ import json
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import httpx
 import pytest
@@ -12,6 +12,8 @@ from playwright.sync_api import Locator, Route, expect
 
 from tests.console.browser import SCAN_MS, Console, Guarded, Plant, plant_in
 from tests.e2e.processes import LONGEST_WAIT_S, simulated_line, simulated_robot, until
+
+pytestmark = pytest.mark.prove
 
 Open = Callable[..., Console]
 
@@ -128,7 +130,7 @@ def test_what_a_button_sends_can_be_copied_as_curl(plant: Plant, open_console: O
     name, value = header.split(": ")
     answer = httpx.request(method, url, content=body, headers={name: value})
     assert answer.status_code == 202
-    assert answer.json()["frame"] == "&3F1+M100\\r"
+    assert answer.json()["frame"] == "&3F1+MA[29],100\\r"
 
 
 def test_copying_as_curl_changes_nothing_on_any_page(plant: Plant, open_console: Open) -> None:
@@ -224,14 +226,14 @@ def robot_x(plant: Plant) -> float | None:
 
 
 def press_mouse(console: Console) -> None:
-    expect(console.button("Jog X+, hold")).to_have_attribute("aria-disabled", "false")
-    console.button("Jog X+, hold").hover()
+    expect(console.button("Jog X+")).to_have_attribute("aria-disabled", "false")
+    console.button("Jog X+").hover()
     console.page.mouse.down()
 
 
 def press_key(console: Console) -> None:
-    expect(console.button("Jog X+, hold")).to_have_attribute("aria-disabled", "false")
-    console.button("Jog X+, hold").focus()
+    expect(console.button("Jog X+")).to_have_attribute("aria-disabled", "false")
+    console.button("Jog X+").focus()
     console.page.keyboard.down("Enter")
 
 
@@ -305,6 +307,42 @@ def test_faults_of_a_program_are_marked_and_a_good_one_runs(plant: Plant, open_c
     expect(console.page.locator(".running")).to_have_text("WAT 300")
     console.page.keyboard.press("Escape")
     console.shows("Does not run. Last end: stopped")
+
+
+def test_a_program_that_was_not_read_is_replaced_only_when_asked_and_can_be_put_back(
+    plant: Plant, open_console: Open
+) -> None:
+    theirs = "*KEEP\n1+M700\nWAT 5\nEND"
+    put_program(plant, theirs)
+    console = open_console(plant.url, "#/program/line1.01")
+    console.page.get_by_label("Source").fill("1+M5\nEND")
+    question = console.page.get_by_role("dialog", name="Replace the program")
+    console.button("Upload").click()
+    expect(question).to_contain_text("has a program of 4 instructions that was not read here")
+    expect(question).to_contain_text("1+M700")
+    question.get_by_role("button", name="Cancel").click()
+    expect(question).to_have_count(0)
+    assert "1+M700" in program_of(plant)
+    console.button("Upload").click()
+    question.get_by_role("button", name="Replace it").click()
+    console.shows("RAM holds the program: 2 instructions, read back.")
+    assert "1+M700" not in program_of(plant)
+    console.page.reload()
+    console.button("Put the earlier program back (4 instructions)").click()
+    question.get_by_role("button", name="Replace it").click()
+    console.shows("RAM holds the program: 4 instructions, read back.")
+    assert "1+M700" in program_of(plant)
+
+
+def put_program(plant: Plant, source: str) -> None:
+    plant.gateway.http.put(
+        "/bodies/01/program?wait=60", json={"source": source}, timeout=90
+    ).raise_for_status()
+
+
+def program_of(plant: Plant) -> str:
+    source: str = plant.gateway.get("/bodies/01/program")["source"]
+    return source
 
 
 def test_the_wire_shows_what_a_frame_means_and_who_asked(plant: Plant, open_console: Open) -> None:
@@ -400,6 +438,111 @@ def test_an_alarm_has_its_remedy_beside_it(plant: Plant, open_console: Open) -> 
     )
 
 
+def test_what_is_over_has_both_its_times_and_all_of_it_is_reset_at_once(
+    plant: Plant, open_console: Open
+) -> None:
+    seen_to(plant)
+    console = open_console(plant.url, "#/events")
+    for body in ("00", "01"):
+        plant.line.tell("POST", f"/bodies/{body}/brown-outs", for_s=0.05)
+    until(
+        lambda: all(plant.gateway.get(f"/bodies/{it}")["power_cycled"] for it in ("00", "01")),
+        "both have lost their power",
+    )
+    lost = console.page.locator(".alarm", has_text="has lost its power")
+    expect(lost).to_have_count(1)  # one fuse, one event
+    expect(lost).to_contain_text("stands now")
+    expect(console.page.get_by_role("button", name=re.compile("^Reset all"))).to_have_count(0)
+    for body in ("00", "01"):
+        plant.gateway.http.post(f"/bodies/{body}/power-cycle/acknowledge").raise_for_status()
+    over = console.page.locator(".alarm", has_text="had lost its power")
+    expect(over).to_contain_text("over, not yet read")
+    expect(over).to_contain_text(re.compile(r"\d\d:\d\d:\d\d – \d\d:\d\d:\d\d"))
+    console.page.get_by_role("button", name=re.compile("^Reset all")).first.click()
+    expect(over).to_have_count(0)
+
+
+def test_the_worst_alarm_takes_the_place_of_the_lamp(plant: Plant, open_console: Open) -> None:
+    seen_to(plant)
+    console = open_console(plant.url)
+    tile = console.page.locator(".tile", has_text="line1.01")
+    expect(tile).to_contain_text("stands still")
+    plant.line.tell("POST", "/bodies/01/brown-outs", for_s=0.05)
+    expect(tile.locator(".lamp")).to_contain_text("lost its power")
+    expect(tile.get_by_role("img", name="Its origin is not known")).to_have_text("?")
+    seen_to(plant)
+    expect(tile.locator(".lamp")).to_contain_text("stands still")
+
+
+def seen_to(plant: Plant) -> None:
+    """Acknowledge and reset all that is told of bodies."""
+    for body in ("00", "01", "3F"):
+        plant.gateway.http.post(f"/bodies/{body}/power-cycle/acknowledge").raise_for_status()
+    for alarm in plant.gateway.get("/alarms?standing=true")["alarms"]:
+        plant.gateway.http.post(f"/alarms/{alarm['id']}/reset")
+
+
+def test_everything_stands_still_goes_with_the_first_motion(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url)
+    console.page.keyboard.press("Escape")
+    told = console.page.locator(".told")
+    expect(told).to_contain_text(re.compile(r"\d\d:\d\d:\d\d Everything stands still"))
+    move = {
+        "kind": "relative",
+        "direction": "cw",
+        "distance": {"value": 4000, "unit": "pulse"},
+        "max_speed": {"value": 500, "unit": "pulse/s"},
+    }
+    plant.gateway.http.post("/bodies/3F/moves", json=move).raise_for_status()
+    expect(told).not_to_contain_text("Everything stands still")
+
+
+def test_a_notice_stands_below_its_button_with_the_remedy_and_covers_nothing(
+    plant: Plant, open_console: Open
+) -> None:
+    plant.gateway.http.put("/bodies/3F/position", json={"value": 0, "unit": "pulse"}).raise_for_status()
+    console = open_console(plant.url, "#/axis/line1.3F")
+    console.page.route(
+        "**/bodies/line1.3F/moves",
+        lambda route: (
+            route.fulfill(status=409, json=REFUSED) if route.request.method == "POST" else route.continue_()
+        ),
+    )
+    console.page.get_by_label("Target (pulse)").fill("10")
+    console.button("Go").click()
+    notice = console.page.locator(".notices", has_text="It has lost its power.")
+    expect(notice.get_by_role("button", name="Acknowledge the power cycle", exact=True)).to_be_visible()
+    box, go = notice.bounding_box(), console.button("Go").bounding_box()
+    assert box
+    assert go
+    assert 0 <= box["y"] - (go["y"] + go["height"]) < 60
+    assert notice.evaluate("it => getComputedStyle(it).position") == "static"
+    console.page.unroute_all(behavior="wait")
+    console.button("Go").click()
+    expect(console.page.locator(".notices", has_text="It has lost its power.")).to_have_count(0)
+    expect(console.page.locator(".notices", has_text="Go")).to_have_count(0)  # its move is over
+
+
+REFUSED: Final = {
+    "type": "urn:motion-gateway:problem:power-cycled",
+    "title": "Power was lost",
+    "status": 409,
+    "detail": "It has lost its power.",
+    "moved": "no",
+    "remedy": "Acknowledge it.",
+    "next": [
+        {
+            "method": "POST",
+            "path": "/bodies/line1.3F/power-cycle/acknowledge",
+            "right": "operate",
+            "en": "Acknowledge the power cycle.",
+            "ja": "電源再投入を確認済みにします。",
+            "body": None,
+        }
+    ],
+}
+
+
 def test_what_happened_before_the_page_was_opened_can_be_read(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/events")
     console.shows("This is all that the gateway still has.")
@@ -458,7 +601,7 @@ def test_a_page_shows_what_is_told_twice(plant: Plant, open_console: Open) -> No
 
 def test_a_body_jogs_while_the_button_is_held(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/axis/line1.3F")
-    jog = console.button("Jog +, hold")
+    jog = console.button("Jog +")
     expect(jog).to_have_attribute("aria-disabled", "false")
     jog.hover()
     console.page.mouse.down()
@@ -466,6 +609,32 @@ def test_a_body_jogs_while_the_button_is_held(plant: Plant, open_console: Open) 
     console.page.mouse.up()
     until(lambda: not moves(plant), "the motor stands still")
     until(lambda: plant.gateway.get("/bodies/3F/moves")["moves"][0]["status"] == "stopped", "it has ended")
+
+
+def test_a_jog_is_slow_at_first_and_as_fast_as_was_chosen_for_the_axis(
+    plant: Plant, open_console: Open
+) -> None:
+    plant.gateway.http.put("/bodies/3F/position", json={"value": 0, "unit": "pulse"}).raise_for_status()
+    console = open_console(plant.url, "#/axis/line1.3F")
+    jog = console.button("Jog +")
+    expect(jog).to_contain_text("500 pulse/s")
+    expect(console.button("Go")).to_contain_text("500 pulse/s")
+    jog.hover()
+    console.page.mouse.down()
+    console.shows("at most to")
+    until(lambda: plant.gateway.get("/bodies/3F/position")["pulses"] > 200, "the motor moves")
+    console.page.mouse.up()
+    until(lambda: not moves(plant), "the motor stands still")
+    move = plant.gateway.get("/bodies/3F/moves")["moves"][0]
+    assert move["frame"].startswith("&3F1+MA[29],")
+    assert plant.gateway.get("/bodies/3F/speed-sets/29")["maximum_speed_pps"] == 500
+    console.page.get_by_label("Speed by hand").select_option("2000 pulse/s")
+    expect(jog).to_contain_text("2000 pulse/s")
+    console.page.reload()
+    expect(jog).to_contain_text("2000 pulse/s")
+    console.page.get_by_label("Speed by hand").select_option("as set in the controller")
+    console.page.reload()
+    expect(jog).to_contain_text("2000 pulse/s")
 
 
 def test_a_position_is_taught_named_and_gone_to(plant: Plant, open_console: Open) -> None:
@@ -483,6 +652,27 @@ def test_a_position_is_taught_named_and_gone_to(plant: Plant, open_console: Open
     expect(console.page.get_by_text("in RAM only")).to_have_count(0)
     console.button("Go to 4").click()
     until(lambda: plant.gateway.get("/bodies/00/position")["pulses"] == -50, "it is at position 4")
+
+
+def test_a_position_that_was_taught_over_another_can_be_put_back(plant: Plant, open_console: Open) -> None:
+    stored = {"positions": [{"number": 3, "position": {"value": 1234, "unit": "pulse"}}]}
+    plant.gateway.http.put("/bodies/00/positions", json=stored).raise_for_status()
+    plant.gateway.http.put("/bodies/00/position", json={"value": 700, "unit": "pulse"}).raise_for_status()
+    console = open_console(plant.url, "#/positions/line1.00")
+    console.button("Read").click()
+    console.button("Teach 3 here").click()
+    expect(console.page.get_by_label("3 pulse", exact=True)).to_have_value("700")
+    console.button("Put 3 back to 1234").click()
+    expect(console.page.get_by_label("3 pulse", exact=True)).to_have_value("1234")
+    expect(console.button("Put 3 back to 1234")).to_have_count(0)
+    row = console.page.get_by_role("row").filter(has=console.button("Teach 3 here"))
+    go, teach = (
+        row.get_by_role("button", name=name, exact=True).bounding_box()
+        for name in ("Go to 3", "Teach 3 here")
+    )
+    assert go
+    assert teach
+    assert teach["x"] > go["x"] + go["width"] + 200  # no slip of a finger leads from one to the other
 
 
 def test_positions_come_from_a_file_as_excel_writes_it(plant: Plant, open_console: Open) -> None:

@@ -11,6 +11,8 @@ from playwright.sync_api import Route, expect
 from tests.console.browser import Console, Guarded, Plant, plant_in
 from tests.e2e.processes import until
 
+pytestmark = pytest.mark.prove
+
 Open = Callable[..., Console]
 FAR = 2_000_000
 

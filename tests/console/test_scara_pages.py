@@ -10,6 +10,8 @@ from playwright.sync_api import expect
 from tests.console.browser import Console
 from tests.e2e.processes import until
 
+pytestmark = pytest.mark.prove
+
 Open = Callable[..., Console]
 
 

@@ -24,6 +24,8 @@ from tests.e2e.processes import (
 )
 from tests.open_access import OPEN
 
+pytestmark = pytest.mark.prove
+
 
 def run(*words: str | Path, **environment: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(  # noqa: S603

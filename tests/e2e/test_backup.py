@@ -2,8 +2,12 @@
 
 from pathlib import Path
 
+import pytest
+
 from tests.e2e.processes import gateway_at, simulated_line
 from tests.e2e.test_cli import run
+
+pytestmark = pytest.mark.prove
 
 
 def test_a_line_is_backed_up_and_a_changed_body_brought_back(tmp_path: Path) -> None:

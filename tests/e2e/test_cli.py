@@ -23,6 +23,8 @@ from tests.e2e.processes import (
 )
 from tests.open_access import OPEN
 
+pytestmark = pytest.mark.prove
+
 
 def run(*arguments: str | Path, url: str = "http://127.0.0.1:9") -> subprocess.CompletedProcess[str]:
     """Run a command to its end; without a gateway's URL there is none."""

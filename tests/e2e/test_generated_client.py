@@ -12,6 +12,8 @@ import pytest
 
 from tests.e2e.processes import PATIENCE_S, Gateway
 
+pytestmark = pytest.mark.prove
+
 OPENAPI = Path(__file__).parents[2] / "openapi" / "openapi.json"
 
 

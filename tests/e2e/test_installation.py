@@ -31,6 +31,8 @@ from app.cli import app
 from tests.certificates import write_certificate
 from tests.e2e.processes import PATIENCE_S, simulated_line, until
 
+pytestmark = pytest.mark.prove
+
 ROOT = Path(__file__).parents[2]
 PACKAGING = ROOT / "packaging"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))

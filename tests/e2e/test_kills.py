@@ -17,6 +17,8 @@ from tests.e2e.processes import SimulatedLine, SimulatedRobot, simulated_line, s
 from tests.fics_plants import SCARA
 from tests.open_access import OPEN
 
+pytestmark = pytest.mark.prove
+
 LIVES = 500
 CHAINS = 2
 """Of lives, one after the other, each chain with a plant of its own: most of a life is waiting."""

@@ -36,6 +36,8 @@ from tests.e2e.processes import (
 )
 from tests.fics_plants import SCARA
 
+pytestmark = pytest.mark.prove
+
 KILLS = 60
 ANSWERS = 60
 """Before as many answers, or fewer, a server is killed."""

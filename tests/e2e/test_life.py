@@ -29,6 +29,8 @@ from tests.e2e.processes import (
 )
 from tests.open_access import OPEN
 
+pytestmark = pytest.mark.prove
+
 END_S = 40.0
 """A gateway that takes longer to end has hung."""
 GOING_AWAY = 1001

@@ -6,7 +6,8 @@ I5 what is told as not done was not done; I6 what is told as done was done once;
 was not written so, as a whole; I8 no frame begins in another; I9 events are numbered without a hole, and no
 move ends before it began; I10 a confirmed stop stands still; I11 no deadline follows the wall clock:
 without its jumps the same seed sends the same; I12 nothing that was sent is told to be repeatable; I13
-queues are bounded; I14 after the faults every line is well again.
+queues are bounded; I14 after the faults every line is well again; I15 no robot is said to have lost its
+power that never did.
 """
 
 from collections import defaultdict
@@ -65,6 +66,8 @@ class History:
     """The records of moves as the last life knows them."""
     faults: int = 0
     crashes: int = 0
+    upsets: int = 0
+    """How often power was taken from something."""
     _by_request: defaultdict[str | None, list[Written]] = field(default_factory=lambda: defaultdict(list))
     _last_number: dict[str, int] = field(default_factory=dict)
     _told_by_move: defaultdict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
@@ -107,13 +110,15 @@ class History:
             self.violate("I4", f"{what} answers {causes}, credited to {frame!r}")
 
     def judge_event(self, event: Event, epoch: str) -> None:
-        """Look at an event: I9, I10."""
+        """Look at an event: I9, I10, I15."""
         last = self._last_number.get(epoch)
         if last is not None and event.number != last + 1:
             self.violate("I9", f"event {event.number} of {epoch} comes after {last}")
         self._last_number[epoch] = event.number
         if event.type.endswith(".stop.confirmed") and self.family.moving(event.subject):
             self.violate("I10", f"{event.subject} moves, and its stop is confirmed")
+        if event.type == "robot.power_cycled" and not self.upsets:
+            self.violate("I15", f"{event.subject} has kept its power")
         if ".move." in event.type:
             self._judge_move_event(event)
 

@@ -281,6 +281,7 @@ class Seed:
             self.history.faults += 1
             kind = dice.choices(("power", "cable", "disk", "clock"), (4, 1, 2, 1))[0]
             if kind == "power":
+                self.history.upsets += 1
                 await asyncio.sleep(self.family.upset(self.cable, dice, self._now()))
                 self.family.restore(self.cable, self._now())
             elif kind == "cable":

@@ -25,6 +25,8 @@ from gateway.core.move_record import Move, MoveStatus
 from gateway.core.origin import Origin, acting
 from gateway.core.session import Session
 from gateway.fics import move_runs
+from gateway.fics.line import FicsLine
+from gateway.fics.power import Power
 from gateway.fics.stops import _RobotStop
 from gateway.operations.keys import Keys
 from gateway.rorze import move_proof
@@ -43,7 +45,8 @@ from tests.gateway.core.journal import test_intents, test_journal
 from tests.gateway.fics import test_move_runs
 from tests.gateway.operations import test_moves
 from tests.gateway.rorze import test_body_power, test_move_proof, test_stops, test_suspension
-from tests.simulation import test_faulty_robot
+from tests.simulation import test_cut_lines_of_robots, test_faulty_robot
+from tests.simulation.test_cut_lines_of_robots import Case, Untouched
 from tests.world import World
 
 Patch = pytest.MonkeyPatch
@@ -270,6 +273,21 @@ def endless_moves_need_no_permission(patch: Patch) -> None:
     patch.setattr(Moves, "require_end", _nothing)
 
 
+def an_absence_is_a_loss_of_power(patch: Patch) -> None:
+    async def find_mode(line: FicsLine) -> int | None:
+        mode = await found(line)
+        if line._known and line._was_away and mode == line.mode:
+            line._lost_power()
+        return mode
+
+    found = FicsLine._find_mode
+    patch.setattr(FicsLine, "_find_mode", find_mode)
+
+
+def signs_of_power_are_not_looked_at(patch: Patch) -> None:
+    patch.setattr(Power, "see_signs", _true)
+
+
 SWITCHES = (
     Switch("a doubt is settled by a fence before anything else is sent", no_fence, BODIES),
     Switch("a reply is credited to its body alone", any_body_answers, BODIES),
@@ -294,6 +312,11 @@ SWITCHES = (
     Switch("no frame begins in another", frames_begin_in_each_other),
     Switch("what was left half sent to a body is spoilt, not ended", half_commands_are_ended, BODIES),
     Switch("what was left half sent to a robot is spoilt, not ended", half_commands_are_ended, ROBOTS),
+    Switch(
+        "a line that was away is no loss of power",
+        an_absence_is_a_loss_of_power,
+        ROBOTS,
+    ),
     Switch("no deadline follows the wall clock", deadlines_follow_the_wall_clock, by_replay=True),
 )
 
@@ -317,6 +340,13 @@ STORIES = (
         no_fence_of_robots,
         lambda patch, _: test_faulty_robot.test_what_is_believed_of_a_robot_on_a_bad_wire_is_true(
             2, 0, patch
+        ),
+    ),
+    Told(
+        "what a loss of power takes is looked at in Ver.2",
+        signs_of_power_are_not_looked_at,
+        lambda _, folder: test_cut_lines_of_robots.play(
+            Case(Untouched, 2, "in a move", 0.3, power=False), folder
         ),
     ),
     Told(

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests import virtual_time
+from tests.drawing import drawn
 from tests.fault_simulator.seed import run
 from tests.fault_simulator.switches import STORIES, SWITCHES, Switch, Told
 from tests.virtual_time import NeverEnds, run_virtual
@@ -29,7 +30,7 @@ def seen(seed: int, *, by_replay: bool = False) -> bool:
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 
 
-@pytest.mark.parametrize("switch", SWITCHES, ids=lambda switch: switch.rule)
+@pytest.mark.parametrize("switch", drawn(SWITCHES, 2, "switches"), ids=lambda switch: switch.rule)
 def test_the_fault_simulator_sees_that_a_rule_is_off(
     switch: Switch, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -37,7 +37,7 @@ def plant() -> TestedPlant:
 
 
 def causes() -> list[Cause]:
-    return list(causes_of(plant().families.values(), {}, lambda: None, latch=True))
+    return list(causes_of(plant().families.values(), {}, {}, latch=True))
 
 
 def sample(model: type[BaseModel]) -> Any:
@@ -92,3 +92,13 @@ def test_an_alarm_says_what_happened_what_the_motor_did_and_what_to_do(name: str
         assert (name in {alarm.cause for alarm in it.alarms.standing()}) is lasts
 
     story()
+
+
+@pytest.mark.parametrize("cause", causes(), ids=lambda cause: cause.name)
+def test_what_lasts_has_words_for_when_it_is_over(cause: Cause) -> None:
+    lasts = cause.lasts is not Cause.lasts
+    assert (cause.over is not None) == lasts
+    if cause.over is not None:
+        for now, over in ((cause.en, cause.over.en), (cause.ja, cause.over.ja)):
+            assert all(part.strip() for part in over.model_dump().values())
+            assert over.motor != now.motor or over.happened != now.happened

@@ -11,22 +11,28 @@ import pytest
 from gateway.causes import causes_of
 from gateway.config import parse
 from gateway.core.alarms import Alarm, AlarmLasts, Latched
+from gateway.core.errors import ControllerRefused
 from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore
+from gateway.core.rights import RIGHT_OF, Right
 from gateway.event_types import EVENT_TYPES
-from gateway.operations.alarms import reset
+from gateway.operations.alarms import listed, reset
 from gateway.operations.commands import do
 from gateway.plant import Plant
+from protocols.fics.alarms import ResetErrors
+from protocols.rorze.encoder import ClearEncoderStallError
+from protocols.rorze.inputs_outputs import ClearErrorOutputStatus
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
+from protocols.rorze.stall_sensor import ClearStallSensorError
 from protocols.rorze.status import ClearControllerStatus, SetUserComment
 from simulator.fics.alarms import system_error
 from simulator.rorze.line import build_line
 from simulator.rorze.world import EMS
 from tests.fics_plants import fics_rig
-from tests.plants import SET_UP_S, Rig, Wire, configuration, finished, in_virtual_time, rig
+from tests.plants import SET_UP_S, Rig, Wire, configuration, finished, in_virtual_time, rig, start
 from tests.tested_plant import TestedPlant
 from tests.world import World
 from transports.base import Receiver, TransportLost
@@ -102,6 +108,34 @@ async def test_a_body_that_loses_its_power_raises_an_alarm_that_lasts_until_that
         await it.body().acknowledge_power_cycle()
         await do_reset(it.plant)
         assert standing(it.plant) == {}
+
+
+@in_virtual_time
+async def test_an_alarm_whose_cause_is_over_is_told_in_the_past() -> None:
+    async with rig() as it:
+        it.machine.axes[0x3F].powered = False
+        await asyncio.sleep(SEEN_S)
+        silent = standing(it.plant)["body.offline"]
+        assert (silent.ended_at, silent.en.happened) == (None, "line1.3F does not answer any more.")
+        it.machine.axes[0x3F].powered = True
+        await asyncio.sleep(SEEN_S)
+        over = standing(it.plant)["body.offline"]
+        assert over.ended_at is not None
+        assert over.en.happened == "line1.3F did not answer for a while; it answers again."
+        assert "応答が復旧しました" in over.ja.happened
+
+
+@in_virtual_time
+async def test_a_failed_move_is_listed_as_part_of_its_cause() -> None:
+    async with rig() as it:
+        moving = asyncio.create_task(finished(it, MoveClockwise(distance=50_000)))
+        await asyncio.sleep(0.3)
+        press(it, on=True)
+        await moving
+        await it.body().poll(Lane.READ)
+        parts = {alarm.cause: alarm.part_of for alarm in listed(it.plant)}
+        ems = standing(it.plant)["body.ems_error"]
+        assert parts == {"body.ems_error": None, "body.move.failed": ems.id}
 
 
 @in_virtual_time
@@ -243,7 +277,7 @@ def test_every_cause_is_worded_in_both_languages_of_what_its_event_tells() -> No
     plant = TestedPlant(
         parse(configuration(), "test.toml"), open_transport=lambda _: Wire(build_line([], 0.0))
     )
-    for cause in causes_of(plant.families.values(), {}, lambda: None, latch=False):
+    for cause in causes_of(plant.families.values(), {}, {}, latch=False):
         assert cause.event in EVENT_TYPES
         for text in (cause.en, cause.ja):
             assert all(part.strip() for part in text.model_dump().values())
@@ -254,7 +288,7 @@ def test_every_cause_is_worded_in_both_languages_of_what_its_event_tells() -> No
 NEEDS_NOBODY: Final = {
     "line": {"up", "strict", "message", "scan.running", "scan.finished", "scan.failed"},
     "gateway": {
-        *("journal.recovered", "shutting_down", "reloaded", "key.made", "key.revoked"),
+        *("journal.recovered", "security.recovered", "shutting_down", "reloaded", "key.made", "key.revoked"),
         *("scan.finished", "scan.failed"),
     },
     "stream": {"gap", "snapshot"},
@@ -297,7 +331,7 @@ def test_every_type_of_event_raises_an_alarm_or_needs_nobody() -> None:
     plant = TestedPlant(
         parse(configuration(), "test.toml"), open_transport=lambda _: Wire(build_line([], 0.0))
     )
-    alarming = {cause.event for cause in causes_of(plant.families.values(), {}, lambda: None, latch=False)}
+    alarming = {cause.event for cause in causes_of(plant.families.values(), {}, {}, latch=False)}
     quiet = {event for event in EVENT_TYPES if needs_nobody(event)}
     assert alarming | quiet == EVENT_TYPES.keys()
     assert alarming & quiet == set()
@@ -419,3 +453,29 @@ def test_a_robot_that_may_move_on_is_an_alarm_whose_next_calls_look_and_stop(
             await do_reset(it.plant)
 
     story()
+
+
+def test_an_operator_may_clear_what_an_operator_may_cause() -> None:
+    for row in (
+        ClearControllerStatus,
+        ClearStallSensorError,
+        ClearEncoderStallError,
+        ClearErrorOutputStatus,
+        ResetErrors,
+    ):
+        assert RIGHT_OF[row.effect] is Right.OPERATE, row.code
+
+
+@in_virtual_time
+async def test_the_alarm_of_ems_says_when_the_motor_takes_moves_again() -> None:
+    async with rig() as it:
+        it.touch(0x3F, lambda axis: axis.world.forced.update({EMS: True}))
+        it.axis().status |= 0x04
+        await it.body().poll()
+        said = standing(it.plant)["body.ems_error"].en.motor
+        assert "once it is off it takes them, cleared or not" in said
+        with pytest.raises(ControllerRefused):
+            await start(it, MoveClockwise(distance=5))
+        it.touch(0x3F, lambda axis: axis.world.forced.pop(EMS))
+        assert it.axis().status & 0x04
+        assert (await finished(it, MoveClockwise(distance=5))).status is MoveStatus.SUCCEEDED

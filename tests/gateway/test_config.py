@@ -126,7 +126,8 @@ def test_inputs_and_outputs_have_names() -> None:
             'name = "旋回"',
             "zzz = 1",
             "16: lines[0].bodies[1].zzz: unknown key (known are id, name, units, inputs, outputs, "
-            "position_tolerance, in_position, power_comment, events, needs_origin)",
+            "position_tolerance, in_position, power_comment, events, slow_pattern, needs_origin, "
+            "silence_needs_acknowledgement)",
         ),
     ],
 )
@@ -402,3 +403,13 @@ def test_sweeps_have_numbers_of_their_own(bodies: int, sweep_groups: str, what: 
 def test_trusted_proxies_are_named(network: str) -> None:
     with pytest.raises(ValidationError, match=r"must (be an IP address|name proxies)"):
         Server(trusted_proxies=(network,))
+
+
+def test_lines_at_terminal_servers_are_in_the_configured_networks() -> None:
+    text = '[server]\nline_networks = ["10.1.0.0/16"]\n[[lines]]\nid = "a"\naddress = "tcp://{}:4001"\n'
+    assert parse(text.format("10.1.2.3"), "x.toml").lines
+    for host in ("10.2.0.1", "moxa"):
+        with pytest.raises(
+            ConfigError, match=r"x.toml:5: lines\[0\].address: must be an IP address in server"
+        ):
+            parse(text.format(host), "x.toml")

@@ -12,6 +12,7 @@ from gateway import port_scans as port_scan_module
 from gateway.access.errors import NotPermitted
 from gateway.access.principal import EVERYBODY, Principal, asking
 from gateway.access.roles import Role
+from gateway.config import Server
 from gateway.config_file import ConfigFile
 from gateway.core.errors import BodyBusy, InvalidRequest, NotFound
 from gateway.core.origin import Origin
@@ -122,16 +123,52 @@ async def test_a_file_is_no_port(tmp_path: Path) -> None:
         NamedTemporaryFile(dir="/dev/shm") as below_dev,
         pytest.raises(InvalidRequest, match="no device of the gateway's machine"),
     ):
-        require_device(f"dpram://{below_dev.name}")
+        require_device(f"dpram://{below_dev.name}", Server())
     for place in (tmp_path / "journal.db", tmp_path / "link", Path("/dev/../etc/passwd")):
         with pytest.raises(InvalidRequest, match="no device of the gateway's machine"):
-            require_device(f"dpram://{place}")
+            require_device(f"dpram://{place}", Server())
     (tmp_path / "link").symlink_to("/dev/uio0")
     for address in (f"dpram://{tmp_path}/link", "serial:///dev/ttyUSB0", "tcp://host:4001"):
-        require_device(address)
+        require_device(address, Server())
     async with hall(tmp_path) as it:
         with pytest.raises(InvalidRequest, match="nothing was sent"):
             await it.scan(f"dpram://{tmp_path}/journal.db")
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        "serial:///dev/mem",
+        "serial:///dev/tty",
+        "serial:///dev/tty1",
+        "serial:///dev/console",
+        "dpram:///dev/sda",
+        "dpram:///dev/mem",
+        "serial:///dev/uio0",
+        "dpram:///dev/ttyUSB0",
+        "serial:///dev/null",
+        "dpram:///dev",
+        "dpram:///sys/bus/pci/devices/0000:00:00.0/resource0",
+        "serial:///dev/ttyUSB0/../mem",
+        "tcp://8.8.8.8:53",
+        "tcp://169.254.169.254:80",
+        "tcp://0.0.0.0:80",
+        "tcp://[fe80::1]:80",
+    ],
+)
+def test_a_request_names_no_other_device_and_no_foreign_network(address: str) -> None:
+    with pytest.raises(InvalidRequest, match="nothing was sent"):
+        require_device(address, Server())
+
+
+def test_a_request_names_terminal_servers_of_the_configured_networks() -> None:
+    server = Server(line_networks=("10.1.0.0/16",))
+    require_device("tcp://10.1.2.3:4001", server)
+    for host in ("10.2.0.1", "127.0.0.1", "moxa"):
+        with pytest.raises(InvalidRequest, match="no network of terminal servers; nothing was sent"):
+            require_device(f"tcp://{host}:4001", server)
+    for host in ("10.1.2.3", "192.168.7.1", "127.0.0.1", "moxa"):
+        require_device(f"tcp://{host}:4001", Server())
 
 
 @in_virtual_time

@@ -13,7 +13,8 @@ EVERY_ROW = [*COMMANDS.values(), *ROWS]
     ("effect", "codes"),
     [
         (Effect.READ, "9CD CLD 6PD 3ND URD ACD MPS VER ERR"),
-        (Effect.SETTING, "9CS CBS 6PS OHS 3+S H+S DRT POS IOT UNT"),
+        (Effect.SETTING, "CBS 6PS OHS 3+S H+S POS IOT UNT"),
+        (Effect.CLEARING, "9CS QRS PRS CRS DRT"),
         (Effect.MOTION, "00M 1+M 2AM HFM HMM 5AS 5CS URG USG JOG ORG LMA"),
         (Effect.STOP, "5IS 5SS UES ASS AES"),
         (Effect.MAINTENANCE, "FPS FES FIS UCS UWS XVS MOD"),

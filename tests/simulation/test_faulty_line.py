@@ -35,6 +35,7 @@ from simulator.rorze.controller import Rc420
 from simulator.rorze.line import Rc400Line
 from simulator.rorze.rc400 import LinkSettings, Rc400
 from simulator.truth import Fact, TruthLog
+from tests.drawing import drawn
 from tests.plants import Wire
 from tests.virtual_time import run_virtual
 
@@ -299,14 +300,14 @@ def never_be_strict(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(RorzeSession, "_be_strict", lambda _session, _now: None)
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", drawn(SEEDS, 1, "faulty_line"))
 def test_what_is_believed_on_a_bad_wire_is_true(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     report = run_virtual(Simulation(seed, COMMANDS_PER_SEED, monkeypatch).run())
     believe(report, COMMANDS_PER_SEED)
 
 
 @pytest.mark.parametrize("strict", [False, True])
-@pytest.mark.parametrize("seed", SEEDS_OF_COPIES)
+@pytest.mark.parametrize("seed", drawn(SEEDS_OF_COPIES, 1, "copies"))
 def test_what_is_believed_on_a_wire_that_says_replies_twice_is_true(
     seed: int, strict: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -31,6 +31,7 @@ from protocols.fics.variables import GetVariable, SetVariable
 from simulator.faults import Direction, Fault, Switch
 from simulator.fics.line import SimulatedFics
 from simulator.wire import Wire
+from tests.drawing import drawn
 from tests.fics_plants import Cable, FicsRig, fics_rig
 from tests.simulation.test_faulty_line import InOrder
 from tests.virtual_time import run_virtual
@@ -287,7 +288,7 @@ def executed(rig: FicsRig) -> dict[str, list[int]]:
     return found
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", drawn(SEEDS, 1, "faulty_robot"))
 @pytest.mark.parametrize("mode", [2, 3])
 def test_what_is_believed_of_a_robot_on_a_bad_wire_is_true(
     mode: int, seed: int, monkeypatch: pytest.MonkeyPatch

@@ -26,6 +26,7 @@ from protocols.table import Ack
 from simulator.faults import Direction, Fault, Switch
 from simulator.rorze.controller import Rc420
 from simulator.rorze.world import Span
+from tests.drawing import drawn
 from tests.plants import Rig, rig
 from tests.virtual_time import run_virtual
 
@@ -222,7 +223,7 @@ def day(seed: int, mischief: Mischief, baud: int = 115_200, body_options: str = 
     return run_virtual(story())
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", drawn(SEEDS, 1, "moves_and_power"))
 def test_a_move_goes_where_it_was_asked_or_nobody_calls_it_a_success(seed: int) -> None:
     found = day(seed, lambda it: [it.cut_power(), it.cut_power_at_moves(), it.spoil_the_line()])
     assert found.wrong == []
@@ -231,7 +232,7 @@ def test_a_move_goes_where_it_was_asked_or_nobody_calls_it_a_success(seed: int) 
     assert found.ended[MoveStatus.SUCCEEDED] > 20
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", drawn(SEEDS, 1, "moves_and_power"))
 def test_a_move_whose_body_has_kept_its_power_is_not_lost_through_cuts_and_crowds(seed: int) -> None:
     found = day(seed, lambda it: [it.flap(), it.spoil_the_line(), *map(it.crowd, range(20))], baud=9600)
     assert found.wrong == []

@@ -21,6 +21,7 @@ from protocols.fics.macros import RunMacro
 from protocols.fics.moves import MoveAbsolute, MoveRelative, MoveToPosition
 from protocols.fics.row import FicsCommand
 from protocols.fics.speeds import SetSpeedPercent
+from tests.drawing import drawn
 from tests.fics_plants import FicsRig, fics_rig
 from tests.virtual_time import run_virtual
 
@@ -123,7 +124,7 @@ async def _get_ready(rig: FicsRig, unit: int) -> None:
 
 @pytest.mark.parametrize("units", [1, 2])
 @pytest.mark.parametrize("mode", [2, 3])
-@pytest.mark.parametrize("kind", MOTIONS)
+@pytest.mark.parametrize("kind", drawn(MOTIONS, 2, "power cuts"))
 def test_nothing_moves_after_a_loss_of_power_that_nobody_has_acknowledged(
     kind: str, mode: int, units: int
 ) -> None:

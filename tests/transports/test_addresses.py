@@ -40,6 +40,8 @@ def test_a_tcp_address_names_a_host_and_a_port(address: str) -> None:
         (" serial:///dev/ttyUSB0", "a blank"),
         ("serial:///dev/tty\nUSB0", "control character"),
         ("serial:///dev/ttyＵSB0", "non-ASCII"),
+        ("serial:///dev/tty%00USB0", "control character in its path"),
+        ("dpram:///dev/uio0%1b", "control character in its path"),
         ("serial://ttyUSB0", "after three slashes"),
         ("serial://", "after three slashes"),
         ("serial:///", "after three slashes"),

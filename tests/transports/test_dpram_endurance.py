@@ -12,6 +12,8 @@ import uvloop
 from tests.transports.dpram_fics import FROM_FICS, TO_FICS, dawdle, message
 from transports import Transport, TransportLost, create
 
+pytestmark = pytest.mark.prove
+
 ROOT = Path(__file__).parents[2]
 COUNT = 50_000
 """Messages each way."""

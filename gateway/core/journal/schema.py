@@ -105,6 +105,10 @@ MIGRATIONS: Final = (
     ) WITHOUT ROWID;
     CREATE INDEX works_open ON works (over) WHERE over = 0;
     """,
+    """
+    -- Stops, which every role can cause, are forgotten before all else that somebody did.
+    CREATE INDEX stops_by_age ON intents (ran_s) WHERE effect = 'stop' AND ended_at IS NOT NULL;
+    """,
 )
 """One script for each version, applied in order; a script that was published never changes."""
 

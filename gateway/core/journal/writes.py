@@ -106,6 +106,15 @@ def key_used(scope: str, key: str, digest: str, at: float) -> Write:
     return Write(sql, (scope, key, digest, at))
 
 
+def keys_beyond(caller: str, most: int) -> Write:
+    """Of one caller only so many answers are kept, the newest."""
+    return Write(
+        "DELETE FROM keys WHERE (scope, key) IN (SELECT scope, key FROM keys WHERE scope >= ?1 || ' ' AND "
+        "scope < ?1 || '!' AND status IS NOT NULL ORDER BY ran_s DESC, at DESC LIMIT -1 OFFSET ?2)",
+        (caller, most),
+    )
+
+
 def key_answered(scope: str, key: str, status: int, location: str | None, answer: str) -> Write:
     """It was answered so, and its repetitions will be."""
     return Write(

@@ -132,6 +132,88 @@ async def test_a_stream_ends_with_its_key(stand: Stand, keys: Keys) -> None:
     assert (await stand.get("/bodies", **header)).status_code == 401
 
 
+async def signed_in(stand: Stand, keys: Keys) -> dict[str, str]:
+    """The headers of a page whose browser has signed in."""
+    grant = keys.credentials.verify(keys.of("viewer"))
+    assert grant is not None
+    session = stand.app.state.access.sessions.begin(grant)
+    own = {"origin": f"http://{HOST}", "sec-fetch-site": "same-origin"}
+    return {"cookie": f"mg-session={session}", **own}
+
+
+@guarded()
+async def test_a_stream_opened_by_a_ticket_ends_with_the_session_that_asked_for_it(
+    stand: Stand, keys: Keys
+) -> None:
+    page = await signed_in(stand, keys)
+    first, second = [(await stand.post("/tickets", **page)).json()["ticket"] for _ in range(2)]
+    by_key = (await stand.post("/tickets", **keys.header("viewer"))).json()["ticket"]
+    async with (
+        socket(stand, f"/events?ticket={first}") as client,
+        socket(stand, f"/events?ticket={by_key}") as other,
+    ):
+        assert (await client.message())["type"] == "websocket.accept"
+        assert (await other.message())["type"] == "websocket.accept"
+        await asyncio.sleep(3 * RECHECK_S)
+        await stand.post("/sign-out", **page)
+        while (message := await client.message())["type"] == "websocket.send":
+            pass
+        assert (message["type"], message["code"]) == ("websocket.close", CLOSE_NOT_AUTHENTICATED)
+        await asyncio.sleep(3 * RECHECK_S)
+        assert not other.task.done()
+    async with socket(stand, f"/events?ticket={second}") as late:
+        assert (await late.message())["status"] == 401
+
+
+def test_without_a_key_no_path_is_told_from_another_nor_logged_each_time(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    caplog.set_level(logging.INFO)
+
+    @guarded()
+    async def story(stand: Stand, keys: Keys) -> None:
+        caplog.clear()
+        for number in range(200):
+            assert (await stand.get(f"/wp-login/{number}")).status_code == 401
+            assert (await stand.post("/livez")).status_code == 405
+        async with socket(stand, "/nowhere") as client:
+            assert (await client.message())["status"] == 401
+        assert len([it for it in caplog.records if it.name.startswith("api.")]) < 20  # one a second
+        found = await stand.get("/bodeis", **keys.header("viewer", "arm"))
+        assert (found.status_code, "did you mean bodies?" in found.text) == (404, True)
+        assert "GET /bodeis refused with 404" in caplog.text
+
+    story()
+
+
+@guarded()
+async def test_a_key_for_a_part_is_told_of_no_other_by_what_is_ambiguous_or_not_there(
+    stand: Stand, keys: Keys
+) -> None:
+    header = keys.header("operator", "leg")
+    for path in ("/bodies/00/moves", "/bodies/00/stop", "/bodies/00/position"):
+        asking = stand.get if path.endswith("position") else stand.post
+        answer = await asking(path, **header)
+        assert (answer.status_code, "arm" in answer.text) == (409, False), answer.text
+    assert "arm.00, leg.00" in (await stand.post("/bodies/00/stop", **keys.header("operator"))).text
+    for path in ("/bodies/77/stop", "/groups/9E/stop", "/robots/r9/stop", "/scaras/s9/stop", "/lines/x/stop"):
+        answer = await stand.post(path, **header)
+        assert (answer.status_code, "arm" in answer.text) == (404, False), answer.text
+
+
+@guarded()
+async def test_readiness_names_the_lines_of_the_key_and_none_without(stand: Stand, keys: Keys) -> None:
+    stand.ports["arm"].unplug()
+    for header, lines, told in (
+        ({}, {}, "Not every line can be used."),
+        ({"authorization": "Bearer mg_0_0"}, {}, "Not every line can be used."),
+        (keys.header("viewer", "leg"), {"leg": "ready"}, "Not every line can be used."),
+        (keys.header("viewer"), {"arm": "down", "leg": "ready"}, "Not every line can be used: arm is down."),
+    ):
+        answer = await stand.get("/readyz", **header)
+        assert (answer.status_code, answer.json()["lines"], answer.json()["detail"]) == (503, lines, told)
+
+
 @pytest.mark.parametrize("name", ["authorization", "cookie"])
 def test_two_credentials_are_none(name: str) -> None:
     @guarded()

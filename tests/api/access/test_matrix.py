@@ -129,6 +129,10 @@ GET       /alarms                                        view     any
 GET       /alarms/{alarm_id}                             view     any
 POST      /alarms/{alarm_id}/reset                       operate  any
 GET       /audit                                         view     any
+GET       /security                                      admin    plant
+GET       /access/sessions                               admin    plant
+DELETE    /access/sessions                               admin    plant
+DELETE    /access/sessions/{session_id}                  admin    plant
 GET       /groups                                        view     any
 GET       /groups/{group_id}                             view     group
 PUT       /groups/{group_id}                             setup    group
@@ -223,6 +227,8 @@ DELETE    /system/scans/current                          admin    plant
 GET       /access/keys                                   admin    plant
 POST      /access/keys                                   admin    plant
 DELETE    /access/keys/{name}                            admin    plant
+POST      /access/keys/{name}/rotate                     admin    plant
+POST      /access/keys/{name}/approve                    admin    plant
 GET       /livez                                         open     any
 GET       /readyz                                        open     any
 GET       /version                                       open     any

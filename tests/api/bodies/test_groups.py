@@ -32,6 +32,17 @@ async def test_a_group_of_strangers_is_refused(stand: Stand) -> None:
 
 
 @on_stand()
+async def test_a_group_has_a_name_that_people_can_read_or_none(stand: Stand) -> None:
+    for name in ("pair\x1b[2J", "a\nb", "\0", " ", "\x85", "\u202e"):
+        answer = await stand.client.put("/groups/80", json={"members": ["00", "3F"], "name": name})
+        assert (answer.status_code, answer.json()["errors"][0]["field"]) == (422, "name"), repr(name)
+    assert (await stand.get("/groups/80")).status_code == 404
+    for name in ("", "二軸 pair"):
+        answer = await stand.client.put("/groups/80", json={"members": ["00", "3F"], "name": name})
+        assert (answer.status_code, answer.json()["name"]) == (200, name)
+
+
+@on_stand()
 async def test_one_frame_moves_all_members_and_each_has_its_move(stand: Stand) -> None:
     await define(stand, ["00", "3F"])
     await stand.teach_speeds("00")

@@ -343,3 +343,31 @@ async def test_a_body_that_no_route_takes_is_refused_before_it_is_kept(world: Wo
         answer = await http.post(MOVES, content=b" " * 300_000, headers=KEY)
     assert answer.status_code == 413
     assert answer.json()["moved"] == "no"
+
+
+@in_virtual_time
+async def test_a_read_is_never_answered_with_an_old_value(world: World) -> None:
+    path = "/bodies/3F/commands/get-position"
+    async with world.gateway() as plant, client(plant) as http:
+        before = await http.post(path, json={}, headers=KEY)
+        await http.post(f"{MOVES}?wait=30", json=relative(777))
+        after = await http.post(path, json={}, headers=KEY)
+        assert not is_replayed(after)
+        assert after.json() != before.json()
+        assert str(777) in after.text
+        await http.post("/tickets", headers=KEY)
+    assert world.rows("keys") == []  # and none is written down for it
+
+
+@in_virtual_time
+async def test_the_answers_of_one_caller_are_bounded(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gateway.operations.keys.MOST_OF_ONE", 3)
+    monkeypatch.setattr("gateway.operations.keys.COUNTED_EVERY", 4)
+    async with world.gateway() as plant, client(plant) as http:
+        for number in range(12):
+            await http.put(
+                f"/bodies/3F/positions/{number}/name",
+                json={"name": "a"},
+                headers={"idempotency-key": f"k{number}"},
+            )
+    assert 3 <= len(world.rows("keys")) <= 3 + 4

@@ -259,3 +259,10 @@ async def test_an_axis_that_nobody_keeps_jogging_is_stopped_by_the_gateway(cell:
         ("http 127.0.0.1", MINE),
         ("gateway: missing heartbeat", None),
     ]
+
+
+@on_stand()
+async def test_no_cache_keeps_an_answer_that_does_not_allow_it(stand: Stand) -> None:
+    for path in ("/bodies", "/bodies/77", "/livez", "/events"):
+        assert (await stand.get(path)).headers["cache-control"] == "no-store", path
+    assert (await stand.get("/openapi.json")).headers.get_list("cache-control") == ["no-cache"]

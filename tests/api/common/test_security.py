@@ -1,7 +1,9 @@
 """Foreign web pages and foreign host names get nothing through, not even a stop."""
 
 import pytest
+from httpx2 import ASGITransport, AsyncClient
 
+from api.common.security import SameSite
 from tests.api.stand import HOST, RELATIVE, Stand, on_stand, socket
 
 
@@ -84,3 +86,39 @@ async def test_a_configured_page_may_use_it_and_its_browser_is_told_so(stand: St
     asked = await stand.client.options("/bodies/3F/moves", headers=preflight)
     assert asked.status_code == 200
     assert "content-type" in asked.headers["access-control-allow-headers"]
+
+
+@pytest.mark.parametrize(
+    ("client", "welcome"),
+    [
+        ("10.1.2.3", True),
+        ("::ffff:10.1.2.3", True),
+        ("127.0.0.1", True),
+        ("::1", True),
+        ("10.2.0.1", False),
+        ("fd00::1", False),
+        ("unix", False),
+        ("", False),
+    ],
+)
+def test_where_networks_are_configured_clients_come_from_them_or_this_machine(
+    client: str, welcome: bool
+) -> None:
+    scope = {"client": (client, 1), "headers": [(b"host", b"localhost")]}
+    reason = SameSite([], [], ["10.1.0.0/16"]).reason_against(scope)
+    assert (reason is None) == welcome
+    assert SameSite([], []).reason_against(scope) is None
+    if reason is not None:
+        assert "client_networks" in reason.remedy
+
+
+def test_the_network_counts_at_the_door() -> None:
+    @on_stand(client_networks=["10.1.0.0/16"])
+    async def story(stand: Stand) -> None:
+        far = ASGITransport(stand.app, client=("10.2.0.1", 1), raise_app_exceptions=False)
+        async with AsyncClient(transport=far, base_url=f"http://{HOST}") as foreign:
+            answer = await foreign.post("/bodies/3F/moves", json=RELATIVE)
+            assert (answer.status_code, stand.moved()) == (403, [])
+        assert (await stand.get("/bodies")).status_code == 200
+
+    story()

@@ -448,6 +448,39 @@ async def test_no_bytes_in_no_pieces_are_a_fault_of_the_gateway(front: Front) ->
     assert (await client.answer())[0] == 200
 
 
+@on_front()
+async def test_connect_is_answered_once_and_closed(front: Front) -> None:
+    """The parser waits for another protocol then; whoever parsed it anew would do so for ever."""
+    client = await front.client()
+    client.say(b"CONNECT /x HTTP/1.1\r\n", HOST, b"\r\n")
+    client.writer.write_eof()
+    status, body = await client.answer()
+    assert (status, "no proxy" in body.decode() or "proxies" in body.decode()) == (400, True)
+    assert await client.ended()
+    await front.until(lambda: not front.connections)
+
+
+@on_front()
+async def test_trailers_are_dropped(front: Front) -> None:
+    client = await front.client()
+    head = b"POST /headers HTTP/1.1\r\nauthorization: Bearer a\r\n" + HOST
+    client.say(head, b"transfer-encoding: chunked\r\n\r\n", b"0\r\nauthorization: Bearer b\r\nx: y\r\n\r\n")
+    _, told = await client.answer()
+    assert b"Bearer a" in told
+    assert b"Bearer b" not in told
+    assert b"'x'" not in told
+
+
+@on_front()
+async def test_a_head_has_not_thousands_of_lines(front: Front) -> None:
+    client = await front.client()
+    client.say(b"GET /a HTTP/1.1\r\n", HOST, b"a:\r\n" * 99, b"\r\n")
+    assert (await client.answer())[0] == 200
+    client.say(b"GET /a HTTP/1.1\r\n", HOST, b"a:\r\n" * 100, b"\r\n")
+    assert (await client.answer())[0] == 431
+    assert await client.ended()
+
+
 # the limit of connections
 
 
@@ -464,6 +497,21 @@ async def test_at_the_limit_only_stops_are_served(front: Front) -> None:
     assert await stop.answer() == (200, b"/stop now")
     assert await stop.ended()
     assert "/move" not in front.app.begun
+
+
+@on_front(connections=1)
+async def test_beyond_the_limit_the_gateway_still_says_that_it_lives(front: Front) -> None:
+    """An orchestrator would kill it in motion."""
+    (await front.client()).ask("/wait")
+    await front.until(lambda: len(front.app.begun) == 1)
+    for method in ("GET", "GET"):
+        client = await front.client()
+        client.ask("/livez", method=method)
+        assert (await client.answer())[0] == 200
+        assert await client.ended()
+    other = await front.client()
+    other.ask("/livez")
+    assert (await other.answer())[0] == 503
 
 
 @on_front(connections=1, receive_s=0.3)

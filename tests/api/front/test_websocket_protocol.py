@@ -5,6 +5,7 @@ import gc
 import json
 import logging
 import struct
+import time
 
 import pytest
 from websockets.http11 import Request, Response
@@ -112,6 +113,61 @@ async def test_text_that_is_cut_between_frames_is_text(front: Front) -> None:
     client = await opened(front)
     client.say(frame(TEXT, b"\xe3\x81"), frame(FIN, b"\x82"), frame(FIN | CLOSE, b"\x03\xe8"))
     assert await close_code(client) == 1000
+
+
+PONG, CONT = 10, 0
+
+
+@pytest.mark.parametrize(
+    "flood",
+    [frame(FIN | PONG), frame(FIN | PING), frame(FIN | TEXT), frame(FIN | TEXT, b"a"), frame(FIN | BINARY)],
+    ids=["pongs", "pings", "empty texts", "texts", "binary"],
+)
+def test_who_sends_more_than_he_can_have_to_say_is_told_so(
+    flood: bytes, caplog: pytest.LogCaptureFixture
+) -> None:
+    @on_front(frames_per_s=50)
+    async def story(front: Front) -> None:
+        client = await opened(front)
+        client.say(flood * 40_000)
+        async with asyncio.timeout(PATIENCE_S):
+            answer = await client.reader.read(-1)
+        close = answer[answer.index(bytes([FIN | CLOSE])) :]
+        assert struct.unpack("!H", close[2:4]) == (1008,)
+        assert close[4:] == b"more than 50 frames in a second"
+        await front.until(lambda: front.app.left == ["websocket"])
+        await front.until(lambda: not front.connections)
+
+    story(caplog)
+
+
+@on_front(frames_per_s=50)
+async def test_fragments_are_frames(front: Front) -> None:
+    client = await opened(front)
+    client.say(frame(TEXT), frame(CONT) * 40_000)
+    assert await close_code(client) == 1008
+
+
+@on_front()
+async def test_frames_hold_nobody_up(front: Front) -> None:
+    """However many are read at once, the loop goes on between some of them."""
+    longest_s = 0.0
+
+    async def watch() -> None:
+        nonlocal longest_s
+        while True:
+            before = time.thread_time()
+            await asyncio.sleep(0)
+            longest_s = max(longest_s, time.thread_time() - before)
+
+    clients = [await opened(front) for _ in range(4)]
+    watcher = asyncio.create_task(watch())
+    for client in clients:
+        client.say(frame(FIN | PONG) * 40_000)
+    for client in clients:
+        assert await close_code(client) == 1008
+    watcher.cancel()
+    assert longest_s < 0.05
 
 
 @pytest.mark.parametrize("rubbish", [frame(FIN | TEXT, b"\xff"), b"\xff" * 200, frame(FIN | CLOSE)])

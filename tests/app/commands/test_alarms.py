@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from tests.app.fake_gateway import FakeGateway, always
+from tests.app.fake_gateway import Answer, FakeGateway, always
 
 ALARM = {
     "id": "al1",
@@ -25,13 +25,14 @@ def test_alarms_say_what_happened_and_what_to_do(monkeypatch: pytest.MonkeyPatch
     assert said.exit_code == 0, said.output
     first, second, third = said.stdout.split("\n\n")
     assert first.splitlines() == [
-        "al1  2026-01-01T00:00:00Z  body.offline  /bodies/a.3F  lasts",
+        "al1  2026-01-01T00:00:00Z  body.offline  /bodies/a.3F  stands now",
         "    It is gone.",
         "    It stands.",
         "    Look.",
         "    POST /bodies/a.3F/stop (stop): Stop it.",
     ]
-    assert [it.splitlines()[0].split()[-1] for it in (second, third)] == ["over", "reset"]
+    states = [it.splitlines()[0].split()[-2:] for it in (second, third)]
+    assert states == [["over", "2026-01-01T00:00:01Z"], ["reset", "2026-01-01T00:00:02Z"]]
 
 
 def test_no_alarm_is_said_too(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -57,3 +58,29 @@ def test_an_id_is_no_path(monkeypatch: pytest.MonkeyPatch) -> None:
     gateway = FakeGateway()
     assert gateway.run(monkeypatch, "alarms", "reset", "../stop?x").exit_code == 2
     assert gateway.asked[0].path == "/alarms/../stop?x/reset"
+
+
+def test_all_that_are_over_are_reset_oldest_first_and_nothing_else(monkeypatch: pytest.MonkeyPatch) -> None:
+    newer = {**OVER, "id": "al9"}
+    answers: dict[str, list[Answer]] = {
+        "/alarms": [(200, {"alarms": [newer, ALARM, OVER]})],
+        f"/alarms/{OVER['id']}/reset": [(200, RESET)],
+        "/alarms/al9/reset": [(200, RESET)],
+    }
+    gateway = FakeGateway(answers)
+    assert gateway.run(monkeypatch, "alarms", "reset", "--over").exit_code == 0
+    assert [it.path for it in gateway.asked][1:] == [f"/alarms/{OVER['id']}/reset", "/alarms/al9/reset"]
+
+
+@pytest.mark.parametrize("words", [(), ("al1", "--over")])
+def test_either_ids_or_all_that_are_over(monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...]) -> None:
+    gateway = FakeGateway({})
+    assert gateway.run(monkeypatch, "alarms", "reset", *words).exit_code == 2
+    assert not gateway.asked
+
+
+def test_what_tells_the_same_event_stands_behind_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    move = {**ALARM, "id": "al7", "cause": "body.move.failed", "part_of": ALARM["id"]}
+    said = always({"alarms": [move, OVER, ALARM]}).run(monkeypatch, "alarms").stdout
+    assert [it.split()[0] for it in said.split("\n\n")] == [OVER["id"], ALARM["id"], "al7"]
+    assert f"(part of {ALARM['id']})" in said

@@ -10,7 +10,7 @@ from typer.testing import CliRunner, Result
 from app import cli
 from app.commands.keys import seconds_of
 from app.data_directory import data_directory
-from gateway.access.keys import KeyFault, KeyStore
+from gateway.access.keys import KeyFault, KeyPolicy, KeyStore
 
 
 def run(*words: str | Path) -> Result:
@@ -67,6 +67,31 @@ def test_what_cannot_be_done_is_told_in_a_sentence(
     assert (said.exit_code, said.stdout) == (code, "")
     assert sentence in said.stderr
     assert run("keys", "create", "a", "--role", "king", "--data", tmp_path).exit_code == 2
+
+
+def test_a_key_ends_after_a_year_unless_another_time_is_said(tmp_path: Path) -> None:
+    for words, days in (((), 365), (("--expires", "10d"), 10), (("--expires", "never"), None)):
+        made = created(tmp_path, f"k{days}", "--role", "viewer", *words).strip()
+        key = KeyStore(tmp_path).verify(made)
+        assert key is not None
+        assert (key.expires and round((key.expires - key.created) / 86_400)) == days
+    KeyStore(tmp_path).adopt(KeyPolicy(lifetime_s=None))
+    key = KeyStore(tmp_path).verify(created(tmp_path, "configured", "--role", "viewer").strip())
+    assert key is not None
+    assert key.expires is None
+
+
+def test_a_key_is_rotated_and_the_list_warns_of_its_end(tmp_path: Path) -> None:
+    old = created(tmp_path, "mes", "--role", "operator", "--expires", "20d").strip()
+    assert "warning: mes ends at" in run("keys", "list", "--data", tmp_path).stderr
+    said = run("keys", "rotate", "mes", "--overlap", "12h", "--data", tmp_path)
+    assert re.fullmatch(r"mg_[0-9a-f]{12}_[\w-]{43}\n", said.stdout), said.stderr
+    ends = {it.prefix: it.expires for it in KeyStore(tmp_path).all()}
+    assert (ends[old[3:15]] or 0) < min(it or 0 for prefix, it in ends.items() if prefix != old[3:15])
+    assert KeyStore(tmp_path).verify(old) is not None
+    assert run("keys", "rotate", "mes", "--overlap", "0s", "--data", tmp_path).exit_code == 0
+    assert KeyStore(tmp_path).verify(old) is None
+    assert run("keys", "rotate", "nobody", "--data", tmp_path).exit_code == 1
 
 
 def test_a_directory_that_is_not_there_is_told_and_not_made(tmp_path: Path) -> None:

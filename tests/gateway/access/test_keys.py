@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from gateway.access.keys import FILE, RECHECK_S, Key, KeyFault, KeyStore
+from gateway.access.keys import DAY_S, FILE, RECHECK_S, Key, KeyFault, KeyPolicy, KeyStore
 from gateway.access.roles import Role
 from tests.own_faults import fail_once
 
@@ -204,3 +204,92 @@ def test_the_format_of_the_file_is_stable(store: KeyStore, tmp_path: Path) -> No
     (key,) = json.loads((tmp_path / "data" / FILE).read_text())["keys"]
     assert list(key) == ["name", "role", "scope", "prefix", "sha256", "created", "expires", "revoked"]
     assert (key["role"], key["scope"], key["expires"] - key["created"]) == ("setup", ["3F"], 60)
+
+
+# their end, their rotation, and the second admin
+
+
+def store_at(folder: Path, **policy: object) -> tuple[KeyStore, list[float]]:
+    now = [1_000_000.0]
+    store = KeyStore(folder, lambda: now[0])
+    store.adopt(KeyPolicy.model_validate(policy))
+    return store, now
+
+
+def test_a_rotated_key_goes_on_beside_the_new_one_for_the_overlap(tmp_path: Path) -> None:
+    store, now = store_at(tmp_path)
+    old = store.create("mes", Role.OPERATOR, ["line1"], 100 * DAY_S)
+    now[0] += 90 * DAY_S
+    new = store.rotate("mes", DAY_S)
+    both = [store.verify(old), store.verify(new)]
+    assert [(it.name, it.role, it.scope) for it in both if it] == [("mes", Role.OPERATOR, ("line1",))] * 2
+    now[0] += DAY_S
+    assert store.verify(old) is None
+    found = store.verify(new)
+    assert found is not None
+    assert found.expires == 1_000_000 + 190 * DAY_S
+    newest = store.rotate("mes", 0)
+    assert (store.verify(new), store.verify(newest) is None) == (None, False)
+    store.revoke("mes")
+    assert store.verify(newest) is None
+    with pytest.raises(KeyFault, match="no good key mes"):
+        store.rotate("mes")
+
+
+def test_a_rotation_never_lets_a_key_live_longer(tmp_path: Path) -> None:
+    store, now = store_at(tmp_path)
+    old = store.create("mes", Role.VIEWER, None, 10.0)
+    store.rotate("mes", DAY_S)
+    now[0] += 10
+    assert store.verify(old) is None
+
+
+def test_a_key_that_never_ended_ends_with_its_rotation(tmp_path: Path) -> None:
+    store, _ = store_at(tmp_path, lifetime_s=50.0)
+    store.create("mes", Role.VIEWER)
+    found = store.verify(store.rotate("mes"))
+    assert found is not None
+    assert found.expires == 1_000_050
+
+
+def test_a_key_is_warned_of_before_its_end_unless_another_follows(tmp_path: Path) -> None:
+    store, now = store_at(tmp_path, warning_s=30.0)
+    store.create("mes", Role.VIEWER, None, 100)
+    store.create("for-ever", Role.VIEWER)
+
+    def soon() -> list[bool]:
+        return [it.ends_soon for it in store.infos()]
+
+    assert soon() == [False, False]
+    now[0] += 70
+    assert soon() == [True, False]
+    store.rotate("mes", 5)
+    assert soon() == [False, False, False]
+    now[0] += 200
+    assert soon() == [False, False, False]
+
+
+def test_the_key_of_an_admin_takes_a_second_admin_where_four_eyes_are_wanted(tmp_path: Path) -> None:
+    store, _ = store_at(tmp_path, four_eyes=True)
+    first = [store.create(name, Role.ADMIN) for name in ("ann", "bob")]
+    assert all(store.verify(it) for it in first)
+    assert store.verify(store.create("mes", Role.SETUP))
+    with pytest.raises(KeyFault, match="takes two admins"):
+        store.create("eve", Role.ADMIN)
+    third = store.create("eve", Role.ADMIN, by="ann")
+    assert (store.verify(third), store.infos()[-1].state) == (None, "waiting")
+    with pytest.raises(KeyFault, match="ann has made the key eve"):
+        store.approve("eve", "ann")
+    assert store.verify(third) is None
+    store.approve("eve", "bob")
+    assert store.verify(third) is not None
+    with pytest.raises(KeyFault, match="whose new key another would have alone"):
+        store.rotate("bob", by="ann")
+    assert store.verify(store.rotate("bob", by="bob"))
+
+
+def test_files_of_keys_without_the_new_words_are_read_by_earlier_versions(tmp_path: Path) -> None:
+    store, _ = store_at(tmp_path)
+    store.create("mes", Role.VIEWER)
+    (kept,) = json.loads((tmp_path / FILE).read_text())["keys"]
+    assert not kept.keys() & {"made_by", "needs_approval", "approved_by"}

@@ -5,7 +5,7 @@ from contextlib import ExitStack
 import pytest
 
 from gateway.access.errors import LimitReached
-from gateway.access.limits import Limits, Usages, Use
+from gateway.access.limits import Limits, Rates, Usages, Use
 
 
 class Clock:
@@ -60,3 +60,15 @@ def test_moves_under_way_are_requests_under_way() -> None:
         for use in (Use.MOVE, Use.REQUEST):
             with pytest.raises(LimitReached):
                 usages.begin("a", use)
+
+
+@pytest.mark.parametrize("at_once", [1, 5])
+def test_a_rate_lets_so_many_pass_and_then_so_many_a_second(at_once: int) -> None:
+    now = 100.0
+    rates = Rates(at_once, 2.0, lambda: now)
+    assert [rates.passes("a") for _ in range(at_once + 2)] == [*at_once * [True], False, False]
+    assert rates.passes("b")
+    now += 0.5
+    assert [rates.passes("a"), rates.passes("a")] == [True, False]
+    now += 100
+    assert [rates.passes("a") for _ in range(at_once + 1)] == [*at_once * [True], False]

@@ -89,12 +89,30 @@ def good(verifier: OidcVerifier, shown: str) -> Grant:
 def test_a_token_says_who_somebody_is_and_where(verifier: OidcVerifier) -> None:
     for shown in (token(), token(EC, "e", "ES256")):
         principal = good(verifier, shown).principal
-        assert (principal.name, principal.role) == ("Hanako", Role.OPERATOR)
+        assert (principal.name, principal.role) == ("oidc:u1 (Hanako)", Role.OPERATOR)
         assert principal.scope == frozenset({"line1", "r1"})
         assert principal.id == "oidc u1"
     assert good(verifier, token()) is good(verifier, token())
     assert Credentials(None, verifier).verify(token()) is not None
     assert Credentials().verify(token()) is None
+
+
+@pytest.mark.parametrize(
+    ("subject", "name", "written"),
+    [
+        ("u1", "admin", "oidc:u1 (admin)"),
+        ("admin", None, "oidc:admin"),
+        ("admin", "admin", "oidc:admin"),
+        ("u 1\x1b", "a\nb", "oidc:u?1? (a?b)"),
+        ("u" * 300, "n" * 300, f"oidc:{'u' * 255} ({'n' * 64})"),
+    ],
+)
+def test_nobody_is_taken_for_a_key_by_a_name_and_the_subject_is_told(
+    verifier: OidcVerifier, subject: str, name: str | None, written: str
+) -> None:
+    principal = good(verifier, token(sub=subject, name=name)).principal
+    assert principal.name == written
+    assert principal.id == f"oidc {subject}"
 
 
 @pytest.mark.parametrize(

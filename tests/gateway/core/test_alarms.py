@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from gateway.core.alarms import AGAIN, HISTORY, Alarm, AlarmLasts, Alarms, Cause, words
+from gateway.core.alarms import AGAIN, DISPROVED, HISTORY, Alarm, AlarmLasts, Alarms, Cause, words
 from gateway.core.errors import NotFound
 from gateway.core.events import EventHub
 from gateway.core.next_calls import get
@@ -22,7 +22,7 @@ class Room:
 
     def __init__(self) -> None:
         self.down = True
-        self.told_elsewhere = False
+        self.told_elsewhere = self.disproved = False
         self.hub = EventHub("0badcafe")
         cause = Cause(
             DOWN,
@@ -33,6 +33,7 @@ class Room:
             (get("/lines/{line}", "Look.", "確認します。"), get("/units/{unit}", "Not known.", "不明")),
             lambda _: self.down,
             is_told=lambda _: self.told_elsewhere,
+            disproved=lambda _: self.disproved,
         )
         moment = Cause(
             "gateway.crashed", "gateway.crashed", words("It crashed.", "-", "-"), words("落ちた", "-", "-")
@@ -92,6 +93,18 @@ def test_an_alarm_stands_after_its_cause_until_somebody_resets_it(room: Room) ->
     assert (alarm.reset_by, room.alarms.standing(), room.alarms.history()) == ("pat", [], [alarm])
     assert [news for news, _ in room.told()] == ["alarm.raised", "alarm.reset"]
     assert room.alarms.reset(alarm.id).reset_by == "pat", "once more does no harm"
+
+
+def test_an_alarm_that_turns_out_to_have_had_no_cause_ends_itself_as_a_note(room: Room) -> None:
+    room.goes_down()
+    room.disproved = True
+    room.alarms.note_ends()
+    assert room.one.reset_at is None, "it lasts"
+    room.down = False
+    assert room.alarms.standing() == []
+    [note] = room.alarms.history()
+    assert (note.reset_by, note.ended_at is None) == (DISPROVED, False)
+    assert [news for news, _ in room.told()] == ["alarm.raised", "alarm.reset"]
 
 
 def test_the_same_cause_that_lasts_is_one_alarm(room: Room) -> None:

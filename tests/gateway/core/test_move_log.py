@@ -1,6 +1,7 @@
 """Which moves are remembered, and who hears of their ends."""
 
 import asyncio
+import gc
 from datetime import UTC, datetime, timedelta
 
 import pytest
@@ -124,3 +125,11 @@ async def test_at_the_end_nobody_waits_any_longer_and_the_move_is_given_as_it_is
     assert await waiting is move
     assert await log.wait("1", 60.0) is move
     assert asyncio.get_running_loop().time() == 1.0
+
+
+def test_a_move_that_is_over_keeps_nothing_to_wait_with() -> None:
+    log = log_of(a_move("over"), a_move("runs"))
+    log.get("over").status = MoveStatus.SUCCEEDED
+    log.end(log.get("over"))
+    events = [it for held in gc.get_referents(log.__dict__) for it in gc.get_referents(held)]
+    assert sum(isinstance(it, asyncio.Event) for it in events) == 1

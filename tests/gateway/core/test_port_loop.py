@@ -55,6 +55,9 @@ class PlainLine(PortLoop):
         else:
             self._came_up({})
 
+    def _wait_longer(self, seconds: float) -> None:
+        """Nothing is waited for."""
+
     def _break_off(self, reason: str) -> None:
         self.broken_off.append(reason)
 

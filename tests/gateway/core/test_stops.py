@@ -175,3 +175,36 @@ async def test_a_stop_that_was_not_sent_says_so_until_it_is() -> None:
     assert (stop.report.state, stop.report.detail) == ("sent", "It moves.")
     stop.note_not_sent(DOWN)
     assert (stop.report.state, stop.report.detail) == ("sent", "It moves."), "the first one is on its way"
+
+
+@virtual
+async def test_a_proof_that_was_under_way_disproves_the_call_for_the_hardware_stop() -> None:
+    stop = Scripted(proof_takes_s=CONFIRM_WITHIN_S + 0.5)
+    stop.still = True
+    await stop.see_through()
+    assert [what for what, _ in stop.published] == ["unconfirmed"]
+    assert stop.disproves_its_alarm
+
+
+@virtual
+async def test_a_motor_that_came_to_rest_after_the_call_does_not_disprove_it() -> None:
+    stop = Scripted()
+    task = asyncio.create_task(stop.see_through())
+    await asyncio.sleep(CONFIRM_WITHIN_S + 1.0)
+    stop.still = True
+    await task
+    assert [what for what, _ in stop.published] == ["unconfirmed"]
+    assert not stop.disproves_its_alarm
+
+
+@virtual
+async def test_the_time_in_which_the_loop_was_held_does_not_count() -> None:
+    stop = Scripted()
+    stop._held_s = lambda now: min(now, 5.0)
+    task = asyncio.create_task(stop.see_through())
+    await asyncio.sleep(5.0 + CONFIRM_WITHIN_S - 0.1)
+    assert stop.published == []
+    await asyncio.sleep(0.2)
+    assert [what for what, _ in stop.published] == ["unconfirmed"]
+    stop.still = True
+    await task

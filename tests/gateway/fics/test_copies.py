@@ -2,8 +2,8 @@
 
 import pytest
 
-from gateway.core.errors import NoReply
 from gateway.core.lanes import Lane
+from gateway.fics.errors import NotDone
 from gateway.fics.exchange import ROBOT, FicsExchange, ReplyFrame
 from gateway.fics.session import REPLIES_REMEMBERED, FicsSession
 from protocols.fics.alarms import TakeCurrentError
@@ -166,6 +166,6 @@ async def test_a_doubled_acknowledgement_does_not_count_for_a_later_command_of_t
         await rig.robot.ask(SetVariable(number=1, value=1.0))
         rig.cable.copies.append(b"IOT\r")
         rig.cable.lost_command = "IOT"
-        with pytest.raises(NoReply):
+        with pytest.raises(NotDone, match="it tells IDO 01"):
             await rig.robot.ask(SwitchOutput(channel=1, bit=1, on=True))
         assert rig.fics.outputs[0] == 1

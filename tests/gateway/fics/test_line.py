@@ -369,7 +369,7 @@ async def test_a_robot_in_the_wrong_mode_has_certainly_lost_its_power_and_its_mo
         assert isinstance(await motion, NoReply)
         await it.ready()
         assert isinstance(await future, Answered)  # admitted after the loss was told
-        assert ("robot.power_cycled", {"certain": True}) in it.told
+        assert ("robot.power_cycled", {}) in it.told
         assert it.told.of("robot.power") == ["robot.power_cycled"]
         assert it.machine.robot.mode == 3
 
@@ -387,8 +387,10 @@ async def test_what_waited_when_the_power_was_lost_is_never_sent() -> None:
         assert it.heard("LMI ,,-5") == 0
 
 
-@pytest.mark.parametrize(("mode", "certain"), [(3, True), (2, False)])
-def test_a_robot_that_was_away_is_suspected_where_its_mode_does_not_tell(mode: int, certain: bool) -> None:
+@pytest.mark.parametrize(("mode", "lost", "absences"), [(3, ["robot.power_cycled"], 0), (2, [], 1)])
+def test_a_robot_that_was_away_is_to_be_asked_where_its_mode_does_not_tell(
+    mode: int, lost: list[str], absences: int
+) -> None:
     @virtual
     async def story() -> None:
         async with stand(mode=mode) as it:
@@ -397,9 +399,8 @@ def test_a_robot_that_was_away_is_suspected_where_its_mode_does_not_tell(mode: i
             await it.ask(QUERY, Lane.READ)
             it.power(True)
             await it.ready()
-            assert [facts for what, facts in it.told if what == "robot.power_cycled"] == [
-                {"certain": certain}
-            ]
+            assert it.told.of("robot.power_cycled") == lost
+            assert it.line.absences == absences
 
     story()
 

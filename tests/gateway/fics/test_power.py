@@ -47,7 +47,7 @@ def test_h01_the_speeds_are_set_again_and_verified_before_the_first_move(units: 
             home = spoken.index("ORG")
             for unit in range(1, units + 1):
                 assert percents(rig, unit) == [10.0 * unit, 100.0, 30.0]
-                again = spoken.index(f"VAO {10 * unit},,30")
+                again = spoken.index(f"VAO {10 * unit},100,30")
                 assert spoken[again + 1] == "VAO"
                 assert again < home
 
@@ -64,11 +64,11 @@ async def test_h01_speeds_that_were_only_read_are_set_again_and_the_others_are_t
         (lost,) = rig.events("robot.power_cycled")
         assert lost.data["speeds"] == {
             "1": {"motor": {"A": 7.0, "B": 100.0, "Z": 100.0}},
-            "2": {"user": {"X": 5.0}},
+            "2": {"user": {"X": 5.0, "Y": 100.0, "Z": 100.0}},
         }
         assert lost.data["full_speed"] == {
             "1": {"user": ["X", "Y", "Z"], "motor": []},
-            "2": {"user": ["Y", "Z"], "motor": ["X", "Y", "Z"]},
+            "2": {"user": [], "motor": ["X", "Y", "Z"]},
         }
         await rig.move(HomeRobot())
         assert rig.fics.units[1].motors[0].motor_percent == 7.0

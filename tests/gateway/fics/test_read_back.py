@@ -202,3 +202,25 @@ def test_coordinates_agree_where_they_differ_by_less_than_is_displayed(
 def test_numbers_of_32_bits_are_not_told_from_their_neighbours() -> None:
     assert same_number(99_999_999.0, 100_000_000.0)
     assert not same_number(100.0, 100.1)
+
+
+@in_virtual_time
+async def test_in_mode_3_a_command_that_was_garbled_on_its_way_is_not_called_done() -> None:
+    """Its answer repeats the name alone (C-HOST manual 1-1-1)."""
+    async with fics_rig() as rig:
+        rig.cable.damaged = {"VAO 50,,50": "VAO 70,,50"}
+        with pytest.raises(NotDone, match=r"it tells VAO 70\.0,100\.0,50\.0"):
+            await rig.robot.ask(HALF, 1)
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_setting_whose_reading_alone_is_garbled_is_done(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            rig.cable.misread = {"VAO 50.0,100.0,50.0": "VAO 70.0,100.0,50.0"}
+            await rig.robot.ask(HALF, 1)
+            assert rig.cable.misread == {}
+            assert len(rig.heard("VAO 50,,50")) == 1
+
+    story()

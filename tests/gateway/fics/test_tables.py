@@ -138,6 +138,19 @@ async def test_two_uploads_at_once_are_each_read_back_before_the_next() -> None:
         assert set(rig.fics.units[1].positions.values()) == {(5.0, 5.0)}
 
 
+@BOTH_MODES
+def test_positions_whose_reading_alone_is_garbled_do_not_differ(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            rig.cable.misread = {"POS 7,8": "POS 7,9"}
+            await rig.robot.upload_positions([(1, [5.0, 6.0]), (2, [7.0, 8.0])])
+            assert rig.cable.misread == {}
+            assert rig.fics.units[1].positions[2] == (7.0, 8.0)
+
+    story()
+
+
 # clearing
 
 

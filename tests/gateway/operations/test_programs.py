@@ -274,6 +274,7 @@ async def test_a_loss_of_power_before_the_flash_memory_is_written_is_told() -> N
         assert over.stored.endswith("Nobody knows what flash memory holds.")
 
 
+@pytest.mark.prove
 @settings(max_examples=30)
 @given(
     faults=st.dictionaries(

@@ -70,6 +70,7 @@ async def test_an_absent_member_of_a_group_for_sweeps_is_found_out() -> None:
         assert [body.short for body in bodies if not body.online] == ["05"]
 
 
+@pytest.mark.prove
 @in_virtual_time
 async def test_a_body_that_refuses_so_for_a_moment_or_once_an_hour_stays_online() -> None:
     async with rig() as it:

@@ -25,8 +25,9 @@ END_TOLD_WITHIN_S = 1.5
 END_TOLD_ON_A_BAD_LINE_S = 4.0
 """Where everything is read twice."""
 STOPPED_WITHIN_S = 5.0
-STOPPED_AT_START_WITHIN_S = {1.0: 7.5, 4.0: 4.5, 10.0: 3.5}
-"""By seconds after the line is ready: at first each body is asked for a program, and told to end it."""
+STOPPED_AT_START_WITHIN_S = {1.0: 8.0, 4.0: 6.0, 10.0: 5.0}
+"""By seconds after the line is ready: at first each body is asked for a program and its place, and told to
+end a program; to learn that the gateway takes half of the line."""
 OUTAGE_S = 8.0
 CONFIRMED_AFTER_AN_OUTAGE_S = 20.0
 """What was written meanwhile goes over the wire first, and is as much as half of it carries in that time."""

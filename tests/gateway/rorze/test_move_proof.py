@@ -371,7 +371,8 @@ async def test_a_move_to_0_in_which_the_power_was_lost_for_a_moment_is_not_taken
         await brown_out(it)
         await ended(it, move)
         assert (move.status, move.end_cause, move.position) == (MoveStatus.UNKNOWN, None, 0)
-        assert "as after a loss of power" in move.evidence[-1]
+        assert "as after a loss of power" in move.evidence[-2]
+        assert "seems to have lost its power" in move.evidence[-1]
         assert move.error is not None
         assert "lost its power" in move.error.detail
         assert move.error.moved == "unknown"

@@ -47,6 +47,7 @@ def test_what_goes_to_a_place(command: RorzeCommand[Any], place: bool) -> None:
 def at_rest(position: int = 500, bits: int = 0) -> Power:
     power = Power()
     power.note_rest(position, bits, at=1.0)
+    power.note_rest(position, bits, at=1.0)
     return power
 
 
@@ -60,12 +61,19 @@ def test_another_place_and_a_fallen_error_contradict_what_was_said_before() -> N
     assert power.contradicts(500, 0)
 
 
-def test_only_0_and_fallen_errors_look_like_a_loss_of_power() -> None:
+def test_only_0_looks_like_a_loss_of_power_where_nothing_was_said_before() -> None:
     power = at_rest(500, LIMIT)
-    assert power.looks_switched_on(0, LIMIT)
-    assert power.looks_switched_on(500, 0)
-    assert not power.looks_switched_on(700, LIMIT)
-    assert not at_rest(0).looks_switched_on(0, 0)
+    assert power.looks_switched_on(0)
+    assert not power.looks_switched_on(700)
+    assert not at_rest(0).looks_switched_on(0)
+
+
+def test_what_has_jumped_is_said() -> None:
+    power = at_rest(500, LIMIT)
+    assert power.jumped(500, LIMIT | 0x04) is None
+    assert power.jumped(0, LIMIT) == "its position went from 500 to 0"
+    assert power.jumped(501, LIMIT, tolerance=1) is None
+    assert power.jumped(500, 0) == "limit_error went from its status"
 
 
 def test_a_command_takes_away_what_it_may_change() -> None:
@@ -88,7 +96,7 @@ def test_silence_after_a_move_nobody_saw_the_end_of_is_a_contradiction() -> None
     assert not power.contradicts(0, 0)
     power.note_silence()
     assert power.contradicts(0, 0)
-    assert power.looks_switched_on(0, 0)
+    assert power.looks_switched_on(0)
     never_seen = Power()
     never_seen.note_silence()
     assert not never_seen.contradicts(0, 0), "a body that is switched on for the first time"

@@ -1,6 +1,7 @@
 """Runs of programs: why they ended is told in words, and never guessed."""
 
 import asyncio
+import re
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -156,6 +157,75 @@ async def test_after_a_loss_of_power_nobody_knows_how_a_run_has_ended() -> None:
         assert (run.status, run.end_cause) == ("unknown", None)
         assert run.detail is not None
         assert "lost its power" in run.detail
+
+
+FOR_EVER = ("*L", "INCD0", "WAT1", "JMP*L", "END")
+
+
+def brown_out(it: Rig, for_s: float) -> None:
+    """Take the power of the body away for a moment."""
+    it.machine.brown_out(0x3F, for_s, asyncio.get_running_loop().time())
+    it.wire.turn()
+
+
+@pytest.mark.parametrize("for_s", [0.02, 0.2, 0.7, 1.5])
+@pytest.mark.parametrize("keeps_comments", [False, True])
+@pytest.mark.parametrize("options", ["", "power_comment = 0", "needs_origin = false"])
+@in_virtual_time
+async def test_a_run_that_a_loss_of_power_has_ended_is_not_told_as_a_normal_end(
+    for_s: float, keeps_comments: bool, options: str
+) -> None:
+    async with rig(bodies=(0x3F,), groups={}, body_options=options) as it:
+        it.axis().program = it.axis().flash.program = FOR_EVER
+        it.axis().keeps_comments = keeps_comments
+        run = await it.plant.rorze.runs.start(it.body(), RunProgram())
+        await asyncio.sleep(2.0)
+        brown_out(it, for_s)
+        await it.plant.rorze.runs.wait(run, 20.0)
+        assert (run.status, run.end_cause, run.ended_at_address) == ("unknown", None, None)
+        assert "lost its power" in (run.detail or "")
+        assert not it.axis().run.running
+        state = await it.plant.rorze.runs.state(it.body())
+        assert (state.running, state.end_cause) == (False, None)
+
+
+@in_virtual_time
+async def test_a_loss_of_power_that_was_acknowledged_meanwhile_is_still_told_of_the_run() -> None:
+    async with waiting_body() as it:
+        runs = it.plant.rorze.runs
+        run = await runs.start(it.body(), RunProgram())
+        it.body().power.lost(certain=True)
+        it.body().power.acknowledge("request")
+        await runs.wait(run, 5.0)
+        assert (run.status, run.detail) == ("unknown", f"{it.body().address} has lost its power.")
+
+
+@pytest.mark.parametrize(
+    ("options", "end"), [("", ("ended", "normal")), ("power_comment = 0", ("unknown", None))]
+)
+@in_virtual_time
+async def test_a_normal_end_that_came_while_the_body_was_silent_needs_the_mark(
+    options: str, end: tuple[str, str | None]
+) -> None:
+    async with rig(bodies=(0x3F,), groups={}, body_options=options) as it:
+        it.axis().program = ("WAT50", "END")
+        run = await it.plant.rorze.runs.start(it.body(), RunProgram())
+        it.wire.deaf_to = re.compile(b">&3F[^\r]*\r")
+        await asyncio.sleep(10.0)
+        assert not it.body().online
+        it.wire.deaf_to = None
+        await it.plant.rorze.runs.wait(run, 60.0)
+        assert (run.status, run.end_cause) == end
+        assert (run.detail is None) == (end[0] == "ended")
+
+
+@in_virtual_time
+async def test_a_program_of_a_single_end_ends_normally() -> None:
+    async with rig(bodies=(0x3F,), groups={}) as it:
+        it.axis().program = ("END",)
+        run = await it.plant.rorze.runs.start(it.body(), RunProgram())
+        await it.plant.rorze.runs.wait(run, 5.0)
+        assert (run.status, run.end_cause, run.ended_at_address) == ("ended", "normal", 0)
 
 
 @in_virtual_time

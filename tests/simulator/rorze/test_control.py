@@ -116,6 +116,17 @@ async def test_a_brown_out_ends_unasked(bench: Bench) -> None:
 
 
 @pytest.mark.anyio
+async def test_what_is_not_known_of_a_controller_can_be_changed(bench: Bench) -> None:
+    bench.ask("&3F6PS77")
+    bench.ask("&3F9VS1,ABC")
+    await bench.change("PATCH", "/bodies/3F/settings", keeps_position=True, keeps_comments=True)
+    await bench.change("PUT", "/bodies/3F/power", on=False)
+    await bench.change("PUT", "/bodies/3F/power", on=True)
+    assert bench.ask("&3F6PD") == ">&3F6PD+000000077\r"
+    assert bench.ask("&3F9VD1") == ">&3F9VDABC\r"
+
+
+@pytest.mark.anyio
 async def test_link_settings_are_changed_one_by_one(bench: Bench) -> None:
     await bench.change("PATCH", "/link/settings", absent_bodies="error")
     state = await bench.change("PATCH", "/link/settings", error_codes=False)

@@ -84,6 +84,14 @@ def test_another_board_would_keep_its_position_without_power(bench: Bench) -> No
     assert [bench.send(text) for text in ("6PD", "OHD")] == ["+000000500", "00050000"]
 
 
+def test_another_board_would_keep_its_comments_without_power(bench: Bench) -> None:
+    bench.axis.keeps_comments = True
+    bench.sent("9VS2,ABC", "OHS40000")
+    bench.axis.power_off(bench.now)
+    bench.axis.power_on(bench.now)
+    assert [bench.send(text) for text in ("9VD2", "OHD")] == ["ABC", "00050000"]
+
+
 def test_flash_survives_a_loss_of_power(bench: Bench) -> None:
     bench.sent("OHS40000", "3IS9")
     bench.axis.flash.settings = bench.axis.settings

@@ -226,6 +226,25 @@ def test_jumps(jump: str, taken: bool) -> None:
 
 
 @pytest.mark.parametrize(
+    ("comparison", "strict", "inclusive"),
+    [
+        ("JCPD5>5,+2", False, True),
+        ("JCPD5<5,+2", False, True),
+        ("JCPD5=5,+2", True, True),
+        ("JCPD5>4,+2", True, True),
+        ("JCPD5<4,+2", False, False),
+    ],
+)
+def test_comparisons_are_strict_unless_another_controller_is_wanted(
+    comparison: str, strict: bool, inclusive: bool
+) -> None:
+    for switch, taken in ((False, strict), (True, inclusive)):
+        bench = Bench()
+        bench.axis.compares_inclusively = switch
+        assert result("LDD5,5", comparison, "LDD0,1", bench=bench) == (0 if taken else 1)
+
+
+@pytest.mark.parametrize(
     ("jump", "taken"), [("JER+2", True), ("JER2,+2", True), ("JER1,+2", False), ("JER7,+2", False)]
 )
 def test_jumps_at_errors(jump: str, taken: bool) -> None:

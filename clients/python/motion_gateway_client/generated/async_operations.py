@@ -133,6 +133,7 @@ from motion_gateway_client.generated.types import (
     RobotRestoreRequest,
     RobotSamples,
     RobotStepRequest,
+    Rotation,
     RunRequest,
     Scan,
     ScaraAlignRequest,
@@ -149,6 +150,9 @@ from motion_gateway_client.generated.types import (
     ScaraPathRequest,
     ScaraRetractRequest,
     ScaraRotateRequest,
+    SecurityEntries,
+    SessionInfo,
+    SessionList,
     SettingsChange,
     SignalState,
     SpeedAccepted,
@@ -664,7 +668,10 @@ class AsyncOperations(Protocol):
         return answer
 
     async def issue_ticket(self, *, idempotency_key: str | None = None) -> Ticket:
-        """Give a ticket for one event stream, for browsers, whose WebSockets and EventSources send no key."""
+        """Give a ticket for one event stream, which ends with the session or the key it was given for.
+
+        It is for browsers, whose WebSockets and EventSources send no key.
+        """
         answer: Ticket = await self.call("POST", filled("/tickets"), idempotency_key=idempotency_key)
         return answer
 
@@ -1532,10 +1539,64 @@ class AsyncOperations(Protocol):
         )
         return answer
 
+    async def rotate_key(
+        self, name: str, body: Rotation, /, *, idempotency_key: str | None = None
+    ) -> MadeKey:
+        """Make a new key in the place of a good one and tell it once; the old one is good for the overlap yet."""
+        answer: MadeKey = await self.call(
+            "POST",
+            filled("/access/keys/{name}/rotate", name=name),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def approve_key(self, name: str, *, idempotency_key: str | None = None) -> KeyInfo:
+        """Let a key of an admin be good that another admin has made (`access.four_eyes`)."""
+        answer: KeyInfo = await self.call(
+            "POST", filled("/access/keys/{name}/approve", name=name), idempotency_key=idempotency_key
+        )
+        return answer
+
     async def revoke_key(self, name: str, *, idempotency_key: str | None = None) -> KeyInfo:
         """Let a key never be used again: its next request is refused, and its event streams end within 5 s."""
         answer: KeyInfo = await self.call(
             "DELETE", filled("/access/keys/{name}", name=name), idempotency_key=idempotency_key
+        )
+        return answer
+
+    async def list_sessions(self) -> SessionList:
+        """List who has signed in with a browser, from where, and when the session was last used."""
+        answer: SessionList = await self.call("GET", filled("/access/sessions"))
+        return answer
+
+    async def end_sessions(
+        self, *, key: str | None = None, idempotency_key: str | None = None
+    ) -> SessionList:
+        """End all sessions of a key, which stays good, and list them."""
+        answer: SessionList = await self.call(
+            "DELETE", filled("/access/sessions"), query={"key": key}, idempotency_key=idempotency_key
+        )
+        return answer
+
+    async def end_session(self, session_id: str, *, idempotency_key: str | None = None) -> SessionInfo:
+        """End a session: its next request is refused, and its event streams end within 5 s."""
+        answer: SessionInfo = await self.call(
+            "DELETE",
+            filled("/access/sessions/{session_id}", session_id=session_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def list_security_entries(
+        self, *, limit: int | None = None, cursor: int | None = None
+    ) -> SecurityEntries:
+        """List the security log: sign-ins, refusals, keys, sessions, leases, reloads and what else needs a name.
+
+        No use of the gateway pushes an entry out; what comes in a flood is counted in one.
+        """
+        answer: SecurityEntries = await self.call(
+            "GET", filled("/security"), query={"limit": limit, "cursor": cursor}
         )
         return answer
 

@@ -29,6 +29,8 @@ class AbsoluteMoveRequest(TypedDict):
     """`low` runs at the start speed, without ramps. Left out: high."""
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    max_speed: NotRequired[Rate | None]
+    """The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it."""
 
 
 class Alarm(TypedDict):
@@ -45,7 +47,7 @@ class Alarm(TypedDict):
     reset_at: str | None
     """Null while the alarm stands."""
     reset_by: str | None
-    """Who has reset it."""
+    """Who has reset it; `gateway: it came again` where a newer one stands in its place, `gateway: disproved` where it turned out to have had no cause."""
     caller: str
     """In whose name the gateway was at work when it came."""
     request_id: str | None
@@ -58,6 +60,10 @@ class Alarm(TypedDict):
     """Where the manual tells of it; empty where it is no matter of a controller."""
     en: AlarmText
     ja: AlarmText
+    when_over: PastWords | None
+    """Its words once its cause is over, which take the place of `en` and `ja` then; null where these stay, or were replaced."""
+    part_of: str | None
+    """The id of the standing alarm that tells the same event: of a failed move that of its cause, of a body that of its line, of several bodies that of the first. Events leave it out."""
     next: list[NextCall]
     """The calls that help, in the order in which they do."""
 
@@ -617,6 +623,8 @@ class BodyJogRequest(TypedDict):
     """`low` runs at the start speed, without ramps. Left out: low."""
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    max_speed: NotRequired[Rate | None]
+    """The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it."""
     at_most: NotRequired[Length | None]
     """The jog ends after this distance; never further than 10 s take at its top speed, nor beyond the soft limits."""
 
@@ -1234,9 +1242,11 @@ class BodyPowerCycledEvent(TypedDict):
 
 
 class BodyPowerLoss(TypedDict):
-    """How sure the gateway is."""
+    """How sure the gateway is, and why."""
 
     certain: bool
+    why: str
+    """A sign that was seen: its mark is gone, or its position changed, say."""
 
 
 class BodyPowerMarkMissingEvent(TypedDict):
@@ -2202,6 +2212,34 @@ class EndFrame(TypedDict):
     """The byte of 9MD, 0 after a normal end."""
 
 
+class Entry(TypedDict):
+    """An entry of the security log, as it stands in its file."""
+
+    number: int
+    """Counts up by one from the first entry; none is given twice."""
+    time: str
+    type: str
+    """Such as `key.made`; docs/configuration.md lists all."""
+    caller: str | None
+    """The name of the key or of the token's holder, what else has caused it, such as SIGHUP, or null where the caller is not known."""
+    address: str | None
+    """The network address that the request came from."""
+    request_id: str | None
+    """The X-Request-Id of the request."""
+    target: str
+    """What it is about: the name of a key, an address, a path."""
+    count: int
+    """1, or the number of those alike that were counted in this entry in a flood."""
+    since: str | None
+    """When the first of these came; null where `count` is 1."""
+    data: dict[str, Any]
+    """What else belongs to it, by its type."""
+    previous: str
+    """The `hash` of the entry before, 64 zeros in the first."""
+    hash: str
+    """SHA-256 of the entry's line up to this member, in hex."""
+
+
 class ErrorOutputChoice(TypedDict):
     """Which output reports a cause, and how."""
 
@@ -2266,7 +2304,14 @@ class EventList(TypedDict):
         | GatewayReloadFailedEvent
         | GatewayScanFinishedEvent
         | GatewayScanFailedEvent
+        | GatewaySecurityTroubleEvent
+        | GatewaySecurityRecoveredEvent
+        | GatewayRefusalsBurstEvent
         | GatewayKeyMadeEvent
+        | GatewayKeyApprovedEvent
+        | GatewayKeyRotatedEvent
+        | GatewayKeyEndsSoonEvent
+        | GatewayKeyExpiredEvent
         | GatewayKeyRevokedEvent
         | StreamSnapshotEvent
         | BodyMoveQueuedEvent
@@ -2569,6 +2614,54 @@ class GatewayJournalTroubleEvent(TypedDict):
     data: JournalTrouble
 
 
+class GatewayKeyApprovedEvent(TypedDict):
+    """A second administrator has approved a key; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.key.approved"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: KeyInfo
+
+
+class GatewayKeyEndsSoonEvent(TypedDict):
+    """A key ends within `access.key_warning_d`; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.key.ends_soon"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: KeyInfo
+
+
+class GatewayKeyExpiredEvent(TypedDict):
+    """The time of a key is over; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.key.expired"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: KeyInfo
+
+
 class GatewayKeyMadeEvent(TypedDict):
     """An administrator has made a key; about `/gateway`."""
 
@@ -2601,6 +2694,22 @@ class GatewayKeyRevokedEvent(TypedDict):
     data: KeyInfo
 
 
+class GatewayKeyRotatedEvent(TypedDict):
+    """A new key has taken the place of one that ends soon; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.key.rotated"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: KeyInfo
+
+
 class GatewayLoopHeldEvent(TypedDict):
     """The gateway was suspended or held up; about `/gateway`."""
 
@@ -2615,6 +2724,22 @@ class GatewayLoopHeldEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: LoopHeld
+
+
+class GatewayRefusalsBurstEvent(TypedDict):
+    """Many requests or sign-ins were refused in a minute; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.refusals.burst"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RefusalsBurst
 
 
 class GatewayReloadFailedEvent(TypedDict):
@@ -2679,6 +2804,38 @@ class GatewayScanFinishedEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: PortScan
+
+
+class GatewaySecurityRecoveredEvent(TypedDict):
+    """The security log can be written again; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.security.recovered"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Nothing
+
+
+class GatewaySecurityTroubleEvent(TypedDict):
+    """The security log cannot be written; what is to stand in it waits; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.security.trouble"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: SecurityTrouble
 
 
 class GatewayShuttingDownEvent(TypedDict):
@@ -3033,7 +3190,13 @@ class KeyInfo(TypedDict):
     """The addresses of lines, bodies, groups and robots that it is for; null means all."""
     begins: str
     """How the key begins, which is no secret."""
-    state: Literal["good", "expired", "revoked"]
+    state: Literal["good", "expired", "revoked", "waiting"]
+    """`waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`)."""
+    ends_soon: bool
+    """Whether it ends within `access.key_warning_d`, and no newer key has its name."""
+    made_by: str | None
+    """Who made it over HTTP, if that was noted."""
+    approved_by: str | None
     made_at: str
     expires_at: str | None
     revoked_at: str | None
@@ -3791,7 +3954,13 @@ class MadeKey(TypedDict):
     """The addresses of lines, bodies, groups and robots that it is for; null means all."""
     begins: str
     """How the key begins, which is no secret."""
-    state: Literal["good", "expired", "revoked"]
+    state: Literal["good", "expired", "revoked", "waiting"]
+    """`waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`)."""
+    ends_soon: bool
+    """Whether it ends within `access.key_warning_d`, and no newer key has its name."""
+    made_by: str | None
+    """Who made it over HTTP, if that was noted."""
+    approved_by: str | None
     made_at: str
     expires_at: str | None
     revoked_at: str | None
@@ -3981,7 +4150,7 @@ class NewKey(TypedDict):
     scope: NotRequired[list[str] | None]
     """The addresses of lines, bodies, groups and robots that it is for; left out: all."""
     expires_s: NotRequired[float | None]
-    """In seconds from now; left out: it does not expire."""
+    """In seconds from now; left out: `access.key_lifetime_d`, a year if nothing else is said."""
 
 
 class NewLine(TypedDict):
@@ -4047,6 +4216,13 @@ class Overdue(TypedDict):
     move_id: str
     longest_s: float | None
     request_id: str | None
+
+
+class PastWords(TypedDict):
+    """An alarm whose cause is over, in both languages: nothing of it is told as so now."""
+
+    en: AlarmText
+    ja: AlarmText
 
 
 class PathDefinition(TypedDict):
@@ -4258,6 +4434,8 @@ class PositionMoveRequest(TypedDict):
     """`low` runs at the start speed, without ramps. Left out: high."""
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    max_speed: NotRequired[Rate | None]
+    """The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it."""
 
 
 class PositionName(TypedDict):
@@ -4423,7 +4601,7 @@ class ProgramState(TypedDict):
     body_id: str
     running: bool
     end_cause: str | None
-    """Of the last program; null while one runs."""
+    """Of the last program; null while one runs, and where the end of `run` is unknown."""
     address: int
     """The address it is at, or has ended at (UND)."""
     line: int
@@ -4471,6 +4649,14 @@ class ProgramUpload(TypedDict):
     ended_at: str | None
 
 
+class Rate(TypedDict):
+    """A speed with its unit."""
+
+    value: float
+    unit: Literal["pulse/s", "mm/s", "um/s", "deg/s", "mdeg/s"]
+    """Other units than pulse/s need the body's scale in the configuration."""
+
+
 class RawReply(TypedDict):
     """What was answered."""
 
@@ -4494,10 +4680,24 @@ class Readiness(TypedDict):
     ready: bool
     """Whether every line is open and set up, and somebody answers on it."""
     lines: dict[str, LineState]
+    """Those that the key of the request is for; without a good key none is named."""
     journal: Literal["ready", "unavailable"]
     """While it is unavailable, reads and stops go on; what else has an effect is refused."""
     detail: str
     """The same in words, and what to do."""
+
+
+class RefusalsBurst(TypedDict):
+    """Refusals that came faster than by mistake."""
+
+    refusals: int
+    """Their number."""
+    seconds: float
+    """Within this time."""
+    type: str
+    """The type of the last, as in the security log."""
+    address: str | None
+    """The network address of the last."""
 
 
 class RelativeMoveRequest(TypedDict):
@@ -4512,6 +4712,8 @@ class RelativeMoveRequest(TypedDict):
     """`low` runs at the start speed, without ramps. Left out: high."""
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    max_speed: NotRequired[Rate | None]
+    """The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it."""
 
 
 class ReloadFailed(TypedDict):
@@ -4635,6 +4837,8 @@ class RobotAbsoluteMoveRequest(TypedDict):
 
     start_within_s: NotRequired[float]
     """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
+    speed_percent: NotRequired[float | None]
+    """Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own."""
     coordinates: NotRequired[Literal["user", "motor"]]
     """Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user."""
     axes: dict[str, Any]
@@ -5486,6 +5690,8 @@ class RobotPositionMoveRequest(TypedDict):
     kind: Literal["position"]
     position: int
     """Number of the position, 1-1999; it has to be set."""
+    speed_percent: NotRequired[float | None]
+    """Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own."""
 
 
 class RobotPowerCycleAcknowledgedEvent(TypedDict):
@@ -5550,6 +5756,8 @@ class RobotRelativeMoveRequest(TypedDict):
 
     start_within_s: NotRequired[float]
     """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
+    speed_percent: NotRequired[float | None]
+    """Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own."""
     coordinates: NotRequired[Literal["user", "motor"]]
     """Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user."""
     axes: dict[str, Any]
@@ -5878,6 +6086,13 @@ class RobotUnreadableEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: Unreadable
+
+
+class Rotation(TypedDict):
+    """How a key is rotated."""
+
+    overlap_s: NotRequired[float]
+    """Seconds for which the old key is good yet. Left out: 604800.0."""
 
 
 class RunRequest(TypedDict):
@@ -6324,6 +6539,20 @@ class Section(TypedDict):
     upper: Length
 
 
+class SecurityEntries(TypedDict):
+    """Entries, the newest first."""
+
+    entries: list[Entry]
+    cursor: int | None
+    """The number to give as `cursor` for older ones; null where there are none."""
+
+
+class SecurityTrouble(TypedDict):
+    """Why the security log cannot be written."""
+
+    reason: str
+
+
 class SensorBits(TypedDict):
     """The sensors, bits of CLD (RC-420 manual 14)."""
 
@@ -6341,6 +6570,26 @@ class SensorChange(TypedDict):
     sensor: str
     """stall, origin, cw_limit, ccw_limit, in_position or ems."""
     on: bool
+
+
+class SessionInfo(TypedDict):
+    """A session, without what is secret of it."""
+
+    id: str
+    """Names the session, and lets nobody in."""
+    name: str
+    """The name of the key, or of the token's holder."""
+    role: Role
+    address: str | None
+    """The network address that it was begun from."""
+    began_at: str
+    used_at: str
+
+
+class SessionList(TypedDict):
+    """Sessions, the one that was used last first."""
+
+    sessions: list[SessionInfo]
 
 
 class Settings(TypedDict):
@@ -7072,7 +7321,7 @@ Block: TypeAlias = Literal["a", "b", "c", "d"]
 DetailKind: TypeAlias = Literal["none", "emergency", "driver", "connection", "timeout", "fics", "unreadable"]
 
 
-Effect: TypeAlias = Literal["read", "setting", "motion", "stop", "maintenance"]
+Effect: TypeAlias = Literal["read", "setting", "clearing", "motion", "stop", "maintenance"]
 
 
 JsonValue: TypeAlias = Any
@@ -7121,7 +7370,14 @@ Event: TypeAlias = (
     | GatewayReloadFailedEvent
     | GatewayScanFinishedEvent
     | GatewayScanFailedEvent
+    | GatewaySecurityTroubleEvent
+    | GatewaySecurityRecoveredEvent
+    | GatewayRefusalsBurstEvent
     | GatewayKeyMadeEvent
+    | GatewayKeyApprovedEvent
+    | GatewayKeyRotatedEvent
+    | GatewayKeyEndsSoonEvent
+    | GatewayKeyExpiredEvent
     | GatewayKeyRevokedEvent
     | StreamSnapshotEvent
     | BodyMoveQueuedEvent

@@ -778,7 +778,9 @@ export interface paths {
         put?: never;
         /**
          * Issue Ticket
-         * @description Give a ticket for one event stream, for browsers, whose WebSockets and EventSources send no key.
+         * @description Give a ticket for one event stream, which ends with the session or the key it was given for.
+         *
+         *     It is for browsers, whose WebSockets and EventSources send no key.
          */
         post: operations["issueTicket"];
         delete?: never;
@@ -2055,6 +2057,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/access/keys/{name}/rotate": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Rotate Key
+         * @description Make a new key in the place of a good one and tell it once; the old one is good for the overlap yet.
+         */
+        post: operations["rotateKey"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/access/keys/{name}/approve": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Approve Key
+         * @description Let a key of an admin be good that another admin has made (`access.four_eyes`).
+         */
+        post: operations["approveKey"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/access/keys/{name}": {
         parameters: {
             query?: never;
@@ -2070,6 +2112,72 @@ export interface paths {
          * @description Let a key never be used again: its next request is refused, and its event streams end within 5 s.
          */
         delete: operations["revokeKey"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/access/sessions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Sessions
+         * @description List who has signed in with a browser, from where, and when the session was last used.
+         */
+        get: operations["listSessions"];
+        put?: never;
+        post?: never;
+        /**
+         * End Sessions
+         * @description End all sessions of a key, which stays good, and list them.
+         */
+        delete: operations["endSessions"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/access/sessions/{session_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * End Session
+         * @description End a session: its next request is refused, and its event streams end within 5 s.
+         */
+        delete: operations["endSession"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/security": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Security Entries
+         * @description List the security log: sign-ins, refusals, keys, sessions, leases, reloads and what else needs a name.
+         *
+         *     No use of the gateway pushes an entry out; what comes in a flood is counted in one.
+         */
+        get: operations["listSecurityEntries"];
+        put?: never;
+        post?: never;
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -3432,6 +3540,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it. */
+            max_speed?: components["schemas"]["Rate"] | null;
         };
         /**
          * Alarm
@@ -3467,7 +3577,7 @@ export interface components {
             reset_at: string | null;
             /**
              * Reset By
-             * @description Who has reset it.
+             * @description Who has reset it; `gateway: it came again` where a newer one stands in its place, `gateway: disproved` where it turned out to have had no cause.
              */
             reset_by: string | null;
             /**
@@ -3497,6 +3607,13 @@ export interface components {
             manual: string;
             en: components["schemas"]["AlarmText"];
             ja: components["schemas"]["AlarmText"];
+            /** @description Its words once its cause is over, which take the place of `en` and `ja` then; null where these stay, or were replaced. */
+            when_over: components["schemas"]["PastWords"] | null;
+            /**
+             * Part Of
+             * @description The id of the standing alarm that tells the same event: of a failed move that of its cause, of a body that of its line, of several bodies that of the first. Events leave it out.
+             */
+            part_of: string | null;
             /**
              * Next
              * @description The calls that help, in the order in which they do.
@@ -4842,6 +4959,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it. */
+            max_speed?: components["schemas"]["Rate"] | null;
             /** @description The jog ends after this distance; never further than 10 s take at its top speed, nor beyond the soft limits. */
             at_most?: components["schemas"]["Length"] | null;
         };
@@ -6482,11 +6601,16 @@ export interface components {
         };
         /**
          * BodyPowerLoss
-         * @description How sure the gateway is.
+         * @description How sure the gateway is, and why.
          */
         BodyPowerLoss: {
             /** Certain */
             certain: boolean;
+            /**
+             * Why
+             * @description A sign that was seen: its mark is gone, or its position changed, say.
+             */
+            why: string;
         };
         /**
          * BodyPowerMarkMissingEvent
@@ -8592,7 +8716,7 @@ export interface components {
          * @description What a command does: who may send it, and which way it goes, is decided by this alone.
          * @enum {string}
          */
-        Effect: "read" | "setting" | "motion" | "stop" | "maintenance";
+        Effect: "read" | "setting" | "clearing" | "motion" | "stop" | "maintenance";
         /**
          * Encoder
          * @description The encoder of a body, and its set-up.
@@ -8771,6 +8895,74 @@ export interface components {
             cause: number;
         };
         /**
+         * Entry
+         * @description An entry of the security log, as it stands in its file.
+         */
+        Entry: {
+            /**
+             * Number
+             * @description Counts up by one from the first entry; none is given twice.
+             */
+            number: number;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Type
+             * @description Such as `key.made`; docs/configuration.md lists all.
+             */
+            type: string;
+            /**
+             * Caller
+             * @description The name of the key or of the token's holder, what else has caused it, such as SIGHUP, or null where the caller is not known.
+             */
+            caller: string | null;
+            /**
+             * Address
+             * @description The network address that the request came from.
+             */
+            address: string | null;
+            /**
+             * Request Id
+             * @description The X-Request-Id of the request.
+             */
+            request_id: string | null;
+            /**
+             * Target
+             * @description What it is about: the name of a key, an address, a path.
+             */
+            target: string;
+            /**
+             * Count
+             * @description 1, or the number of those alike that were counted in this entry in a flood.
+             */
+            count: number;
+            /**
+             * Since
+             * @description When the first of these came; null where `count` is 1.
+             */
+            since: string | null;
+            /**
+             * Data
+             * @description What else belongs to it, by its type.
+             */
+            data: {
+                [key: string]: unknown;
+            };
+            /**
+             * Previous
+             * @description The `hash` of the entry before, 64 zeros in the first.
+             */
+            previous: string;
+            /**
+             * Hash
+             * @description SHA-256 of the entry's line up to this member, in hex.
+             */
+            hash: string;
+        };
+        /**
          * ErrorOutputChoice
          * @description Which output reports a cause, and how.
          * @example {
@@ -8851,7 +9043,7 @@ export interface components {
          */
         EventList: {
             /** Events */
-            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["LineOrderViolatedEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["LineLeaseTakenEvent"] | components["schemas"]["LineLeaseReleasedEvent"] | components["schemas"]["LineLeaseExpiredEvent"] | components["schemas"]["LineLeaseTakenOverEvent"] | components["schemas"]["LineLeaseBrokenEvent"] | components["schemas"]["AlarmRaisedEvent"] | components["schemas"]["AlarmResetEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["GatewayReloadedEvent"] | components["schemas"]["GatewayReloadFailedEvent"] | components["schemas"]["GatewayScanFinishedEvent"] | components["schemas"]["GatewayScanFailedEvent"] | components["schemas"]["GatewayKeyMadeEvent"] | components["schemas"]["GatewayKeyRevokedEvent"] | components["schemas"]["StreamSnapshotEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyLeaseTakenEvent"] | components["schemas"]["BodyLeaseReleasedEvent"] | components["schemas"]["BodyLeaseExpiredEvent"] | components["schemas"]["BodyLeaseTakenOverEvent"] | components["schemas"]["BodyLeaseBrokenEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyBackupStartedEvent"] | components["schemas"]["BodyBackupProgressEvent"] | components["schemas"]["BodyBackupSucceededEvent"] | components["schemas"]["BodyBackupFailedEvent"] | components["schemas"]["BodyBackupCancelledEvent"] | components["schemas"]["BodyComparisonStartedEvent"] | components["schemas"]["BodyComparisonProgressEvent"] | components["schemas"]["BodyComparisonSucceededEvent"] | components["schemas"]["BodyComparisonFailedEvent"] | components["schemas"]["BodyComparisonCancelledEvent"] | components["schemas"]["BodyPositionReadingStartedEvent"] | components["schemas"]["BodyPositionReadingProgressEvent"] | components["schemas"]["BodyPositionReadingSucceededEvent"] | components["schemas"]["BodyPositionReadingFailedEvent"] | components["schemas"]["BodyPositionReadingCancelledEvent"] | components["schemas"]["BodyPositionUploadStartedEvent"] | components["schemas"]["BodyPositionUploadProgressEvent"] | components["schemas"]["BodyPositionUploadSucceededEvent"] | components["schemas"]["BodyPositionUploadFailedEvent"] | components["schemas"]["BodyPositionUploadCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineBackupStartedEvent"] | components["schemas"]["LineBackupProgressEvent"] | components["schemas"]["LineBackupSucceededEvent"] | components["schemas"]["LineBackupFailedEvent"] | components["schemas"]["LineBackupCancelledEvent"] | components["schemas"]["LineComparisonStartedEvent"] | components["schemas"]["LineComparisonProgressEvent"] | components["schemas"]["LineComparisonSucceededEvent"] | components["schemas"]["LineComparisonFailedEvent"] | components["schemas"]["LineComparisonCancelledEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupLeaseTakenEvent"] | components["schemas"]["GroupLeaseReleasedEvent"] | components["schemas"]["GroupLeaseExpiredEvent"] | components["schemas"]["GroupLeaseTakenOverEvent"] | components["schemas"]["GroupLeaseBrokenEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStopsUnconfirmedEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotLeaseTakenEvent"] | components["schemas"]["RobotLeaseReleasedEvent"] | components["schemas"]["RobotLeaseExpiredEvent"] | components["schemas"]["RobotLeaseTakenOverEvent"] | components["schemas"]["RobotLeaseBrokenEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotInputChangedEvent"] | components["schemas"]["RobotStatusChangedEvent"] | components["schemas"]["RobotSensorChangedEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotUnitMissingEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotBackupStartedEvent"] | components["schemas"]["RobotBackupProgressEvent"] | components["schemas"]["RobotBackupSucceededEvent"] | components["schemas"]["RobotBackupFailedEvent"] | components["schemas"]["RobotBackupCancelledEvent"] | components["schemas"]["RobotComparisonStartedEvent"] | components["schemas"]["RobotComparisonProgressEvent"] | components["schemas"]["RobotComparisonSucceededEvent"] | components["schemas"]["RobotComparisonFailedEvent"] | components["schemas"]["RobotComparisonCancelledEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
+            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["LineOrderViolatedEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["LineLeaseTakenEvent"] | components["schemas"]["LineLeaseReleasedEvent"] | components["schemas"]["LineLeaseExpiredEvent"] | components["schemas"]["LineLeaseTakenOverEvent"] | components["schemas"]["LineLeaseBrokenEvent"] | components["schemas"]["AlarmRaisedEvent"] | components["schemas"]["AlarmResetEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["GatewayReloadedEvent"] | components["schemas"]["GatewayReloadFailedEvent"] | components["schemas"]["GatewayScanFinishedEvent"] | components["schemas"]["GatewayScanFailedEvent"] | components["schemas"]["GatewaySecurityTroubleEvent"] | components["schemas"]["GatewaySecurityRecoveredEvent"] | components["schemas"]["GatewayRefusalsBurstEvent"] | components["schemas"]["GatewayKeyMadeEvent"] | components["schemas"]["GatewayKeyApprovedEvent"] | components["schemas"]["GatewayKeyRotatedEvent"] | components["schemas"]["GatewayKeyEndsSoonEvent"] | components["schemas"]["GatewayKeyExpiredEvent"] | components["schemas"]["GatewayKeyRevokedEvent"] | components["schemas"]["StreamSnapshotEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyLeaseTakenEvent"] | components["schemas"]["BodyLeaseReleasedEvent"] | components["schemas"]["BodyLeaseExpiredEvent"] | components["schemas"]["BodyLeaseTakenOverEvent"] | components["schemas"]["BodyLeaseBrokenEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyBackupStartedEvent"] | components["schemas"]["BodyBackupProgressEvent"] | components["schemas"]["BodyBackupSucceededEvent"] | components["schemas"]["BodyBackupFailedEvent"] | components["schemas"]["BodyBackupCancelledEvent"] | components["schemas"]["BodyComparisonStartedEvent"] | components["schemas"]["BodyComparisonProgressEvent"] | components["schemas"]["BodyComparisonSucceededEvent"] | components["schemas"]["BodyComparisonFailedEvent"] | components["schemas"]["BodyComparisonCancelledEvent"] | components["schemas"]["BodyPositionReadingStartedEvent"] | components["schemas"]["BodyPositionReadingProgressEvent"] | components["schemas"]["BodyPositionReadingSucceededEvent"] | components["schemas"]["BodyPositionReadingFailedEvent"] | components["schemas"]["BodyPositionReadingCancelledEvent"] | components["schemas"]["BodyPositionUploadStartedEvent"] | components["schemas"]["BodyPositionUploadProgressEvent"] | components["schemas"]["BodyPositionUploadSucceededEvent"] | components["schemas"]["BodyPositionUploadFailedEvent"] | components["schemas"]["BodyPositionUploadCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineBackupStartedEvent"] | components["schemas"]["LineBackupProgressEvent"] | components["schemas"]["LineBackupSucceededEvent"] | components["schemas"]["LineBackupFailedEvent"] | components["schemas"]["LineBackupCancelledEvent"] | components["schemas"]["LineComparisonStartedEvent"] | components["schemas"]["LineComparisonProgressEvent"] | components["schemas"]["LineComparisonSucceededEvent"] | components["schemas"]["LineComparisonFailedEvent"] | components["schemas"]["LineComparisonCancelledEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupLeaseTakenEvent"] | components["schemas"]["GroupLeaseReleasedEvent"] | components["schemas"]["GroupLeaseExpiredEvent"] | components["schemas"]["GroupLeaseTakenOverEvent"] | components["schemas"]["GroupLeaseBrokenEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStopsUnconfirmedEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotLeaseTakenEvent"] | components["schemas"]["RobotLeaseReleasedEvent"] | components["schemas"]["RobotLeaseExpiredEvent"] | components["schemas"]["RobotLeaseTakenOverEvent"] | components["schemas"]["RobotLeaseBrokenEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotInputChangedEvent"] | components["schemas"]["RobotStatusChangedEvent"] | components["schemas"]["RobotSensorChangedEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotUnitMissingEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotBackupStartedEvent"] | components["schemas"]["RobotBackupProgressEvent"] | components["schemas"]["RobotBackupSucceededEvent"] | components["schemas"]["RobotBackupFailedEvent"] | components["schemas"]["RobotBackupCancelledEvent"] | components["schemas"]["RobotComparisonStartedEvent"] | components["schemas"]["RobotComparisonProgressEvent"] | components["schemas"]["RobotComparisonSucceededEvent"] | components["schemas"]["RobotComparisonFailedEvent"] | components["schemas"]["RobotComparisonCancelledEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
             /** Cursor */
             cursor: string;
         };
@@ -9160,6 +9352,138 @@ export interface components {
             data: components["schemas"]["JournalTrouble"];
         };
         /**
+         * GatewayKeyApprovedEvent
+         * @description A second administrator has approved a key; about `/gateway`.
+         */
+        GatewayKeyApprovedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.key.approved";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["KeyInfo"];
+        };
+        /**
+         * GatewayKeyEndsSoonEvent
+         * @description A key ends within `access.key_warning_d`; about `/gateway`.
+         */
+        GatewayKeyEndsSoonEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.key.ends_soon";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["KeyInfo"];
+        };
+        /**
+         * GatewayKeyExpiredEvent
+         * @description The time of a key is over; about `/gateway`.
+         */
+        GatewayKeyExpiredEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.key.expired";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["KeyInfo"];
+        };
+        /**
          * GatewayKeyMadeEvent
          * @description An administrator has made a key; about `/gateway`.
          */
@@ -9248,6 +9572,50 @@ export interface components {
             data: components["schemas"]["KeyInfo"];
         };
         /**
+         * GatewayKeyRotatedEvent
+         * @description A new key has taken the place of one that ends soon; about `/gateway`.
+         */
+        GatewayKeyRotatedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.key.rotated";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["KeyInfo"];
+        };
+        /**
          * GatewayLoopHeldEvent
          * @description The gateway was suspended or held up; about `/gateway`.
          */
@@ -9290,6 +9658,50 @@ export interface components {
             /** Correlationid */
             correlationid?: string | null;
             data: components["schemas"]["LoopHeld"];
+        };
+        /**
+         * GatewayRefusalsBurstEvent
+         * @description Many requests or sign-ins were refused in a minute; about `/gateway`.
+         */
+        GatewayRefusalsBurstEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.refusals.burst";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["RefusalsBurst"];
         };
         /**
          * GatewayReloadFailedEvent
@@ -9466,6 +9878,94 @@ export interface components {
             /** Correlationid */
             correlationid?: string | null;
             data: components["schemas"]["PortScan"];
+        };
+        /**
+         * GatewaySecurityRecoveredEvent
+         * @description The security log can be written again; about `/gateway`.
+         */
+        GatewaySecurityRecoveredEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.security.recovered";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Nothing"];
+        };
+        /**
+         * GatewaySecurityTroubleEvent
+         * @description The security log cannot be written; what is to stand in it waits; about `/gateway`.
+         */
+        GatewaySecurityTroubleEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.security.trouble";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["SecurityTrouble"];
         };
         /**
          * GatewayShuttingDownEvent
@@ -10242,9 +10742,22 @@ export interface components {
             begins: string;
             /**
              * State
+             * @description `waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`).
              * @enum {string}
              */
-            state: "good" | "expired" | "revoked";
+            state: "good" | "expired" | "revoked" | "waiting";
+            /**
+             * Ends Soon
+             * @description Whether it ends within `access.key_warning_d`, and no newer key has its name.
+             */
+            ends_soon: boolean;
+            /**
+             * Made By
+             * @description Who made it over HTTP, if that was noted.
+             */
+            made_by: string | null;
+            /** Approved By */
+            approved_by: string | null;
             /**
              * Made At
              * Format: date-time
@@ -12100,9 +12613,22 @@ export interface components {
             begins: string;
             /**
              * State
+             * @description `waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`).
              * @enum {string}
              */
-            state: "good" | "expired" | "revoked";
+            state: "good" | "expired" | "revoked" | "waiting";
+            /**
+             * Ends Soon
+             * @description Whether it ends within `access.key_warning_d`, and no newer key has its name.
+             */
+            ends_soon: boolean;
+            /**
+             * Made By
+             * @description Who made it over HTTP, if that was noted.
+             */
+            made_by: string | null;
+            /** Approved By */
+            approved_by: string | null;
             /**
              * Made At
              * Format: date-time
@@ -12504,7 +13030,7 @@ export interface components {
             scope?: string[] | null;
             /**
              * Expires S
-             * @description In seconds from now; left out: it does not expire.
+             * @description In seconds from now; left out: `access.key_lifetime_d`, a year if nothing else is said.
              */
             expires_s?: number | null;
         };
@@ -12640,6 +13166,14 @@ export interface components {
             longest_s: number | null;
             /** Request Id */
             request_id: string | null;
+        };
+        /**
+         * PastWords
+         * @description An alarm whose cause is over, in both languages: nothing of it is told as so now.
+         */
+        PastWords: {
+            en: components["schemas"]["AlarmText"];
+            ja: components["schemas"]["AlarmText"];
         };
         /**
          * PathDefinition
@@ -13103,6 +13637,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it. */
+            max_speed?: components["schemas"]["Rate"] | null;
         };
         /**
          * PositionName
@@ -13473,7 +14009,7 @@ export interface components {
             running: boolean;
             /**
              * End Cause
-             * @description Of the last program; null while one runs.
+             * @description Of the last program; null while one runs, and where the end of `run` is unknown.
              */
             end_cause: string | null;
             /**
@@ -13583,6 +14119,24 @@ export interface components {
             ended_at: string | null;
         };
         /**
+         * Rate
+         * @description A speed with its unit.
+         * @example {
+         *       "unit": "pulse/s",
+         *       "value": 1000
+         *     }
+         */
+        Rate: {
+            /** Value */
+            value: number;
+            /**
+             * Unit
+             * @description Other units than pulse/s need the body's scale in the configuration.
+             * @enum {string}
+             */
+            unit: "pulse/s" | "mm/s" | "um/s" | "deg/s" | "mdeg/s";
+        };
+        /**
          * RawReply
          * @description What was answered.
          */
@@ -13626,7 +14180,10 @@ export interface components {
              * @description Whether every line is open and set up, and somebody answers on it.
              */
             ready: boolean;
-            /** Lines */
+            /**
+             * Lines
+             * @description Those that the key of the request is for; without a good key none is named.
+             */
             lines: {
                 [key: string]: components["schemas"]["LineState"];
             };
@@ -13641,6 +14198,32 @@ export interface components {
              * @description The same in words, and what to do.
              */
             detail: string;
+        };
+        /**
+         * RefusalsBurst
+         * @description Refusals that came faster than by mistake.
+         */
+        RefusalsBurst: {
+            /**
+             * Refusals
+             * @description Their number.
+             */
+            refusals: number;
+            /**
+             * Seconds
+             * @description Within this time.
+             */
+            seconds: number;
+            /**
+             * Type
+             * @description The type of the last, as in the security log.
+             */
+            type: string;
+            /**
+             * Address
+             * @description The network address of the last.
+             */
+            address: string | null;
         };
         /**
          * RelativeMoveRequest
@@ -13687,6 +14270,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed set still bounds it. The gateway writes it to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it. */
+            max_speed?: components["schemas"]["Rate"] | null;
         };
         /**
          * ReloadFailed
@@ -13972,6 +14557,11 @@ export interface components {
              * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
              */
             start_within_s?: number;
+            /**
+             * Speed Percent
+             * @description Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own.
+             */
+            speed_percent?: number | null;
             /**
              * Coordinates
              * @description Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user.
@@ -16215,6 +16805,11 @@ export interface components {
              * @description Number of the position, 1-1999; it has to be set.
              */
             position: number;
+            /**
+             * Speed Percent
+             * @description Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own.
+             */
+            speed_percent?: number | null;
         };
         /**
          * RobotPowerCycleAcknowledgedEvent
@@ -16385,6 +16980,11 @@ export interface components {
              * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
              */
             start_within_s?: number;
+            /**
+             * Speed Percent
+             * @description Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own.
+             */
+            speed_percent?: number | null;
             /**
              * Coordinates
              * @description Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user.
@@ -17274,6 +17874,20 @@ export interface components {
          * @enum {string}
          */
         Role: "viewer" | "operator" | "setup" | "admin";
+        /**
+         * Rotation
+         * @description How a key is rotated.
+         * @example {
+         *       "overlap_s": 604800
+         *     }
+         */
+        Rotation: {
+            /**
+             * Overlap S
+             * @description Seconds for which the old key is good yet. Left out: 604800.0.
+             */
+            overlap_s?: number;
+        };
         /**
          * RunRequest
          * @description Where a program begins: at a label or an address, else at its first instruction.
@@ -18354,6 +18968,27 @@ export interface components {
             upper: components["schemas"]["Length"];
         };
         /**
+         * SecurityEntries
+         * @description Entries, the newest first.
+         */
+        SecurityEntries: {
+            /** Entries */
+            entries: components["schemas"]["Entry"][];
+            /**
+             * Cursor
+             * @description The number to give as `cursor` for older ones; null where there are none.
+             */
+            cursor: number | null;
+        };
+        /**
+         * SecurityTrouble
+         * @description Why the security log cannot be written.
+         */
+        SecurityTrouble: {
+            /** Reason */
+            reason: string;
+        };
+        /**
          * SensorBits
          * @description The sensors, bits of CLD (RC-420 manual 14).
          */
@@ -18383,6 +19018,46 @@ export interface components {
             sensor: string;
             /** On */
             on: boolean;
+        };
+        /**
+         * SessionInfo
+         * @description A session, without what is secret of it.
+         */
+        SessionInfo: {
+            /**
+             * Id
+             * @description Names the session, and lets nobody in.
+             */
+            id: string;
+            /**
+             * Name
+             * @description The name of the key, or of the token's holder.
+             */
+            name: string;
+            role: components["schemas"]["Role"];
+            /**
+             * Address
+             * @description The network address that it was begun from.
+             */
+            address: string | null;
+            /**
+             * Began At
+             * Format: date-time
+             */
+            began_at: string;
+            /**
+             * Used At
+             * Format: date-time
+             */
+            used_at: string;
+        };
+        /**
+         * SessionList
+         * @description Sessions, the one that was used last first.
+         */
+        SessionList: {
+            /** Sessions */
+            sessions: components["schemas"]["SessionInfo"][];
         };
         /**
          * Settings
@@ -21808,10 +22483,7 @@ export interface operations {
     issueTicket: {
         parameters: {
             query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path?: never;
             cookie?: never;
         };
@@ -23306,10 +23978,7 @@ export interface operations {
     draftCurve: {
         parameters: {
             query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
@@ -23409,10 +24078,7 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
@@ -23513,10 +24179,7 @@ export interface operations {
     cancelBodyBackup: {
         parameters: {
             query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
@@ -23928,10 +24591,7 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description The line's id.
@@ -24032,10 +24692,7 @@ export interface operations {
     cancelLineBackup: {
         parameters: {
             query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description The line's id.
@@ -24442,10 +25099,7 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description The robot's id in the configuration.
@@ -24546,10 +25200,7 @@ export interface operations {
     cancelRobotBackup: {
         parameters: {
             query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description The robot's id in the configuration.
@@ -25482,6 +26133,104 @@ export interface operations {
             };
         };
     };
+    rotateKey: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The name of a key.
+                 * @example mes
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Rotation"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MadeKey"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    approveKey: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The name of a key.
+                 * @example mes
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["KeyInfo"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     revokeKey: {
         parameters: {
             query?: never;
@@ -25507,6 +26256,174 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["KeyInfo"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listSessions: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    endSessions: {
+        parameters: {
+            query: {
+                /** @description The name of a key. */
+                key: string;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    endSession: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The id of a session. */
+                session_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionInfo"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listSecurityEntries: {
+        parameters: {
+            query?: {
+                limit?: number;
+                /** @description Only those older than this cursor. */
+                cursor?: number | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SecurityEntries"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -25658,10 +26575,7 @@ export interface operations {
     calculateCoordinates: {
         parameters: {
             query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description The robot's id in the configuration.
@@ -25709,10 +26623,7 @@ export interface operations {
     calculatePositions: {
         parameters: {
             query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description The robot's id in the configuration.
@@ -26432,10 +27343,7 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
@@ -26536,10 +27444,7 @@ export interface operations {
     cancelBodyPositionReading: {
         parameters: {
             query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gateway.core.journal import files, writes
+from gateway.core.journal import files, retention, writes
 from gateway.core.journal.disk import NotWritable, SqliteDisk
 from gateway.core.journal.retention import DAY_S, SLICE, Retention
 from gateway.core.journal.schema import VERSION
@@ -80,6 +80,54 @@ def test_of_a_file_that_is_too_large_the_oldest_intents_that_are_over_are_forgot
     kept = [row["id"] for row in files.export(tmp_path) if row["table"] == "intents"]
     assert kept == [ids[0], *ids[SLICE + 1 :]]
     assert (tmp_path / "journal.db").stat().st_size < 2 << 20
+
+
+def test_of_a_file_that_is_too_large_answers_and_stops_pay_before_other_deeds(tmp_path: Path) -> None:
+    disk = SqliteDisk(tmp_path)
+    told = {"target": "a.3F", "command": "home", "caller": "test", "frame": "x" * 500}
+    deeds = {f"i{number:04}": ("motion", "stop")[number % 2] for number in range(1000)}
+    disk.commit([writes.intent(it, 1.0, effect=effect, **told) for it, effect in deeds.items()], durable=True)
+    disk.commit([writes.ended(it, 2.0, "answered") for it in deeds], durable=True)
+    keys = [f"k{number}" for number in range(1000)]
+    disk.commit([writes.key_used("v POST /x", key, "d", 1.0) for key in keys], durable=True)
+    disk.commit([writes.key_answered("v POST /x", key, 200, None, "x" * 4000) for key in keys], durable=True)
+    disk.commit([writes.meta(writes.RAN_S, str(retention.REPEATED_S))], durable=True)
+    disk.close()
+
+    def left() -> tuple[int, list[str]]:
+        rows = list(files.export(tmp_path))
+        effects = [row["effect"] for row in rows if row["table"] == "intents"]
+        return sum(row["table"] == "keys" for row in rows), effects
+
+    files.prune(tmp_path, Retention(mebibytes=2))
+    assert left() == (0, [*deeds.values()])
+    disk = SqliteDisk(tmp_path)
+    disk.commit([writes.move("m1", 1.0, "a.3F", "x" * (1 << 20), final=True)], durable=True)
+    disk.close()
+    files.prune(tmp_path, Retention(mebibytes=1))
+    keys_left, effects = left()
+    assert (keys_left, effects.count("stop")) == (0, 0)
+    assert files.verify(tmp_path) == []
+
+
+def test_of_one_caller_the_newest_answers_are_kept(tmp_path: Path) -> None:
+    disk = SqliteDisk(tmp_path)
+    for caller, number in (("viewer", 9), ("view", 5), ("viewers", 5)):
+        keys = [f"k{it}" for it in range(number)]
+        scope = f"{caller} POST /x"
+        disk.commit(
+            [writes.key_used(scope, key, "d", float(at)) for at, key in enumerate(keys)], durable=True
+        )
+        disk.commit([writes.key_answered(scope, key, 200, None, "{}") for key in keys[1:]], durable=True)
+    disk.commit([writes.keys_beyond("viewer", 3)], durable=True)
+    disk.close()
+    rows = [row for row in files.export(tmp_path) if row["table"] == "keys"]
+    kept = {
+        name: {row["key"] for row in rows if row["scope"] == f"{name} POST /x"} for name in ("viewer", "view")
+    }
+    assert kept["viewer"] == {"k0", "k6", "k7", "k8"}  # the first is still under way
+    assert len(kept["view"]) == 5
+    assert len(rows) == 4 + 5 + 5
 
 
 def test_what_a_wall_clock_has_dated_a_year_early_or_late_is_kept(tmp_path: Path) -> None:

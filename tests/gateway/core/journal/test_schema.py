@@ -19,6 +19,7 @@ PUBLISHED = (
     "345e7e40ebe582ba",
     "8ca102626f7a58a4",
     "dfdf95b824bd405b",
+    "ed5314ab6d458177",
 )
 
 

@@ -467,8 +467,8 @@ async def test_one_axis_whose_reply_is_lost_stops_the_others_at_once() -> None:
         await robot.rig.wire.begun("&8AHMM")
         robot.rig.wire.deaf_to = re.compile(rb"\[03:\]")
         over = await robot.ended(await starting)
-        assert (over.status, over.failed_axes) == (MoveStatus.UNKNOWN, [1])
-        assert "it has not answered the start, and others have" in over.evidence[0]
+        assert (over.status, over.failed_axes) == (MoveStatus.STOPPED, []), "the stop of all is confirmed"
+        assert "axis 1: it has not answered the start, and others have" in over.evidence[0]
         assert robot.place().y > 115_000 - 10_000
 
 

@@ -1,0 +1,64 @@
+"""Alarms that tell one event: a failed move beside its cause, bodies beside their line."""
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from gateway.core.alarms import Alarm
+
+NEAR_S: Final = 5.0
+"""Alarms that were raised so close to each other may tell the same event, in seconds."""
+SAME_S: Final = 60.0
+"""The same of the same cause at several bodies of a line, which are asked one after the other, in seconds."""
+_STOP_OR_MOVE: Final = (".move.", ".stop.unconfirmed")
+
+
+def boxed(alarms: Sequence[Alarm], line_of: Callable[[str], str | None]) -> list[Alarm]:
+    """Give alarms that stand, each with the one it is part of.
+
+    `line_of` gives the id of the line of a subject such as /bodies/line1.3F; None where it has none.
+    """
+    lines = {it.id: line_of(it.subject) for it in alarms}
+    oldest_first = sorted(alarms, key=lambda it: it.id)
+    heads: dict[str, str] = {}
+    for alarm in oldest_first:
+        head = next((it for it in oldest_first if _tells(it, alarm, lines)), None)
+        if head is not None:
+            heads[alarm.id] = head.id
+    return [it.model_copy(update={"part_of": _root(it.id, heads)}) for it in alarms]
+
+
+def _root(alarm_id: str, heads: dict[str, str]) -> str | None:
+    found = heads.get(alarm_id)
+    while found in heads:
+        found = heads[found]
+    return found
+
+
+def _tells(head: Alarm, alarm: Alarm, lines: dict[str, str | None]) -> bool:
+    """Whether `head` tells the event of `alarm`, too; never both of each other."""
+    if _rank(head) > _rank(alarm) or lines[alarm.id] is None:
+        return False
+    if _rank(head) < _rank(alarm):
+        is_its_line = head.subject == f"/lines/{lines[alarm.id]}"
+        return (is_its_line and _during(head, alarm)) or (
+            head.subject == alarm.subject and _near(head, alarm)
+        )
+    is_same = head.cause == alarm.cause and lines[head.id] == lines[alarm.id]
+    return is_same and head.subject != alarm.subject and head.id < alarm.id and _near(head, alarm, SAME_S)
+
+
+def _rank(alarm: Alarm) -> int:
+    """How near to the cause an alarm is: lines, then what their bodies tell, then what became of moves."""
+    if alarm.subject.startswith("/lines/"):
+        return 0
+    return 2 if any(part in alarm.cause for part in _STOP_OR_MOVE) else 1
+
+
+def _near(one: Alarm, other: Alarm, within_s: float = NEAR_S) -> bool:
+    return abs((one.raised_at - other.raised_at).total_seconds()) <= within_s
+
+
+def _during(line: Alarm, alarm: Alarm) -> bool:
+    """Whether an alarm came about while its line had one."""
+    is_before_end = line.ended_at is None or alarm.raised_at <= line.ended_at
+    return _near(line, alarm) or (line.raised_at <= alarm.raised_at and is_before_end)

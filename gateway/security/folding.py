@@ -1,0 +1,98 @@
+"""Floods in the security log: the first entries of a caller stand singly, the rest are counted in one.
+
+So nothing is pushed out and no disk is filled by whoever repeats what needs no right to administer.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from ipaddress import IPv6Address, ip_address, ip_network
+from typing import Any, Final
+
+SHORTEST_S: Final = 60.0
+LONGEST_S: Final = 3600.0
+"""A window lasts from a minute to an hour: it doubles as long as a flood goes on."""
+SINGLY: Final = 20
+"""Entries of one caller at one address in a window that stand singly."""
+SINGLY_IN_ALL: Final = 100
+"""The same of all callers together."""
+BUSY_WITH_REFUSALS: Final = 20
+MOST_SENDERS: Final = 20
+"""Senders that are counted each for itself; all others are counted together."""
+
+Sender = tuple[str | None, str | None]
+"""The caller and its address; two times None for all that are counted together."""
+OTHERS: Final[Sender] = None, None
+
+
+@dataclass
+class Counted:
+    """Entries of one sender that do not stand singly."""
+
+    number: int
+    since: datetime
+    last: Mapping[str, Any]
+    """The members of the last of them."""
+
+
+@dataclass
+class Folding:
+    """The window of one type of entries."""
+
+    busy: int = SINGLY_IN_ALL
+    """After so many in a window the next is longer, too: refusals need no credential."""
+    length_s: float = SHORTEST_S
+    began_at: float = float("-inf")
+    _singly: dict[Sender, int] = field(default_factory=dict)
+    _counted: dict[Sender, Counted] = field(default_factory=dict)
+    _is_flood: bool = False
+    """Whether something was counted in this window."""
+
+    @property
+    def is_counting(self) -> bool:
+        """Whether something was counted that stands in no entry yet."""
+        return bool(self._counted)
+
+    def is_over(self, now: float) -> bool:
+        """Whether the window has ended, by a clock of seconds."""
+        return now >= self.began_at + self.length_s
+
+    def begin(self, now: float) -> None:
+        """Begin the next window: a longer one if this one has counted, else a shorter one."""
+        factor = 2.0 if self._is_flood or sum(self._singly.values()) > self.busy else 0.5
+        self.length_s = min(max(self.length_s * factor, SHORTEST_S), LONGEST_S)
+        self.began_at, self._is_flood = now, False
+        self._singly.clear()
+        self._counted.clear()
+
+    def stands_singly(self, sender: Sender, members: Mapping[str, Any]) -> bool:
+        """Whether an entry is to be written for itself; if not, it is counted."""
+        sender = sender[0], network_of(sender[1])
+        singly = self._singly.get(sender, 0)
+        if singly < self._room and sum(self._singly.values()) < SINGLY_IN_ALL:
+            self._singly[sender] = singly + 1
+            return True
+        known = sender in self._counted or len(self._counted) < MOST_SENDERS
+        it = self._counted.setdefault(sender if known else OTHERS, Counted(0, datetime.now(UTC), members))
+        it.number, it.last, self._is_flood = it.number + 1, members, True
+        return False
+
+    @property
+    def _room(self) -> int:
+        """In a flood that goes on, one of each sender stands singly."""
+        return SINGLY if self.length_s == SHORTEST_S else 1
+
+    def taken(self) -> Iterator[tuple[Sender, Counted]]:
+        """Give what was counted; it counts from none again."""
+        counted, self._counted = self._counted, {}
+        yield from counted.items()
+
+
+def network_of(address: str | None) -> str | None:
+    """Where a sender is: of IPv6 its network of 64 bits, for it has as many addresses as it likes."""
+    try:
+        if address is not None and isinstance(ip_address(address), IPv6Address):
+            return str(ip_network(f"{address}/64", strict=False).network_address)
+    except ValueError:
+        pass
+    return address

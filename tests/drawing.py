@@ -1,0 +1,34 @@
+"""Seeds that change with each commit: `make test` runs a few of many, `make prove` all of them."""
+
+import subprocess
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+@cache
+def commit() -> str:
+    """The commit that is checked out; empty in a tree without a repository."""
+    asked = ["git", "-C", str(ROOT), "rev-parse", "HEAD"]
+    try:
+        return subprocess.run(asked, capture_output=True, text=True, check=False).stdout.strip()  # noqa: S603
+    except FileNotFoundError:
+        return ""
+
+
+def drawn(cases: Iterable[Any], most: int, of: str) -> list[Any]:
+    """All cases; those that the commit does not draw are marked to run in `make prove` alone.
+
+    `of` tells draws apart: equal ranges are not drawn alike.
+    """
+    every = list(cases)
+    chosen = set(Random(f"{commit()} {of}").sample(range(len(every)), min(most, len(every))))
+    return [
+        case if at in chosen else pytest.param(case, marks=pytest.mark.prove) for at, case in enumerate(every)
+    ]
