@@ -40,7 +40,7 @@ GEOMETRY: Final = (
 """Its lengths and paths 0 and 3; patterns 1 and 3 go along a path, 4 turns (13.10.3, 13.10.7)."""
 
 AS_A_FINGER: Final = ("HCS2", "HPS0,-10149", "HPS1,-10000", "HPS2,0")
-"""Where the lift stands as the robot's finger: commands of robots, which the API shows with it, do not fail."""
+"""Where another body stands as the robot's finger: the commands of robots can be tried at it, too."""
 
 
 def teach(line: Rc400Line, now: float) -> None:
@@ -49,7 +49,7 @@ def teach(line: Rc400Line, now: float) -> None:
         texts = [*SPEEDS, *GEOMETRY]
         if number in SCARA:
             texts += [f"HCS{list(SCARA).index(number)}", f"6PS{SCARA[number]}"]
-        if number == LIFT:
+        else:
             texts += AS_A_FINGER
         texts.append("FIS")
         if number == LIFT:

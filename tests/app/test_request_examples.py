@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import pytest
+from httpx2 import Response
 
 from gateway.access.roles import Role
 from gateway.config_file import ConfigFile
@@ -18,6 +19,7 @@ from tests.virtual_time import run_virtual
 OPENAPI: Final = Path(__file__).parents[2] / "openapi" / "openapi.json"
 LONGEST_WAIT_S: Final = 60
 SETTLING_S: Final = 2.0
+NOT_DONE: Final = ("failed", "unknown", "lost")
 """More than a JOG lasts that is not kept alive, and than the gateway needs to see what became of it."""
 
 
@@ -56,8 +58,9 @@ def of_3f(command: str, **parameters: object) -> Request:
 
 LONG_WAY: Final = {"kind": "relative", "direction": "cw", "distance": {"value": 500_000, "unit": "pulse"}}
 PROGRAM: Final = {"source": "*ST1\nWAT 1\n*TS\nEND"}
-IN_REACH: Final = {axis: {"value": value, "unit": "mm"} for axis, value in zip("XYZ", (150, 140, 0), strict=True)}
+IN_REACH: Final = {axis: {"value": value, "unit": "mm"} for axis, value in (("X", 150), ("Y", 140), ("Z", 0))}
 MOVING: Final = ("POST", "/bodies/3F/moves", LONG_WAY)
+GROUP_MOVING: Final = ("POST", "/groups/80/moves", LONG_WAY)
 PROGRAMMED: Final = ("PUT", "/bodies/3F/program", PROGRAM)
 WITH_ENCODER: Final = of_3f("set-operating-mode", mode="encoder")
 WITH_SERVO: Final = of_3f("set-operating-mode", mode="servo")
@@ -69,7 +72,13 @@ TAUGHT: Final = (
     {"positions": [{"number": number, "axes": IN_REACH} for number in (1, 1999)]},
 )
 FIRST: Final[dict[str, list[Request]]] = {
-    r"/bodies/.*(/speed|/change-speed|/accelerate|/decelerate) ": [MOVING],
+    r"/bodies/.*(/speed|/change-speed) ": [MOVING],
+    r"/groups/.*/change-speed ": [GROUP_MOVING],
+    r"/groups/.*/set-adjustment": [("POST", "/groups/80/commands/set-operating-mode", {"mode": "encoder"})],
+    r"/groups/.*/set-clear-": [("POST", "/groups/80/commands/set-operating-mode", {"mode": "servo"})],
+    r"/groups/.*/(run|step)-program |/groups/.*/get-program-": [
+        ("PUT", f"/bodies/{member}/program", PROGRAM) for member in ("00", "01")
+    ],
     r"/bodies/.*/program/runs |/bodies/.*/(run|step)-program |/bodies/.*/get-program-": [PROGRAMMED],
     r"/bodies/.*/set-adjustment": [WITH_ENCODER],
     r"/bodies/.*/set-clear-": [WITH_SERVO],
@@ -92,26 +101,41 @@ async def prepared(demo: Demo, it: Shown) -> dict[str, Any]:
             assert answer.is_success, answer.text
             made = {"move_id": answer.json().get("id")}
             await asyncio.sleep(SETTLING_S)
+            if method == "PUT":
+                await ended(demo, answer)
     return {**it.names, **made}
 
 
+async def ended(demo: Demo, answer: Response) -> None:
+    """Wait for the end of what was accepted and has a place of its own."""
+    if answer.status_code == 202 and "Location" in answer.headers:
+        await end_of(demo, answer.headers["Location"])
+
+
+async def end_of(demo: Demo, place: str) -> None:
+    """Wait until a move or an upload is over; a move without an end goes on."""
+    for _ in range(LONGEST_WAIT_S):
+        record = (await demo.client.get(place)).json()
+        if record.get("status") != "running":
+            break
+        await asyncio.sleep(1.0)
+    assert record.get("status") not in NOT_DONE, record
+
+
 async def do(demo: Demo, it: Shown) -> None:
-    """Send it, wait for the end of what it begins, and look for errors."""
+    """Send it, wait for the ends of the moves that it begins, and look for errors."""
     names = await prepared(demo, it)
     answer = await demo.client.request(it.method, it.path.format_map(names), json=it.body)
     assert answer.is_success, answer.text
-    for move in moves_of(answer.json()):
-        ended = await demo.client.get(move, params={"wait": LONGEST_WAIT_S})
-        assert ended.json()["status"] in ("succeeded", "running"), ended.text
+    told = answer.json() if answer.content else {}
+    assert [it["error"] for it in told.get("members", ()) if isinstance(it, dict) and it["error"]] == []
+    if it.path != "/system/scans":  # there is no such port here, and its scan says so
+        await ended(demo, answer)
+    for move in told.get("moves", ()):
+        await end_of(demo, f"/bodies/{move['body_id']}/moves/{move['id']}")
     await asyncio.sleep(SETTLING_S)
     alarms = (await demo.client.get("/alarms")).json()["alarms"]
     assert [alarm["en"]["happened"] for alarm in alarms] == []
-
-
-def moves_of(answer: Any) -> Iterator[str]:
-    """The paths of the moves that an answer tells of."""
-    print(json.dumps(answer)[:600])
-    yield from ()
 
 
 @pytest.mark.parametrize("it", [it for it in shown() if it.path not in NEEDS_A_FILE + NEEDS_KEYS], ids=str)
