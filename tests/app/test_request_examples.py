@@ -17,10 +17,12 @@ from tests.app.demo_plant import Demo, demo
 from tests.virtual_time import run_virtual
 
 OPENAPI: Final = Path(__file__).parents[2] / "openapi" / "openapi.json"
+NOT_DONE: Final = ("failed", "unknown", "lost")
 LONGEST_WAIT_S: Final = 60
 SETTLING_S: Final = 2.0
-NOT_DONE: Final = ("failed", "unknown", "lost")
 """More than a JOG lasts that is not kept alive, and than the gateway needs to see what became of it."""
+
+pytestmark = pytest.mark.prove
 
 
 class Shown(NamedTuple):
