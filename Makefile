@@ -81,9 +81,9 @@ $(VENV)/.runtime: requirements.txt
 $(VENV)/.development: REQUIREMENTS := requirements-dev.txt
 $(VENV)/.development: requirements-dev.txt
 
-$(VENV)/.runtime $(VENV)/.development: pyproject.toml | $(BIN)/pip
+$(VENV)/.runtime $(VENV)/.development: pyproject.toml clients/python/pyproject.toml | $(BIN)/pip
 	$(BIN)/pip install --quiet --require-hashes -r $(REQUIREMENTS)
-	$(BIN)/pip install --quiet --no-deps --no-build-isolation -e .
+	$(BIN)/pip install --quiet --no-deps --no-build-isolation -e . -e clients/python
 	touch $@
 
 $(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES): %/$(PACKAGES): %/package-lock.json | $(VENV)/.development

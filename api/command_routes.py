@@ -51,16 +51,16 @@ def _add(router: Router, family: type[Family], place: Place, row: Row) -> None:
         _endpoint(family, place, row),
         name=f"send_{row.name().replace('-', '_')}{place.suffix}",
         summary=row.titles()[1].capitalize(),
-        openapi_extra=_shown(row),
+        openapi_extra=_shown(family, row),
         description=describe(family, row),
         **_answers(family, place, row),
     )
 
 
-def _shown(row: Row) -> dict[str, Any]:
+def _shown(family: type[Family], row: Row) -> dict[str, Any]:
     """The row's code, and the first example of its manual as a request body."""
     code = {"x-code": row.code} if row.code else {}
-    if not row.model_fields or not row.example:
+    if not row.model_fields or not row.example or row in family.never_alone:
         return code
     command = row.read(row.example[0].partition(row.code)[2].lstrip() if row.code else row.example[0])
     shown = {

@@ -39,7 +39,9 @@ BODIES: Final = tuple(int(body["id"], 16) for body in _BODIES)
 
 def demo_config(line_path: Path, robot_path: Path, port: int | None = None) -> Config:
     """The configuration for a simulated line and a simulated robot at these places."""
-    server = {} if port is None else {"port": port}
+    server: dict[str, Any] = {"raw_commands": True, "allow_endless_moves": True}
+    if port is not None:
+        server["port"] = port
     line = {
         "id": "line1",
         "address": f"serial://{line_path}?baud=9600",

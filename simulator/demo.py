@@ -34,18 +34,23 @@ GEOMETRY: Final = (
     *("OLSS[1],1000", "OHSS[1],1000000", "OSSS[1],5000000", "OASS[1],50", "OBSS[1],50"),
     *("OLSS[4],50", "OHSS[4],50000", "OSSS[4],100000", "OASS[4],50", "OBSS[4],50"),
     *("OLSS[3],1000", "OHSS[3],1000000", "OSSS[3],5000000", "OASS[3],50", "OBSS[3],50"),
-    *("SPSA[1],A:S[1],D:S[1]", "SPSA[3],A:S[3],D:S[3]", "SPSA[4],A:S[4],D:S[4]"),
+    *("SPSA[1],A:S[1],D:S[1]", "SPSA[3],A:S[3],D:S[3]", "SPSA[4],A:S[4],D:S[4]", "SPSA[0],A:S[0],D:S[0]"),
     *("HDSH[3]", "HDSH[3],0,X:255000,Y:300000,R:120000", "HDSH[3],1,X:255000,Y:450000,R:0"),
 )
 """Its lengths and paths 0 and 3; patterns 1 and 3 go along a path, 4 turns (13.10.3, 13.10.7)."""
+
+AS_A_FINGER: Final = ("HCS2", "HPS0,-10149", "HPS1,-10000", "HPS2,0")
+"""Where another body stands as the robot's finger: the commands of robots can be tried at it, too."""
 
 
 def teach(line: Rc400Line, now: float) -> None:
     """Let the bodies learn it, and keep it in flash memory."""
     for number, axis in line.axes.items():
-        texts = [*SPEEDS]
+        texts = [*SPEEDS, *GEOMETRY]
         if number in SCARA:
-            texts += [*GEOMETRY, f"HCS{list(SCARA).index(number)}", f"6PS{SCARA[number]}"]
+            texts += [f"HCS{list(SCARA).index(number)}", f"6PS{SCARA[number]}"]
+        else:
+            texts += AS_A_FINGER
         texts.append("FIS")
         if number == LIFT:
             texts += ["UCS", *(f"UWS{instruction}" for instruction in _instructions(PROGRAM)), "FUS"]

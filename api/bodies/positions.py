@@ -30,7 +30,6 @@ from gateway.operations import body_positions
 from gateway.rorze.move_requests import Length
 from gateway.rorze.position_uploads import TableUpload
 from gateway.rorze.positions import LAST_POSITION, NamedPosition, Position, PositionReading, Wanted
-from gateway.rorze.units import Scale
 
 router = new_router("positions")
 
@@ -65,13 +64,6 @@ class PositionToStore(SentBack):
         if self.told and self.pulses is None:
             raise ValueError("value and unit follow from pulses: give pulses, or position")
         return self
-
-    def in_pulses(self, scale: Scale | None) -> int | None:
-        """Where it shall be; None where the motor stands.
-
-        :raises InvalidRequest: the body has no scale for the unit.
-        """
-        return self.pulses if self.position is None else self.position.pulses(scale)
 
 
 class PositionsToStore(
@@ -249,7 +241,10 @@ async def _read_csv(request: Request, body_id: str) -> list[Wanted]:
 def _of(request: Request, body_id: str, upload: PositionsToStore) -> tuple[list[Wanted], dict[int, str]]:
     """The positions of a request in pulses, and their names."""
     scale = body_of(request, body_id).scale
-    wanted = [Wanted(it.number, it.in_pulses(scale)) for it in upload.positions]
+    wanted = [
+        Wanted(it.number, it.pulses if it.position is None else it.position.pulses(scale))
+        for it in upload.positions
+    ]
     return wanted, {it.number: it.name for it in upload.positions if it.name is not None}
 
 

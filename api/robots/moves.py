@@ -32,7 +32,7 @@ router = new_router("robot moves")
 UNIT = "/robots/{robot_id}/units/{unit}"
 
 
-class MacroRunRequest(RequestModel, json_schema_extra=example(unit=1)):
+class MacroRunRequest(RequestModel, json_schema_extra=example(unit=1, arguments=[150, 140, -5])):
     """How to run a macro (C-HOST manual 1-7)."""
 
     unit: Unit | None = Field(

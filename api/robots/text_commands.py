@@ -19,10 +19,10 @@ from protocols.fics.row import FicsCommand
 router = new_router("commands", TextRoute)
 
 
-class RobotRawRequest(RequestModel, json_schema_extra=example(text="APS")):
+class RobotRawRequest(RequestModel, json_schema_extra=example(text="VER")):
     """A command as it stands on the line, without its terminator."""
 
-    text: Annotated[str, Field(pattern=r"^[0-9A-Z]{3}( [ -~]*)?$", max_length=250, examples=["APS"])]
+    text: Annotated[str, Field(pattern=r"^[0-9A-Z]{3}( [ -~]*)?$", max_length=250, examples=["VER"])]
 
 
 class RobotRawReply(BaseModel):

@@ -147,6 +147,8 @@ class Family(ABC):
     """What it publishes, beside what all lines do."""
     sessions: ClassVar[Mapping[Row, type[Record]]] = {}
     """The rows whose motion lasts only as long as somebody says so."""
+    never_alone: ClassVar[Collection[Row]] = ()
+    """The rows that are sent only as parts of something larger."""
 
     def __init__(self, site: Site) -> None:
         self.site = site

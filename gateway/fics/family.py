@@ -51,7 +51,9 @@ from gateway.fics.robot_now import RobotNow
 from gateway.fics.watch import watch
 from protocols.fics.commands import ROWS, Row, of_the_robot
 from protocols.fics.jog import StartJog
+from protocols.fics.positions import BeginPositionUpload, EndPositionUpload, UploadPosition
 from protocols.fics.row import WhenAnswered
+from protocols.fics.system import SetCommunicationMode
 from protocols.wording import as_given
 from transports.base import Transport
 
@@ -85,6 +87,7 @@ class Fics(Family):
     commands = tuple((ROBOT if of_the_robot(row) else UNIT, row) for row in ROWS)
     stop_modes = STOP_MODES
     sessions: ClassVar = {StartJog: JogSession}
+    never_alone = (BeginPositionUpload, UploadPosition, EndPositionUpload, SetCommunicationMode)
 
     def __init__(self, site: Site) -> None:
         super().__init__(site)

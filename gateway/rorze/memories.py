@@ -52,6 +52,10 @@ async def write(body: Body, wanted: Sequence[tuple[str, int]]) -> list[MemoryVal
     :raises GatewayError: none was set, or read back.
     """
     commands = [_setting(name, value) for name, value in wanted]
+    names = [it.memory for it in commands]
+    for name in names:
+        if names.count(name) > 1:
+            raise InvalidRequest(f"Memory {name} is given twice; nothing was sent.")
     held: list[MemoryValue] = []
     for place, command in enumerate(commands):
         try:
@@ -76,7 +80,12 @@ def _setting(name: str, value: int) -> SetProgramMemory:
 
 
 async def _read(body: Body, name: str) -> MemoryValue:
+    """Read a memory; None where its 32 bits are no number that the controller can tell (UDD)."""
     held, _ = await body.ask(GetProgramMemory(memory=name))
+    if name[0] == "D" and held.value is not None and abs(held.value) == BILLION - 1:
+        whole, _ = await body.ask(GetProgramMemory(memory=name, notation="hexadecimal"))
+        if whole.bits is None or signed(whole.bits) != held.value:
+            return MemoryValue(name, None)
     return MemoryValue(name, held.value)
 
 

@@ -48,7 +48,7 @@ class RunMacro(
     blocked="abc",
     retry=Retry.NEVER,
     effect=Effect.MOTION,
-    example=("PCK 10,,-30.5,4", "PCK", "PCK", "PCK"),
+    example=("PCK 150,140,-5", "PCK", "PCK", "PCK"),
 ):
     """マクロ実行: run a macro, whose name is the command's."""
 

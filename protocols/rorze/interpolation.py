@@ -292,6 +292,8 @@ class ConvertPulsesToCoordinates(
     errors=BY_REFERENCE | {0x63},
     retry=Retry.READ,
     example=(
+        "&02HLD0:-10149,1:-10000,2:-16666",
+        ">&02HLDX:+000000000,Y:+000115000,F:+000090000",
         "&01HLD0:1000,1:-2000",
         ">&01HLDX:+000200000,Y:+000100000,F:+000090000",
         "&01HLD0:P[100],1:P[101],2:P[102]",
@@ -325,12 +327,12 @@ class ConvertCoordinatesToPulses(
     errors=BY_REFERENCE | {0x63},
     retry=Retry.READ,
     example=(
+        "&02HLSX:0,Y:115000,F:90000",
+        ">&02HLS0:-000010149,1:-000010000,2:-000016666",
         "&01HLSX:200000,Y:100000",
         ">&01HLS0:+000001000,1:-000002000",
         "&01HLSX:P[103],Y:P[104]",
         ">&01HLS0:+000001000,1:-000002000",
-        "&02HLSX:0,Y:115000,F:90000",
-        ">&02HLS0:-000010149,1:-000010000,2:-000016666",
     ),
 ):
     """座標－ポジション変換: calculate the positions of the axes for coordinates and finger direction.

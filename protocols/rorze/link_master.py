@@ -86,7 +86,7 @@ class SetGroup(
     code="XVS",
     args="{group},{members}",
     errors=frozenset({0x4A}),
-    example=("&7FXVS80,02,03,04", ">&7FXVS"),
+    example=("&7FXVS80,00,01,3F", ">&7FXVS"),
 ):
     """仮想ボディ・ナンバーの設定: set the members of a virtual body."""
 

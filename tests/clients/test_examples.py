@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from textwrap import dedent
 from typing import IO
 
 import pytest
@@ -69,3 +70,15 @@ def test_what_a_readme_shows_runs_as_it_stands(demo: str, tmp_path: Path, langua
     said = tmp_path / "said"
     with said.open("w") as output, running(command, output):
         until(lambda: "body.move.succeeded" in said.read_text(), "it follows the move")
+
+
+def test_the_first_page_shows_a_client_that_runs_as_make_has_installed_it(demo: str) -> None:
+    page = (ROOT / "README.md").read_text("utf-8")
+    shown = re.search(r"^    from motion_gateway_client .*\n(?:    .*\n|\n)*", page, re.MULTILINE)
+    assert shown
+    text = dedent(shown[0]).replace("http://127.0.0.1:8420", demo)
+    done = subprocess.run(  # noqa: S603
+        [sys.executable, "-c", text], env=ENVIRONMENT, capture_output=True, text=True, check=True, timeout=60
+    )
+    assert "500" in done.stdout
+    assert "-e . -e clients/python" in (ROOT / "Makefile").read_text("utf-8")

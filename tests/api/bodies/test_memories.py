@@ -31,3 +31,19 @@ async def test_each_bank_has_its_range(stand: Stand) -> None:
         assert (answer.status_code, answer.json()["moved"]) == (422, "no")
     assert (await stand.get("/bodies/3F/memories?first=C29&count=2")).status_code == 422
     assert not [frame for frame in stand.frames() if frame[3:5] == "UD"]
+
+
+@on_stand()
+async def test_bits_that_are_no_number_are_not_told_as_one(stand: Stand) -> None:
+    await stand.send("01", "set-program-memory", memory="D0", bits=0x40000000)
+    await stand.send("01", "set-program-memory", memory="D1", value=-999_999_999)
+    told = (await stand.get("/bodies/01/memories?first=D0&count=2")).json()["memories"]
+    assert told == [{"name": "D0", "value": None}, {"name": "D1", "value": -999_999_999}]
+
+
+@on_stand()
+async def test_a_memory_is_given_once(stand: Stand) -> None:
+    twice = {"memories": [{"name": "D0", "value": 1}, {"name": "d0", "value": 2}]}
+    answer = await stand.client.put("/bodies/01/memories", json=twice)
+    assert answer.status_code == 422
+    assert answer.json()["detail"] == "Memory D0 is given twice; nothing was sent."

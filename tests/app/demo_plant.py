@@ -1,0 +1,57 @@
+"""The plant of `serve --demo` in one process with its machines, on virtual time."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from random import Random
+
+from httpx2 import ASGITransport, AsyncClient
+
+from api.app import create_app
+from app.demo import BODIES, demo_config
+from gateway.access.credentials import Credentials
+from simulator.demo import teach
+from simulator.fics.layout import Layout
+from simulator.fics.line import build_line as build_fics
+from simulator.rorze.line import build_line
+from tests.api.stand import HOST
+from tests.fics_plants import SET_UP_S
+from tests.plants import is_known
+from tests.simulated_line import SimulatedCable, SimulatedLine
+from tests.tested_plant import TestedPlant
+
+RECHECK_S = 0.1
+
+
+@dataclass
+class Demo:
+    """The demo's plant and a client in front of it."""
+
+    plant: TestedPlant
+    client: AsyncClient
+
+
+@asynccontextmanager
+async def demo(credentials: Credentials | None = None) -> AsyncIterator[Demo]:
+    """Start the demo and wait until its lines are up; with credentials, its door is guarded."""
+    now = asyncio.get_running_loop().time()
+    config = demo_config(Path("/line1"), Path("/cell1"))
+    if credentials:
+        config = config.model_copy(update={"access": config.access.model_copy(update={"mode": "keys"})})
+    line = build_line(BODIES, now)
+    teach(line, now)
+    ports = {"line1": SimulatedLine(line), "cell1": SimulatedCable(build_fics(Layout(units=2)))}
+    by_address = {it.address: ports[it.id] for it in config.lines}
+    plant = TestedPlant(config, open_transport=by_address.__getitem__, rng=Random(0))
+    await plant.start()
+    try:
+        await asyncio.sleep(SET_UP_S)
+        while not all(is_known(body) for body in plant.bodies()):  # noqa: ASYNC110  # no event tells it
+            await asyncio.sleep(RECHECK_S)
+        transport = ASGITransport(create_app(plant, credentials), raise_app_exceptions=False)
+        async with AsyncClient(transport=transport, base_url=f"http://{HOST}") as client:
+            yield Demo(plant, client)
+    finally:
+        await plant.close()
