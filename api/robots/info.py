@@ -29,7 +29,7 @@ from gateway.fics.units import RobotUnit, UnknownReason
 from gateway.operations import robots
 from gateway.operations.commands import do
 from protocols.fics.alarms import TakeCurrentError
-from protocols.fics.notation import Quantity
+from protocols.fics.notation import Quantity, driver_error_text
 from protocols.fics.status import AxisSensors, AxisStatus, MotionMode
 
 router = new_router("robots")
@@ -136,7 +136,9 @@ class AxisState(BaseModel):
     servo_ready: bool
     moving: bool
     alarm: bool
-    driver_error: int = Field(description="The driver's own code; 0 when it has none.")
+    driver_error: str = Field(
+        description="The driver's own code, hexadecimal as in `31h`; `00h` when it has none."
+    )
     sensors: AxisSensors
 
 
@@ -321,6 +323,6 @@ def _state(status: AxisStatus, sensors: AxisSensors) -> AxisState:
         servo_ready=status.servo_ready,
         moving=status.moving,
         alarm=status.alarm,
-        driver_error=status.driver_error,
+        driver_error=driver_error_text(status.driver_error),
         sensors=sensors,
     )

@@ -6,6 +6,7 @@ from typing import Any, Final
 
 from gateway.fics.axes import UnitAxes
 from gateway.fics.motion_state import Tell
+from protocols.fics.notation import driver_error_text
 from protocols.fics.row import FicsCommand
 from protocols.fics.status import SENSOR_BITS, AxisSensors, AxisStatus, AxisStatuses, SensorStates
 
@@ -48,4 +49,5 @@ class Edges:
 
 
 def _status(axis: AxisStatus) -> dict[str, Any]:
-    return {"status": [bit for bit in TOLD_BITS if getattr(axis, bit)], "driver_error": axis.driver_error}
+    bits = [bit for bit in TOLD_BITS if getattr(axis, bit)]
+    return {"status": bits, "driver_error": driver_error_text(axis.driver_error)}

@@ -88,7 +88,9 @@ class AxisStatusChange(EventData):
     unit: int
     axis: str
     status: list[Literal["origin_done", "servo_ready", "alarm"]] = Field(description="The bits that are set.")
-    driver_error: int = Field(description="0 when the driver has none.")
+    driver_error: str = Field(
+        description="The driver's own code, hexadecimal as in `31h`; `00h` when it has none."
+    )
 
 
 class AxisSensorChange(EventData):

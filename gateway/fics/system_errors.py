@@ -17,6 +17,7 @@ from gateway.fics.motion_state import Tell
 from protocols.fics.alarm_texts import row_of
 from protocols.fics.alarms import DetailKind, ErrorDetail
 from protocols.fics.errors import ErrorKind, lookup
+from protocols.fics.notation import driver_error_text
 from protocols.fics.row import FicsCommand
 
 
@@ -32,7 +33,9 @@ class RobotErrorRecord(Record):
     detail: str | None = Field(description="What ERD has answered.")
     unit: int | None = Field(default=None, description="Null in a system of a single unit, too.")
     axis: str | None = Field(default=None, description="The motor axis.")
-    driver_error: int | None = Field(default=None, description="The driver's own code; 255: not ready.")
+    driver_error: str | None = Field(
+        default=None, description="The driver's own code, hexadecimal as in `31h`; `FFh`: not ready."
+    )
     program: int | None = Field(default=None, description="The program that was stopped.")
     step: int | None = None
     at: datetime
@@ -133,6 +136,7 @@ class SystemErrors:
 
 def _record(error: str | None, detail: ErrorDetail | None) -> RobotErrorRecord:
     code = error
+    driver = detail.driver_error if detail else None
     if code is None and detail is not None and detail.error is not None:
         code = f"{detail.error:03d}"
     known = code is not None or (detail is not None and detail.kind is not DetailKind.UNREADABLE)
@@ -147,7 +151,7 @@ def _record(error: str | None, detail: ErrorDetail | None) -> RobotErrorRecord:
         detail=detail.written() if detail else None,
         unit=(detail.unit or None) if detail else None,
         axis=detail.axis if detail else None,
-        driver_error=detail.driver_error if detail else None,
+        driver_error=None if driver is None else driver_error_text(driver),
         program=detail.program if detail else None,
         step=detail.step if detail else None,
         at=datetime.now(UTC),

@@ -6,6 +6,7 @@ from typing import Final, NamedTuple
 
 from protocols.fics.alarms import DetailKind, DriverSignals, ErrorDetail
 from protocols.fics.errors import MESSAGE_ERRORS, ErrorRow, lookup
+from protocols.fics.notation import driver_error_text
 
 NOT_READY: Final = 0xFF
 """What the details tell as the code of a driver that is not ready."""
@@ -40,8 +41,9 @@ def _emergency(_: str, __: ErrorDetail) -> Text:
 
 def _driver(_: str, detail: ErrorDetail) -> Text:
     code = detail.driver_error or 0
-    ja = "準備未完了 (FF)" if code == NOT_READY else f"エラー {code:02X}"
-    en = "is not ready (FF)" if code == NOT_READY else f"reports error {code:02X}"
+    told = driver_error_text(code)
+    ja = f"準備未完了 ({told})" if code == NOT_READY else f"エラー {told}"
+    en = f"is not ready ({told})" if code == NOT_READY else f"reports error {told}"
     inputs = _inputs(detail.signals)
     return Text(
         f"{_axis_ja(detail)}のドライバで{ja}が発生しています。{f'入力: {inputs}。' if inputs else ''}",

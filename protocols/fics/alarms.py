@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, field_serializer
 
-from protocols.fics.notation import LAST_UNIT, AxisName, Digits, Hex, Token
+from protocols.fics.notation import LAST_UNIT, AxisName, Digits, DriverError, Token
 from protocols.fics.row import Deed, Query
 from protocols.table import Effect, Reply, Retry, Wire
 
@@ -109,8 +109,8 @@ class ErrorDetail(Reply, args=_LAYOUTS):
         None, description="Null in a system of a single unit, too."
     )
     axis: AxisName | None = Field(None, description="The motor axis.")
-    driver_error: Annotated[int, Field(ge=0, le=0xFF), Hex(2)] | None = Field(
-        None, description="The driver's own code; 255: not ready."
+    driver_error: DriverError | None = Field(
+        None, description="The driver's own code, hexadecimal as in `31h`; `FFh`: not ready."
     )
     signals: Annotated[DriverSignals, SignalsWire()] | None = None
     error: Annotated[int, Field(ge=0, le=999), Digits(3)] | None = Field(

@@ -7,8 +7,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
+    BeforeValidator,
     Field,
     GetCoreSchemaHandler,
+    PlainSerializer,
     ValidationError,
     ValidatorFunctionWrapHandler,
     WrapValidator,
@@ -147,6 +149,25 @@ class Hex(Wire):
     def decode(self, text: str) -> int:
         """Read the digits."""
         return int(text, 16)
+
+
+def driver_error_text(code: int) -> str:
+    """A driver's error as drivers' manuals print it (C-HOST manual 2-13): 0x31 is `31h`."""
+    return f"{code:02X}h"
+
+
+def _driver_error(value: Any) -> Any:
+    return int(value.removesuffix("h"), 16) if isinstance(value, str) else value
+
+
+DriverError = Annotated[
+    int,
+    BeforeValidator(_driver_error),
+    Field(ge=0, le=0xFF),
+    Hex(2),
+    PlainSerializer(driver_error_text, return_type=str, when_used="json"),
+]
+"""An error code of a driver: a number here, and text with its base in JSON."""
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from protocols.fics.notation import ListLength, MaybeCoordinates, PerAxis
+from protocols.fics.notation import DriverError, ListLength, MaybeCoordinates, PerAxis
 from protocols.fics.row import Query
 from protocols.table import Reply, Wire
 
@@ -51,7 +51,9 @@ class AxisStatus(BaseModel):
     servo_ready: bool
     moving: bool
     alarm: bool
-    driver_error: Annotated[int, Field(ge=0, le=0xFF)] = Field(description="0 when the driver has none.")
+    driver_error: DriverError = Field(
+        description="The driver's own code, hexadecimal as in `31h`; `00h` when it has none."
+    )
 
 
 # The figure that names the bits of the second digit is lost: their order is an assumption.

@@ -309,7 +309,7 @@ export const en = {
     state: "State",
     originDone: "origin done",
     alarm: "alarm",
-    driverError: (code: number) => `driver error ${code}`,
+    driverError: (code: string) => `driver error ${code}`,
     kind: "Kind",
     absolute: "to a place",
     relative: "by a distance",

@@ -7,6 +7,7 @@ import pytest
 from protocols.fics.status import MotionMode
 from simulator.fics.alarms import driver_error, system_error
 from simulator.fics.axes import Sensor
+from simulator.fics.robot import Robot as SimulatedRobot
 from tests.api.robots.cell import HOME, UNIT, Cell, in_cell, mm
 
 JAPANESE = {"Accept-Language": "ja"}
@@ -20,13 +21,30 @@ def test_a_driver_alarm_names_its_axis_and_its_code(mode: int) -> None:
         cell.rig.touch(lambda fics, now: fics.raise_alarm(alarm, now))
         (error,) = (await cell.get("/robots/r1/errors?fresh=true")).json()["errors"]
         told = (error["kind"], error["unit"], error["axis"], error["driver_error"])
-        assert told == ("driver", 2, "Z", 0x41)
-        assert error["en"].startswith("The driver of axis Z of unit 2 reports error 41")
-        assert error["ja"].startswith("ユニット2のZ軸のドライバでエラー 41")
+        assert told == ("driver", 2, "Z", "41h")
+        assert error["en"].startswith("The driver of axis Z of unit 2 reports error 41h")
+        assert error["ja"].startswith("ユニット2のZ軸のドライバでエラー 41h")
         (event,) = cell.rig.events("robot.error")
         assert (event.data["en"], event.data["ja"]) == (error["en"], error["ja"])
 
     story()
+
+
+@in_cell()
+async def test_one_error_of_a_driver_has_one_number_wherever_it_is_told(cell: Cell) -> None:
+    def jam(fics: SimulatedRobot, now: float) -> None:
+        fics.units[1].motors[0].driver_error = 0x31
+        fics.raise_alarm(driver_error(1, "A", 0x31), now)
+
+    cell.rig.touch(jam)
+    (error,) = (await cell.get("/robots/r1/errors?fresh=true")).json()["errors"]
+    status = (await cell.get(f"{UNIT}/status")).json()
+    asked = (await cell.post(f"{UNIT}/commands/get-axis-status")).json()
+    detail = (await cell.post("/robots/r1/commands/get-error-detail")).json()
+    assert "reports error 31h." in error["en"]
+    assert (error["driver_error"], status["axes"]["A"]["driver_error"]) == ("31h", "31h")
+    assert [axis["driver_error"] for axis in asked["axes"]] == ["31h", "00h", "00h"]
+    assert detail["driver_error"] == "31h"
 
 
 @in_cell()

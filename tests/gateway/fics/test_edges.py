@@ -41,7 +41,7 @@ async def test_an_axis_that_is_not_ready_is_told_once_though_nobody_asks() -> No
         rig.fics.units[1].motors[0].driver_error = 0x41
         await asyncio.sleep(3 * HEALTH_POLL_S)
         [edge] = told(rig, "robot.status.changed")
-        assert (edge["unit"], edge["axis"], edge["driver_error"]) == (1, "A", 0x41)
+        assert (edge["unit"], edge["axis"], edge["driver_error"]) == (1, "A", "41h")
         assert "alarm" in edge["status"]
 
 

@@ -8,7 +8,12 @@ from protocols.fics.errors import lookup
 
 TOLD = [
     ("001", "----E  ", "state EMERGENCY", "非常停止"),
-    ("002", " Z41 +", "driver of axis Z reports error 41; its inputs +OV are on", "Z軸のドライバでエラー 41"),
+    (
+        "002",
+        " Z41 +",
+        "driver of axis Z reports error 41h; its inputs +OV are on",
+        "Z軸のドライバでエラー 41h",
+    ),
     ("002", "2XFF", "driver of axis X of unit 2 is not ready", "ユニット2のX軸のドライバで準備未完了"),
     ("003", "2A C", "driver of axis A of unit 2 does not answer", "ユニット2のA軸のドライバと通信できません"),
     ("004", "-- T0120034", "took too long, at program 12, step 34", "プログラム 12、ステップ 34"),

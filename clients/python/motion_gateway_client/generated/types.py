@@ -199,8 +199,8 @@ class AxisState(TypedDict):
     servo_ready: bool
     moving: bool
     alarm: bool
-    driver_error: int
-    """The driver's own code; 0 when it has none."""
+    driver_error: str
+    """The driver's own code, hexadecimal as in `31h`; `00h` when it has none."""
     sensors: AxisSensors
 
 
@@ -211,8 +211,8 @@ class AxisStatusChange(TypedDict):
     axis: str
     status: list[Literal["origin_done", "servo_ready", "alarm"]]
     """The bits that are set."""
-    driver_error: int
-    """0 when the driver has none."""
+    driver_error: str
+    """The driver's own code, hexadecimal as in `31h`; `00h` when it has none."""
 
 
 class AxisValue(TypedDict):
@@ -5062,8 +5062,8 @@ class RobotErrorRecord(TypedDict):
     """Null in a system of a single unit, too."""
     axis: str | None
     """The motor axis."""
-    driver_error: int | None
-    """The driver's own code; 255: not ready."""
+    driver_error: str | None
+    """The driver's own code, hexadecimal as in `31h`; `FFh`: not ready."""
     program: int | None
     """The program that was stopped."""
     step: int | None

@@ -3897,9 +3897,9 @@ export interface components {
             alarm: boolean;
             /**
              * Driver Error
-             * @description The driver's own code; 0 when it has none.
+             * @description The driver's own code, hexadecimal as in `31h`; `00h` when it has none.
              */
-            driver_error: number;
+            driver_error: string;
             sensors: components["schemas"]["AxisSensors"];
         };
         /**
@@ -3918,9 +3918,9 @@ export interface components {
             status: ("origin_done" | "servo_ready" | "alarm")[];
             /**
              * Driver Error
-             * @description 0 when the driver has none.
+             * @description The driver's own code, hexadecimal as in `31h`; `00h` when it has none.
              */
-            driver_error: number;
+            driver_error: string;
         };
         /**
          * AxisValue
@@ -15160,9 +15160,9 @@ export interface components {
             axis: string | null;
             /**
              * Driver Error
-             * @description The driver's own code; 255: not ready.
+             * @description The driver's own code, hexadecimal as in `31h`; `FFh`: not ready.
              */
-            driver_error: number | null;
+            driver_error: string | null;
             /**
              * Program
              * @description The program that was stopped.
