@@ -12578,6 +12578,11 @@ export interface components {
          * MacroRunRequest
          * @description How to run a macro (C-HOST manual 1-7).
          * @example {
+         *       "arguments": [
+         *         150,
+         *         140,
+         *         -5
+         *       ],
          *       "unit": 1
          *     }
          */
@@ -16946,13 +16951,13 @@ export interface components {
          * RobotRawRequest
          * @description A command as it stands on the line, without its terminator.
          * @example {
-         *       "text": "APS"
+         *       "text": "VER"
          *     }
          */
         RobotRawRequest: {
             /**
              * Text
-             * @example APS
+             * @example VER
              */
             text: string;
         };
