@@ -110,11 +110,13 @@ def guarded_in(folder: Path) -> Iterator[Guarded]:
     with simulated_line(folder) as line:
         config = write_config(line, "guarded", reply_timeout_s=PATIENT_S)
         config.write_text(config.read_text().replace(OPEN, ""))
-        program = Program(folder / "gateway.log", "serve", "--config", str(config), "--data", str(folder))
+        data = folder / "data"  # not beside the line's link: the gateway takes no links there
+        data.mkdir(mode=0o700)
+        program = Program(folder / "gateway.log", "serve", "--config", str(config), "--data", str(data))
         url = program.said(r"running on (http://[0-9.]+:\d+)")[1]
         until(lambda: httpx.get(f"{url}/readyz").is_success, "the gateway is ready")
         try:
-            yield Guarded(line, url, folder)
+            yield Guarded(line, url, data)
         finally:
             program.end()
 

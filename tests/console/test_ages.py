@@ -36,6 +36,9 @@ def dying(own: Plant) -> Iterator[Plant]:
     until(lambda: own.gateway.get("/bodies/3F")["online"], "the body is back")
     until(lambda: own.gateway.get("/robots/r1")["online"], "the robot is back")
     own.gateway.http.post("/stop")
+    own.gateway.http.post("/bodies/3F/power-cycle/acknowledge")
+    for alarm in own.gateway.get("/alarms")["alarms"]:
+        own.gateway.http.post(f"/alarms/{alarm['id']}/reset")
 
 
 def is_old(shown: Locator) -> None:
