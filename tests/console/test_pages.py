@@ -754,10 +754,10 @@ def test_a_remedy_says_which_right_it_takes(guarded: Guarded, open_console: Open
         alarm = console.page.locator(".alarm", has_text="The EMS input of line1.00 was on")
         clear = alarm.get_by_role("button", name="Clear its error status (9CS)", exact=True)
         reset = alarm.get_by_role("button", name="Reset the alarm", exact=True)
-        expect(clear).to_have_attribute("aria-disabled", "false" if role == "admin" else "true")
+        expect(clear).to_have_attribute("aria-disabled", "true" if role == "viewer" else "false")
         expect(reset).to_have_attribute("aria-disabled", "true" if role == "viewer" else "false")
-        if role != "admin":
-            why = f"Your role is {role}, and this takes the right “set up”."
+        if role == "viewer":
+            why = "Your role is viewer, and this takes the right “operate”."
             expect(clear).to_have_attribute("title", why)
     guarded.line.tell("PUT", "/bodies/00/sensors/ems", on=None)
     clear.click()
