@@ -82,6 +82,7 @@ def found() -> Found:
     return uvloop.run(flood())
 
 
+@pytest.mark.prove
 @pytest.mark.long
 def test_no_flood_holds_the_loop_a_stop_or_a_jog(found: Found) -> None:
     assert len(found.floods) >= 25
@@ -89,6 +90,7 @@ def test_no_flood_holds_the_loop_a_stop_or_a_jog(found: Found) -> None:
     assert faults == {}
 
 
+@pytest.mark.prove
 @pytest.mark.long
 def test_each_flood_is_answered_as_it_should_be(found: Found) -> None:
     strange = {
@@ -101,6 +103,7 @@ def test_each_flood_is_answered_as_it_should_be(found: Found) -> None:
     assert any(1008 in measured.told for measured in found.floods.values())
 
 
+@pytest.mark.prove
 @pytest.mark.long
 def test_nothing_of_a_flood_is_left(found: Found) -> None:
     assert found.sockets[1] <= found.sockets[0]
