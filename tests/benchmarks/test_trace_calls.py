@@ -5,8 +5,8 @@ import pytest
 from benchmarks.trace_calls import CallTrace, first_move
 from tests.api.robots.cell import Cell, in_cell
 
-ABOVE_THE_LINE = 296
-IN_ALL = 882
+ABOVE_THE_LINE = 304
+IN_ALL = 892
 
 
 @pytest.mark.parametrize("mode", [2, 3])
