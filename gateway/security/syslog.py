@@ -107,6 +107,7 @@ class Syslog:
                 line, lost, self._lost = self._waiting[0], self._lost, 0
             if lost:
                 self.on_lost(lost)
+            _see_that_it_listens(connection)
             connection.sendall(_framed(line))
             with self._turn:
                 if self._waiting and self._waiting[0] is line:
@@ -123,6 +124,21 @@ class Syslog:
         until = time.monotonic() + pause_s
         with self._turn:
             return not self._turn.wait_for(lambda: self._ending, until - time.monotonic())
+
+
+def _see_that_it_listens(connection: ssl.SSLSocket) -> None:
+    """Find a server that has hung up before it is written to: a write would succeed, and the entry be lost.
+
+    :raises OSError: it has hung up.
+    """
+    connection.setblocking(False)
+    try:
+        if not connection.recv(1024):
+            raise ConnectionResetError("it has hung up")
+    except ssl.SSLWantReadError:
+        pass  # nothing was said, which is what a syslog server says
+    finally:
+        connection.settimeout(TIMEOUT_S)
 
 
 def _framed(line: str) -> bytes:
