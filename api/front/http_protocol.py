@@ -318,9 +318,14 @@ class HttpProtocol(HttpToolsProtocol):
 
     def on_response_complete(self) -> None:
         """Let the next request have its turn."""
-        self._under_way.popleft()
+        answered = self._under_way.popleft()
         if self.transport.is_closing():
             self._drain.watch()
+        elif answered.leaves_unread:
+            self._refusal = b""
+            self._inlet.pass_over()
+            self._end_receiving()
+            self._send_refusal()
         elif self._under_way:
             self.server_state.total_requests += 1
             self._restart_deadline()

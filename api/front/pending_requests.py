@@ -24,6 +24,8 @@ class PendingRequest:
         self.on_end: Callable[[], None] | None = None
         """Called when it has ended, in whatever way."""
         self.started = False
+        self.leaves_unread = False
+        """Whether it was answered for good before its body had come, so that more of it may be under way."""
         self._app = app
         self._begun = False
         self._taken = False
@@ -81,7 +83,14 @@ class PendingRequest:
     def _has_all_of_a_stop(self) -> bool:
         return self.is_stop and not self._taken and not self.cycle.more_body
 
+    @staticmethod
+    def _is_last(message: Message) -> bool:
+        return message["type"] == "http.response.body" and not message.get("more_body", False)
+
     async def _send(self, message: Message) -> None:
         if not self.has_turn:
             await self._wait_for_turn()
+        if self._is_last(message) and self.cycle.more_body and not self.cycle.keep_alive:
+            self.leaves_unread = True
+            self.cycle.keep_alive = True  # uvicorn would close at once
         await self.cycle.send(message)  # type: ignore[arg-type]  # two names for the same dictionaries

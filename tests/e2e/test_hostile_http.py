@@ -65,7 +65,7 @@ def test_a_distance_that_is_no_whole_number(value: str, gateway: Gateway) -> Non
         pytest.param(MOVE.replace("VALUE", "500").replace("MORE", ',"speeed":"low"'), id="an unknown key"),
         pytest.param(MOVE.replace("VALUE", "9" * 5000).replace("MORE", ""), id="5000 digits"),
         pytest.param(MOVE.replace("VALUE", "1000000000").replace("MORE", ""), id="a billion"),
-        pytest.param("[" * 100_000, id="100,000 brackets", marks=pytest.mark.prove),
+        pytest.param("[" * 100_000, id="100,000 brackets"),
         pytest.param('{"kind":' * 5_000 + "1" + "}" * 5_000, id="5,000 objects"),
         pytest.param('{"kind":"\\ud800"}', id="half a surrogate pair"),
         pytest.param('{"kind":"relative\\r&3F1+M500\\r"}', id="a CR in a text"),

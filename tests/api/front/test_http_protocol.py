@@ -399,6 +399,20 @@ async def test_who_was_refused_before_the_body_was_read_is_heard_again(front: Fr
     await front.until(lambda: not front.connections)
 
 
+@on_front(connection_s=0.0)
+async def test_the_last_answer_is_read_by_a_client_that_still_sends(front: Front) -> None:
+    client = await front.client()
+    head = b"POST /early HTTP/1.1\r\ncontent-length: 10000000\r\nconnection: close\r\n"
+    client.say(head, HOST, b"\r\n")
+    await front.until(lambda: front.app.begun == ["/early"])
+    front.app.go.set()
+    for _ in range(20):
+        client.writer.write(bytes(10 * KIB))
+        await asyncio.sleep(SOON_S / 10)
+    assert (await client.answer())[0] == 200
+    assert await client.ended()
+
+
 @on_front()
 async def test_an_offer_of_another_protocol_takes_no_body_away(front: Front) -> None:
     """Java offers HTTP/2 with its first request; `{"mode":"immediate"}` must not get lost by that."""
