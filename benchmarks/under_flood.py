@@ -9,7 +9,7 @@ import os
 import sys
 from asyncio.subprocess import PIPE, Process
 from collections.abc import AsyncIterator, Awaitable
-from contextlib import AsyncExitStack, asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -175,8 +175,11 @@ class Stand:
 
     def sockets(self) -> int:
         """How many sockets the gateway has open."""
-        places = Path(f"/proc/{self.gateway.pid}/fd").iterdir()
-        return sum(str(place.readlink()).startswith("socket:") for place in places)
+        open_now = 0
+        for place in Path(f"/proc/{self.gateway.pid}/fd").iterdir():
+            with suppress(FileNotFoundError):  # closed since
+                open_now += str(place.readlink()).startswith("socket:")
+        return open_now
 
     async def _stop(self, client: Client, ends_at: float, found: Measured) -> None:
         while monotonic() < ends_at:

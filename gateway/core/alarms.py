@@ -285,8 +285,9 @@ class Alarms:
                 return
             self._reset(before, AGAIN)
         now = datetime.now(UTC)
-        facts = {"subject": subject, "address": subject.rpartition("/")[2], **cause.facts(data)}
-        names = {**facts, "line": facts["address"].partition(".")[0]}
+        address = subject.rpartition("/")[2]
+        facts = {"subject": subject, "address": address, **cause.facts(data)}
+        names = {**facts, "line": address.partition(".")[0]}
         alarm = Alarm(
             id=new_id(now),
             cause=cause.name,

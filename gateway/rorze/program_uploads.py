@@ -116,6 +116,8 @@ class _Work:
     series: Series | None = None
     unwanted: bool = False
     """Somebody has asked to cancel it."""
+    unsure: bool = False
+    """An instruction was sent, and no reply has told yet whether it is there."""
     told_at: float = field(default_factory=lambda: asyncio.get_running_loop().time())
 
     def require_wanted(self) -> None:
@@ -228,7 +230,9 @@ class ProgramUploads(KeptWorks[ProgramUpload]):
     def _end(self, work: _Work, status: Status, error: GatewayError | None) -> None:
         record = work.record
         lost = isinstance(error, PowerCycled)
-        record.stored = POWER_LOST if lost else _stored(record, unsure=isinstance(error, UNSURE))
+        # A line that doubles frames may bring a copy of the last instruction later still.
+        unsure = work.unsure or work.body.line.strict or isinstance(error, UNSURE)
+        record.stored = POWER_LOST if lost else _stored(record, unsure=unsure)
         record.status, record.ended_at = status, datetime.now(UTC)
         record.error = None if error is None else UploadError.of(error)
         self._forget(work)
@@ -348,13 +352,16 @@ async def _add(work: _Work, address: int, text: str) -> None:
         try:
             await work.body.ask(AddProgramInstruction(instruction=text))
         except (NoReply, ControllerRefused) as lost:
+            work.unsure = True
             found = await _told(instruction_at(work.body, address, Lane.VERIFY), lost)
             if found is not None:
                 await _require_same(work, address)
+                work.unsure = False
                 return
             if attempt == ATTEMPTS:
                 raise
         else:
+            work.unsure = False
             return
 
 

@@ -13,6 +13,7 @@ from pydantic import (
     PlainSerializer,
     ValidationError,
     ValidatorFunctionWrapHandler,
+    WithJsonSchema,
     WrapValidator,
 )
 from pydantic_core import CoreSchema, PydanticCustomError
@@ -166,6 +167,7 @@ DriverError = Annotated[
     Field(ge=0, le=0xFF),
     Hex(2),
     PlainSerializer(driver_error_text, return_type=str, when_used="json"),
+    WithJsonSchema({"type": "string", "pattern": "^[0-9A-F]{2}h$"}),
 ]
 """An error code of a driver: a number here, and text with its base in JSON."""
 

@@ -21,6 +21,7 @@ from gateway.event_types import EVENT_TYPES
 from gateway.operations.alarms import listed, reset
 from gateway.operations.commands import do
 from gateway.plant import Plant
+from gateway.security.entries import SIGN_IN_REFUSED
 from protocols.fics.alarms import ResetErrors
 from protocols.rorze.encoder import ClearEncoderStallError
 from protocols.rorze.inputs_outputs import ClearErrorOutputStatus
@@ -123,6 +124,15 @@ async def test_an_alarm_whose_cause_is_over_is_told_in_the_past() -> None:
         assert over.ended_at is not None
         assert over.en.happened == "line1.3F did not answer for a while; it answers again."
         assert "応答が復旧しました" in over.ja.happened
+
+
+@in_virtual_time
+async def test_a_burst_of_refusals_without_an_address_is_an_alarm_too() -> None:
+    async with rig() as it:
+        for _ in range(it.plant.security.keeping.refusals_per_minute + 1):
+            it.plant.security.note(SIGN_IN_REFUSED, "/sign-in", why="The key is not good.")
+        burst = standing(it.plant)["gateway.refusals.burst"]
+        assert "were refused within" in burst.en.happened
 
 
 @in_virtual_time

@@ -81,13 +81,13 @@ async def bodies_move_and_stop(struck: Strike) -> None:
     async with rig(bodies=(0x00, 0x3F), groups={}) as it:
         await asyncio.sleep(3.0)
         moved, read = it.body(), it.plant.body("00")
+        moves, stops = it.plant.moves, it.plant.stops
         with struck():
             asked: list[asyncio.Future[Any]] = [
-                asyncio.ensure_future(deed)
-                for deed in (it.plant.moves.start(moved, LONG), read.ask(GetPosition()))
+                asyncio.ensure_future(deed) for deed in (moves.start(moved, LONG), read.ask(GetPosition()))
             ]
             await asyncio.sleep(0.7)
-            asked.append(asyncio.ensure_future(again(lambda: it.plant.stops.stop([moved], "decelerate"))))
+            asked.append(asyncio.ensure_future(again(lambda: stops.stop([moved], "decelerate"))))
             await asyncio.sleep(AGAIN_S)
         assert all(each.done() for each in asked)
         await asyncio.gather(*asked, return_exceptions=True)

@@ -5,7 +5,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, InvalidText, NotFound, PowerCycled
@@ -283,6 +283,14 @@ async def test_a_loss_of_power_before_the_flash_memory_is_written_is_told() -> N
         max_size=3,
     ),
     seed=st.integers(0, 1000),
+)
+@example(
+    faults={
+        (Direction.REQUESTS, Fault.GARBLED): 0.125,
+        (Direction.REQUESTS, Fault.DOUBLED): 0.125,
+        (Direction.REPLIES, Fault.LOST): 0.09375,
+    },
+    seed=864,
 )
 def test_on_a_bad_line_what_an_upload_tells_is_true(
     faults: dict[tuple[Direction, Fault], float], seed: int
