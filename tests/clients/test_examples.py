@@ -7,9 +7,11 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from shutil import which
 from textwrap import dedent
 from typing import IO
 
+import httpx
 import pytest
 from motion_gateway_client import Gateway
 from motion_gateway_client.generated.types import RelativeMoveRequest
@@ -82,3 +84,36 @@ def test_the_first_page_shows_a_client_that_runs_as_make_has_installed_it(demo: 
     )
     assert "500" in done.stdout
     assert "-e . -e clients/python" in (ROOT / "Makefile").read_text("utf-8")
+
+
+def first_steps() -> list[str]:
+    """The commands of the first page that a demo is tried with, in their order."""
+    page = (ROOT / "README.md").read_text("utf-8").replace("\\\n", " ")
+    steps = page[page.index("\n## Try it") : page.index("\n## Install")]
+    return re.findall(r"^    (curl .*|\.venv/bin/motion-gateway .*)$", steps, re.MULTILINE)
+
+
+@pytest.mark.prove
+@pytest.mark.skipif(which("curl") is None, reason="there is no curl here")
+def test_each_command_of_the_first_page_does_what_it_shows(demo: str, tmp_path: Path) -> None:
+    """One that follows what happens is left after a while; each of the others succeeds."""
+    environment = {**ENVIRONMENT, "MOTION_GATEWAY_URL": demo}
+    command_line = str(Path(sys.executable).with_name("motion-gateway"))
+    steps = first_steps()
+    assert len(steps) >= 20
+    for step in steps:
+        follows = step.endswith((" watch", "/events/stream"))
+        if "/position" not in step:
+            until(lambda: httpx.get(f"{demo}/bodies/3F").json()["moving"] is False, "the motor stands")
+        shown = step.replace("http://127.0.0.1:8420", demo).replace(".venv/bin/motion-gateway", command_line)
+        words = shown.replace("curl", "curl --fail-with-body --silent", 1)
+        done = subprocess.run(  # noqa: S602
+            f"timeout 3 {words}" if follows else words,
+            shell=True,
+            cwd=tmp_path,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+        assert done.returncode == (124 if follows else 0), (step, done.stdout, done.stderr)
