@@ -118,16 +118,18 @@ def parse(text: str) -> Instruction:
             return _operation(text, row)
     command = COMMANDS.get(text[:3])
     if command is None:
-        raise InstructionFault(0, f"{text[:3]!r} is no command.{_in_capitals(text[:3])}")
+        raise InstructionFault(0, _no_command(text))
     if not command.program:
         raise InstructionFault(0, f"{command.code} cannot stand in a program.")
     return _communication(text, command)
 
 
-def _in_capitals(name: str) -> str:
-    capital = name.upper()
-    known = capital != name and (capital in OPERATIONS or capital in COMMANDS)
-    return " Commands are written in capitals." if known else ""
+def _no_command(text: str) -> str:
+    for name in (text[:3], text[:2]):
+        capital = name.upper()
+        if capital != name and (capital in OPERATIONS or capital in COMMANDS):
+            return f"{name!r} is no command. Commands are written in capitals."
+    return f"{text[:3]!r} is no command."
 
 
 def _label(text: str) -> Label:

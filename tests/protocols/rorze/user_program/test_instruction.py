@@ -119,6 +119,7 @@ def test_hexadecimal_digits_are_no_memory() -> None:
         ("", 0, "'' is no command."),
         ("XYZ1", 0, "'XYZ' is no command."),
         ("jmp+0", 0, "'jmp' is no command. Commands are written in capitals."),
+        ("ldD0,5", 0, "'ld' is no command. Commands are written in capitals."),
         ("xyz", 0, "'xyz' is no command."),
         ("URG", 0, "URG cannot stand in a program."),
         ("HMM", 0, "HMM cannot stand in a program."),
