@@ -1,7 +1,6 @@
 """Runs the plant and its HTTP server in one process and one event loop: this process owns the ports."""
 
 import asyncio
-import gc
 import logging
 import os
 import signal
@@ -19,6 +18,7 @@ import uvicorn
 from app.access import AccessControl
 from app.descriptors import connections_possible
 from app.files import require_no_links
+from app.garbage import short_collections
 from app.systemd import Watchdog, expect_long_start, notify, watchdog_wanted
 from app.tls import Certificate
 from gateway.access.principal import EVERYBODY, asking
@@ -92,21 +92,21 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
         _listen(listener, config.server)
         await plant.start()
         try:
-            _freeze()
-            plant.watch.start()
-            scheme = "https" if access.certificate else "http"
-            log.info("the journal and the keys are in %s", data)
-            log.info("running on %s://%s:%d", scheme, config.server.host, listener.getsockname()[1])
-            access.on_key = lambda what, key: plant.events.publish(f"gateway.key.{what}", SUBJECT, key)
-            access.start()
-            notify("READY=1", "STATUS=")
-            serving = asyncio.create_task(server.serve([listener]), name="server")
-            await signals.wait_for_end(serving)
-            notify("STOPPING=1")
-            await plant.wind_down()
-            plant.events.close()
-            await server.end_streams()
-            await server.end_requests(serving)
+            with short_collections():
+                plant.watch.start()
+                scheme = "https" if access.certificate else "http"
+                log.info("the journal and the keys are in %s", data)
+                log.info("running on %s://%s:%d", scheme, config.server.host, listener.getsockname()[1])
+                access.on_key = lambda what, key: plant.events.publish(f"gateway.key.{what}", SUBJECT, key)
+                access.start()
+                notify("READY=1", "STATUS=")
+                serving = asyncio.create_task(server.serve([listener]), name="server")
+                await signals.wait_for_end(serving)
+                notify("STOPPING=1")
+                await plant.wind_down()
+                plant.events.close()
+                await server.end_streams()
+                await server.end_requests(serving)
         finally:
             await plant.close()
             await access.stop()
@@ -147,13 +147,6 @@ def _journal(data: Path) -> Opened:
         log.info("%s; on a slow disk that takes up to %.0f s", why, takes_s)
         expect_long_start(START_S + takes_s, why)
     return open_journal(data, make_sense)
-
-
-def _freeze() -> None:
-    """Let what has been made by now stay: looking it through again would hold up every line for 50 ms."""
-    gc.collect()
-    gc.freeze()
-    gc.enable()
 
 
 def _feed_watchdog(plant: Plant) -> None:

@@ -93,6 +93,8 @@ class HttpProtocol(HttpToolsProtocol):
         self.connection_limit.leave(self)
         self._drain.stop()
         super().connection_lost(exc)
+        self._under_way.clear()
+        del self.cycle  # and with it a circle, as with those that never began
 
     def eof_received(self) -> None:
         """Do as if the client had left altogether: uvicorn closes the connection."""

@@ -165,6 +165,7 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
         """Leave nothing to the garbage collector: it holds the loop for 100 ms when a thousand have left."""
         if self.disconnected and not self._in_use:
             self.conn.parser.close()
+            self.conn.parser_exc = None
 
     def _close(self) -> None:
         self.transport.close()

@@ -1,9 +1,10 @@
 """A server with the gateway's protocols in front of a small application, on a real socket of this machine."""
 
 import asyncio
+import gc
 import socket
-from collections.abc import AsyncIterator, Callable, Coroutine
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
+from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -160,6 +161,23 @@ class Front:
     @property
     def connections(self) -> int:
         return len(self.server.server_state.connections)
+
+
+@contextmanager
+def garbage() -> Iterator[list[Any]]:
+    """Give, at the end, what was left to the collector meanwhile."""
+    found: list[Any] = []
+    gc.collect()
+    gc.disable()
+    try:
+        yield found
+        gc.set_debug(gc.DEBUG_SAVEALL)
+        gc.collect()
+        found += gc.garbage
+    finally:
+        gc.set_debug(0)
+        gc.garbage.clear()
+        gc.enable()
 
 
 Story = Callable[[Front], Coroutine[Any, Any, None]]

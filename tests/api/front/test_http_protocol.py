@@ -8,7 +8,7 @@ import time
 import pytest
 
 from api.front.turnstile import Turnstile
-from tests.api.front_stand import HOST, SOON_S, Client, Front, on_front
+from tests.api.front_stand import HOST, SOON_S, Client, Front, garbage, on_front
 
 KIB = 1024
 
@@ -600,3 +600,30 @@ async def test_who_takes_an_answer_slowly_gets_it_all(front: Front) -> None:
         assert piece, "the connection was ended"
         taken += len(piece)
         await asyncio.sleep(0.01)
+
+
+# clients that have left
+
+
+@pytest.mark.parametrize("requests", [0, 1, 3])
+def test_who_has_left_leaves_nothing_to_the_garbage_collector(
+    requests: int, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Neither a request that is under way, nor those that never began."""
+
+    @on_front()
+    async def story(front: Front) -> None:
+        client = await front.client()
+        client.ask("/a")
+        await client.answer()
+        for _ in range(requests):
+            client.ask("/wait")
+        await front.until(lambda: front.app.begun.count("/wait") == min(requests, 1))
+        with garbage() as found:
+            client.leave()
+            await front.until(lambda: not front.connections)
+            front.app.go.set()
+            await front.until(lambda: not front.server.server_state.tasks)
+        assert not [it for it in found if type(it).__module__.startswith(("api", "uvicorn", "uvloop"))]
+
+    story(caplog)
