@@ -17,8 +17,7 @@ from benchmarks.under_flood import HEARTBEAT_S, Measured, stand
 SECONDS: Final = 0.2
 """With the silence that follows each flood takes a second."""
 LONGEST_MS: Final = 20.0
-"""The loop is held by one turn no longer, but for two in each flood, as by a garbage collection."""
-TWICE_MS: Final = 50.0
+"""The loop is held by one turn no longer."""
 STOP_MS: Final = 20.0
 """A stop takes so much longer than without a flood."""
 BEAT_MS: Final = 50.0
@@ -74,6 +73,9 @@ async def flood() -> Found:
         alone = await standing.measure("", 3 * SECONDS)
         _, before_mib = await standing.rest(sockets)
         floods = {name: await standing.measure(name, SECONDS) for name in FLOODS}
+        for name in [it for it, measured in floods.items() if faults_of(measured, alone)]:
+            # What a flood does it does again; what the machine did was only then.
+            floods[name] = await standing.measure(name, SECONDS)
         idle, after_mib = await standing.rest(sockets)
         return Found(alone, floods, (sockets, standing.sockets()), (before_mib, after_mib), idle)
 
@@ -87,7 +89,9 @@ def found() -> Found:
 @pytest.mark.long
 def test_no_flood_holds_the_loop_a_stop_or_a_jog(found: Found) -> None:
     assert len(found.floods) >= 25
-    faults = {name: told for name, measured in found.floods.items() if (told := faults_of(measured, found))}
+    faults = {
+        name: told for name, measured in found.floods.items() if (told := faults_of(measured, found.alone))
+    }
     assert faults == {}
 
 
@@ -116,16 +120,15 @@ def answers_to(name: str) -> set[int]:
     return {CROWDED} | {status for status, names in ANSWERS.items() if name in names.split()}
 
 
-def faults_of(measured: Measured, found: Found) -> list[str]:
+def faults_of(measured: Measured, alone: Measured) -> list[str]:
     """All that one flood has brought about, in words."""
     faults = list(measured.failures)
-    *_, third, _, longest = sorted([0.0, 0.0, 0.0, *measured.holds_ms])
-    if third > LONGEST_MS or longest > TWICE_MS:
-        faults.append(f"the loop was held for {third:.0f} and {longest:.0f} ms")
+    if (longest := max(measured.holds_ms, default=0.0)) > LONGEST_MS:
+        faults.append(f"the loop was held for {longest:.0f} ms")
     noise_ms = NOISE * max(measured.echoes_ms, default=0.0)
     if not measured.stops_ms:
         faults.append("no stop was answered")
-    elif (usual := median(measured.stops_ms)) > median(found.alone.stops_ms) + STOP_MS + noise_ms:
+    elif (usual := median(measured.stops_ms)) > median(alone.stops_ms) + STOP_MS + noise_ms:
         faults.append(f"a stop took {usual:.0f} ms")
     if (beat := max(measured.beats_ms, default=0.0)) > BEAT_MS + noise_ms:
         faults.append(f"a heartbeat was answered after {beat:.0f} ms")
