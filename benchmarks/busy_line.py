@@ -8,7 +8,7 @@ import os
 import subprocess
 import sys
 from collections.abc import AsyncIterator, Iterator
-from contextlib import AsyncExitStack, asynccontextmanager, contextmanager, suppress
+from contextlib import AsyncExitStack, asynccontextmanager, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import monotonic, sleep
@@ -120,11 +120,15 @@ def _run(port: int) -> Run:
 
 def _move(port: int, body: int) -> None:
     """Begin to move a body; where the line was not free in time, it is asked again."""
+    refusals = []
     for _ in range(TRIES):
-        with suppress(RuntimeError):
+        try:
             asked(port, post(f"/bodies/{body:02X}/moves", FAR))
+        except RuntimeError as refusal:
+            refusals.append(str(refusal))
+        else:
             return
-    raise RuntimeError(f"not measured, because body {body:02X} did not begin to move")
+    raise RuntimeError(f"not measured, because body {body:02X} did not begin to move: {refusals}")
 
 
 def _most_percent(port: int, seconds: float) -> float:

@@ -47,7 +47,7 @@ ANSWERS: Final = {
     SWITCHED: "pongs pings empty-texts empty-continuations texts-of-a-byte huge-frames frames-without-an-end "
     "socket-openers trace-followers",
     # Frames ahead of the answer to a handshake are passed over; of a huge one perhaps only a part.
-    1002: "empty-continuations huge-frames",
+    1002: "empty-continuations texts-of-a-byte huge-frames",
     1008: "pongs pings empty-texts empty-continuations texts-of-a-byte huge-frames trace-followers",
     1009: "frames-without-an-end",
 }
