@@ -45,6 +45,9 @@ _WIDE: Final = b"[" + b",".join([b'{"a":1}'] * 8_000) + b"]"
 _MOVE: Final = {"kind": "relative", "direction": "cw", "distance": {"value": 5, "unit": "pulse"}}
 _PROGRAM: Final = "1+M500 ; to the right\n" * 11_000
 _BAD_PROGRAM: Final = "1+Q500 ; what is that\n" * 11_000
+_POSITIONS: Final = json.dumps(
+    {"positions": [{"number": it, "pulses": it} for it in (*range(2_047), 9_999)]}
+).encode()
 _TABLE: Final = "number,position\n" + "".join(f"{it % 900},{it}\n" for it in range(5_000))
 
 
@@ -292,6 +295,7 @@ FLOODS: Final[Mapping[str, Flood]] = {
     "bad-json": asked(_same(_OPERATOR, "POST", f"{_BODY}/moves", b'{"kind":' + b'"x",' * 16_000)),
     "nested-json": asked(_same(_OPERATOR, "POST", f"{_BODY}/moves", _DEEP[:65_000])),
     "wide-json": asked(_same(_ADMIN, "PUT", f"{_BODY}/positions", b'{"positions":' + _WIDE + b"}")),
+    "whole-tables": asked(_same(_ADMIN, "PUT", f"{_BODY}/positions", _POSITIONS)),
     "big-numbers": asked(
         _same(_OPERATOR, "POST", f"{_BODY}/moves", b"[" + b"9" * 900 + b"," + b"9" * 60_000)
     ),

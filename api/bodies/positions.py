@@ -22,6 +22,7 @@ from api.common.requests import (
     plant_of,
     wait_s,
 )
+from api.common.strict_json import StrictRequest, StrictRoute
 from gateway.core.errors import InvalidRequest
 from gateway.core.records import RequestModel, SentBack, example, require_same
 from gateway.core.rights import Right
@@ -31,7 +32,23 @@ from gateway.rorze.move_requests import Length
 from gateway.rorze.position_uploads import TableUpload
 from gateway.rorze.positions import LAST_POSITION, NamedPosition, Position, PositionReading, Wanted
 
-router = new_router("positions")
+MAX_TABLE_BYTES: Final = 262_144
+"""A whole table as GET gives it: each of 2048 positions with its name, number, pulses, value and unit."""
+
+
+class TableRequest(StrictRequest):
+    """A request with a table in it."""
+
+    most = MAX_TABLE_BYTES
+
+
+class TableRoute(StrictRoute):
+    """A route that may take a table."""
+
+    request_class = TableRequest
+
+
+router = new_router("positions", TableRoute)
 
 HEADER: Final = ("number", "pulse")
 MAX_CSV_BYTES: Final = 65_536

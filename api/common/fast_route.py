@@ -1,7 +1,7 @@
 """Endpoints called with what stands in path, query and body, without FastAPI's search for all else.
 
 FastAPI looks for dependencies, queries, headers and cookies at every request, which takes longer than all
-the rest of a read. It still answers each request of which something is wrong.
+the rest of a read. It still answers each request whose path or query is wrong.
 """
 
 from collections.abc import Awaitable, Mapping
@@ -11,6 +11,7 @@ from typing import Any, Final
 
 from fastapi import Request, Response
 from fastapi._compat import ModelField, field_annotation_is_scalar
+from fastapi.exceptions import RequestValidationError
 from fastapi.routing import APIRoute
 from pydantic.fields import FieldInfo
 from starlette.datastructures import QueryParams
@@ -52,7 +53,9 @@ class FastCall:
     ) -> Awaitable[Response]:
         """Begin to answer.
 
-        :raises NotPlain: a part of the request is not what the endpoint takes; nothing was begun.
+        :raises NotPlain: a part of path or query is not what the endpoint takes, or the body is missing;
+            nothing was begun.
+        :raises RequestValidationError: the body alone is not.
         """
         values: dict[str, Any] = {**path_params}
         for field in self._checked:
@@ -63,7 +66,7 @@ class FastCall:
                 raise NotPlain
             values[asked.name] = _valid(asked, value)
         if self._body is not None:
-            values[self._body.name] = _valid(self._body, body)
+            values[self._body.name] = _valid_body(self._body, body)
         if self._request_name is not None:
             values[self._request_name] = request
         answering: Awaitable[Response] = self._endpoint(**values)
@@ -86,4 +89,14 @@ def _valid(field: ModelField, given: object) -> object:
     valid, errors = field.validate(given)
     if errors:
         raise NotPlain
+    return valid
+
+
+def _valid_body(field: ModelField, given: object) -> object:
+    """Read a body, valid or not: FastAPI would read a long one again, and hold the loop."""
+    if given is NOTHING or given is None:
+        return _valid(field, given)
+    valid, errors = field.validate(given, loc=("body",))
+    if errors:
+        raise RequestValidationError(errors, body=given)
     return valid

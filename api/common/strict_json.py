@@ -4,6 +4,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Coroutine
+from functools import partial
 from typing import Any, ClassVar, Final
 
 from fastapi import HTTPException, Request, Response
@@ -206,14 +207,14 @@ class StrictRoute(HttpRoute):
             return
         request = await self._checked(scope, receive)
         query = request.query_params if scope["query_string"] else NO_QUERY
-        has_body = self.body_field is not None and await request.body()
-        content = await request.json() if has_body else NOTHING
+        body = b"" if self.body_field is None else await request.body()
+        content = await request.json() if body else NOTHING
+        begin = partial(self._fast_call.begin, request, scope["path_params"], content, query)
         try:
-            answering = self._fast_call.begin(request, scope["path_params"], content, query)
+            answering = begin() if len(body) <= INLINE_BYTES else await aside(begin)
         except NotPlain:
             # All that is read already: FastAPI would wait for ever for what does not come twice.
             reads_anew = self.body_field is None and not self._takes_nothing
-            body = b"" if self.body_field is None else await request.body()
             read_again = receive if reads_anew else again(body)
             await self._by_fastapi(scope, read_again, send)
         else:

@@ -40,8 +40,8 @@ ANSWERS: Final = {
     403: "keyed-json-of-a-viewer keyed-nesting-of-a-viewer",
     404: "not-there",
     413: "chunks-of-a-byte keyed-nesting",
-    422: "keyed-wide-json idempotency-keys nested-json wide-json long-texts csv good-program bad-program "
-    "bad-backup",
+    422: "keyed-wide-json idempotency-keys nested-json wide-json whole-tables long-texts csv good-program "
+    "bad-program bad-backup",
     429: "sign-ins wrong-keys",
     431: "empty-lines endless-heads many-headers trailers long-queries",
     SWITCHED: "pongs pings empty-texts empty-continuations texts-of-a-byte huge-frames frames-without-an-end "

@@ -196,6 +196,16 @@ async def test_a_whole_table_is_stored_in_a_record_that_is_followed_to_its_end(s
     assert {(it["data"]["positions"], it["data"]["count"]) for it in told} == {(None, 200)}
 
 
+@on_stand({"arm": ({"id": "3F", "units": {"unit": "mm", "pulses_per_unit": 100.0}},)})
+async def test_a_whole_table_is_stored_as_it_was_read(stand: Stand) -> None:
+    read = (await stand.get(f"{TABLE}?first=0&last=2047")).json()
+    for it in read["positions"]:
+        it.update(pulses=-99_999_000 - it["number"], value=(-99_999_000 - it["number"]) / 100)
+    stored = await put(stand, read)
+    assert stored.status_code == 200, stored.text
+    assert stored.json() == read
+
+
 @on_stand()
 async def test_the_storing_of_a_table_is_cancelled(stand: Stand) -> None:
     refused(await stand.client.delete(f"{TABLE}/uploads/current"), 404)
