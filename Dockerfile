@@ -1,4 +1,6 @@
-FROM python:3.11.14-slim-bookworm
+# A tag may be another image tomorrow: docs/install.md says how to give one by its digest.
+ARG BASE=python:3.11.14-slim-bookworm
+FROM ${BASE}
 
 ENV PYTHONUNBUFFERED=1 PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1
 

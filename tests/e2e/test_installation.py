@@ -30,6 +30,7 @@ from typer.main import get_command
 from app.cli import app
 from tests.certificates import write_certificate
 from tests.e2e.processes import PATIENCE_S, simulated_line, until
+from tests.sbom import bill
 
 pytestmark = pytest.mark.prove
 
@@ -153,6 +154,12 @@ def test_everything_of_the_packages_is_in_the_wheel(distributions: tuple[Path, P
             if file.is_file() and "__pycache__" not in file.parts:
                 assert file.relative_to(ROOT).as_posix() in names
     assert not any(name.startswith(("tests/", "benchmarks/")) for name in names)
+
+
+def test_the_wheel_has_its_bill_of_materials(distributions: tuple[Path, Path]) -> None:
+    with ZipFile(distributions[0]) as wheel:
+        (place,) = (name for name in wheel.namelist() if ".dist-info/sboms/" in name)
+        assert json.loads(wheel.read(place)) == bill()
 
 
 def test_the_source_makes_the_same_wheel(distributions: tuple[Path, Path], tmp_path: Path) -> None:
@@ -293,6 +300,7 @@ class Image:
     """What the steps of a Dockerfile make, without an engine: its files, settings and installed packages."""
 
     folder: Path
+    base: str = ""
     python: str = ""
     user: str = "root"
     users: list[str] = field(default_factory=list)
@@ -310,8 +318,12 @@ class Image:
     def step(self, instruction: str, words: str) -> None:
         getattr(self, f"_{instruction.lower()}")(words)
 
+    def _arg(self, words: str) -> None:
+        self.base = words.removeprefix("BASE=")
+
     def _from(self, words: str) -> None:
-        self.python = words.removeprefix("python:").partition("-")[0]
+        assert words == "${BASE}"
+        self.python = self.base.removeprefix("python:").partition("-")[0]
 
     def _env(self, words: str) -> None:
         self.settings |= dict(word.split("=", 1) for word in words.split())
