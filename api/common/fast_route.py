@@ -5,12 +5,10 @@ the rest of a read. It still answers each request whose path or query is wrong.
 """
 
 from collections.abc import Awaitable, Mapping
-from copy import deepcopy
 from inspect import iscoroutinefunction
-from typing import Any, Final
+from typing import Any, Final, Protocol, get_args, get_origin
 
 from fastapi import Request, Response
-from fastapi._compat import ModelField, field_annotation_is_scalar
 from fastapi.exceptions import RequestValidationError
 from fastapi.routing import APIRoute
 from pydantic.fields import FieldInfo
@@ -18,7 +16,20 @@ from starlette.datastructures import QueryParams
 
 NOTHING: Final = object()
 """Stands for the body of a request that has none."""
+_MANY: Final = (list, tuple, set, frozenset)
 NO_QUERY: Final = QueryParams()
+
+
+class Field(Protocol):
+    """A parameter, or a body, as FastAPI keeps it with its route."""
+
+    name: str
+    field_info: FieldInfo
+
+    def validate(
+        self, value: object, values: dict[str, Any] = ..., *, loc: tuple[int | str, ...] = ...
+    ) -> tuple[Any, list[dict[str, Any]]]:
+        """Read a value; give it, and what is wrong with it."""
 
 
 class NotPlain(Exception):
@@ -80,19 +91,20 @@ def _is_text(field: FieldInfo) -> bool:
 
 def _is_one_value(field: FieldInfo) -> bool:
     """Whether it takes what stands in a query once."""
-    return field_annotation_is_scalar(field.annotation)
+    kinds = (field.annotation, *get_args(field.annotation))
+    return not any((get_origin(kind) or kind) in _MANY for kind in kinds)
 
 
-def _valid(field: ModelField, given: object) -> object:
+def _valid(field: Field, given: object) -> object:
     if given is NOTHING and not field.field_info.is_required():
-        return deepcopy(field.default)
+        return field.field_info.get_default(call_default_factory=True)
     valid, errors = field.validate(given)
     if errors:
         raise NotPlain
     return valid
 
 
-def _valid_body(field: ModelField, given: object) -> object:
+def _valid_body(field: Field, given: object) -> object:
     """Read a body, valid or not: FastAPI would read a long one again, and hold the loop."""
     if given is NOTHING or given is None:
         return _valid(field, given)

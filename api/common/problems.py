@@ -226,7 +226,8 @@ def wants_japanese(request: Request) -> bool:
 def path_of(scope: Scope) -> str:
     """The path of a request at this gateway, without that at which a proxy has it."""
     path: str = scope["path"]
-    return path.removeprefix(scope.get("root_path", ""))
+    prefix = scope.get("root_path", "")
+    return path.removeprefix(prefix) if path == prefix or path.startswith(f"{prefix}/") else path
 
 
 def instance_of(request: Request) -> str:

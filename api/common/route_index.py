@@ -4,10 +4,10 @@ from collections import defaultdict
 from collections.abc import Iterable
 from typing import Final
 
-from starlette._utils import get_route_path
 from starlette.routing import BaseRoute
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from api.common.problems import path_of
 from api.common.routes import HttpRoute
 from gateway.core.rights import Right
 
@@ -45,7 +45,7 @@ class RouteIndex:
 
     def find(self, scope: Scope) -> HttpRoute | None:
         """Find the route of a request, and note in the scope what its path says."""
-        path = get_route_path(scope)
+        path = path_of(scope)
         key = _key(scope["method"], path)
         for it in (key, (*key[:3], ANY)):
             for route in self._routes.get(it, ()):
