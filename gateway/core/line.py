@@ -14,10 +14,11 @@ from math import inf
 from typing import Any, Generic, Protocol, TypeVar
 
 from gateway.core.admission import Admission
+from gateway.core.echo import ECHOING, Echo
 from gateway.core.errors import Cancelled, GatewayError, InvalidRequest, LineDown, NoReply, Overtaking
 from gateway.core.exchange import F, X
 from gateway.core.journal.intents import Intents
-from gateway.core.lanes import Lane
+from gateway.core.lanes import STOPS, Lane
 from gateway.core.line_state import LineState
 from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
 from gateway.core.own_faults import carry_on, survived
@@ -246,7 +247,7 @@ class PortLoop(ABC):
             self.on_change("line.down", {"reason": reason})
 
     def _down(self) -> LineDown:
-        return LineDown(f"Line {self.id} is down: {self.down_reason}. Nothing was sent.", REMEDY)
+        return LineDown(f"Line {self.id} is down: {self.trouble}. Nothing was sent.", REMEDY)
 
     def set_up_again(self, reason: str) -> None:
         """The far end shows signs of a restart: tell it everything again."""
@@ -377,6 +378,9 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """Since the last frame was written."""
         self._held_when_heard_s = 0.0
         """For how long the event loop had been held when a reply was heard last."""
+        self._echo = Echo()
+        self._held_until = -inf
+        """Nothing but stops is written before, for the line echoes."""
         self.load = session.load
 
     @property
@@ -451,12 +455,18 @@ class LineDriver(PortLoop, Generic[X, W, F]):
                 self._note_hold(now)
                 if not self._port_is_free(now):
                     return
-                exchange = self._session.next(now, ready=self._ready)
+                exchange = self._next(now)
                 if exchange is None:
                     return
                 self._write(exchange, now)
         except Exception as fault:
             self._survive(fault)
+
+    def _next(self, now: float) -> X | None:
+        if now >= self._held_until:
+            return self._session.next(now, ready=self._ready)
+        self._wake_at(self._held_until)
+        return self._session.next_stop(now)
 
     def _survive(self, fault: Exception) -> None:
         """Tell those, too, whose exchange the fault has dropped: they would wait for ever."""
@@ -475,6 +485,8 @@ class LineDriver(PortLoop, Generic[X, W, F]):
                 self._heard_bytes = 0
                 deadline = self._tx_free_at + exchange.timeout_s
                 self._session.written(exchange, now, deadline)
+                if exchange.lane not in STOPS:
+                    self._expect_echo(exchange, now)
                 self._wake_at(deadline)
             else:
                 exchange.settle(self._down())
@@ -488,6 +500,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         self._last_rx_at = self._loop.time()
         self._heard_bytes += len(data)
         try:
+            self._look_for_echo(data)
             for frame in self._reader.feed(data):
                 if isinstance(frame, Garbage):
                     self._receive_noise(frame.why)
@@ -495,6 +508,48 @@ class LineDriver(PortLoop, Generic[X, W, F]):
                     self._take(frame)
         except Exception as fault:
             self._survive(fault)
+
+    # the echo
+
+    def _shows_echo(self, _exchange: X) -> bool:
+        """Whether no reply to it can equal its frame."""
+        return True
+
+    def _expect_echo(self, exchange: X, now: float) -> None:
+        echoed = self._echo.found
+        if self._shows_echo(exchange):
+            self._echo.written(exchange.frame)
+        if self._echo.found:
+            self._hold_back(now)
+        elif echoed:
+            self.set_up_again("it echoes no longer")
+
+    def _hold_back(self, now: float) -> None:
+        self._held_until = now + self._echo.next_pause_s()
+        self._loop.call_at(self._held_until, self._ask_on)
+
+    def _ask_on(self) -> None:
+        """Find out whether the line still echoes, where nobody else asks anything."""
+        if self._echo.found and self._session.in_step:
+            self.fence()
+
+    def _look_for_echo(self, data: bytes) -> None:
+        echoed = self._echo.found
+        self._echo.heard(data)
+        if self._echo.found and not echoed:
+            self._hold_back(self._loop.time())
+            self._is_silent(ECHOING)
+            self.cancel(lambda it: it.lane is Lane.COMMAND, self._down())
+
+    def _is_silent(self, why: str) -> None:
+        super()._is_silent(ECHOING if self._echo.found else why)
+
+    def _came_up(self, facts: dict[str, object]) -> None:
+        """Serve; but a line that echoes stays unusable, whatever was understood on it."""
+        if self._echo.found:
+            self._ready = True
+        else:
+            super()._came_up(facts)
 
     def _pass_deadlines(self, now: float) -> float | None:
         resumes_at = self._last_rx_at + GAP_S if self._reader.pending() else None
@@ -521,7 +576,12 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         return future
 
     def _queue(self, exchange: X) -> "asyncio.Future[Any]":
-        """Let an exchange wait for its turn; the future gives what became of it and never raises."""
+        """Let an exchange wait for its turn; the future gives what became of it and never raises.
+
+        :raises LineDown: the line echoes, and it is a command that is no stop.
+        """
+        if self._echo.found and exchange.lane is Lane.COMMAND:
+            raise self._down()
         future = self._promise(exchange)
         if self.intents is not None and self.intents.must_come_first(exchange):
             self.intents.hold(exchange, self._admit)
@@ -610,6 +670,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def _break_off_all(self, reason: str, remedy: str) -> None:
         """Settle all that waits for a port that has gone, and forget what was half read."""
         self._reader = self._new_reader()
+        self._echo, self._held_until = Echo(), -inf
         unsent = Cancelled(f"Line {self.id} went down: {reason}. Nothing was sent.", "Try again later.")
         lost = NoReply(f"Line {self.id} was lost before the reply came: {reason}.", remedy)
         survived(

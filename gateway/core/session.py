@@ -216,7 +216,14 @@ class Session(ABC, Generic[X, F]):
 
     def next(self, now: float, *, ready: bool) -> X | None:
         """Take the exchange that is to be written now, the gate's refusals settled; None if none may go."""
-        while (exchange := self._choose(now, ready=ready)) is not None:
+        return self._passed(partial(self._choose, now, ready=ready), now)
+
+    def next_stop(self, now: float) -> X | None:
+        """Take a stop that is to be written now, where nothing else may go; None if none waits."""
+        return self._passed(self._stop_that_may_go, now)
+
+    def _passed(self, choose: Callable[[], X | None], now: float) -> X | None:
+        while (exchange := choose()) is not None:
             refusal = self.gate.refuses(exchange, now)
             if refusal is None:
                 return exchange
@@ -225,6 +232,10 @@ class Session(ABC, Generic[X, F]):
             else:
                 exchange.withdraw(refusal)
         return None
+
+    def _stop_that_may_go(self) -> X | None:
+        must_wait = self._awaiting is not None or any(map(self.holds_up, self._sent))
+        return self.scheduler.next(STOPS, self.may_follow) if self.interject_stops or not must_wait else None
 
     def _choose(self, now: float, *, ready: bool) -> X | None:
         if self._awaiting is not None or (self._sent and any(map(self.holds_up, self._sent))):
