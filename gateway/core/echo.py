@@ -1,4 +1,4 @@
-"""Whether a line says back what is written to it, as a two-wire adapter with local echo or a looped plug does.
+"""Whether a line says back what is written to it, as an adapter with local echo or a looped plug does.
 
 Its bytes cannot be trusted then: each echo stands where a reply is awaited. No clock and no port: frames and
 bytes are given.

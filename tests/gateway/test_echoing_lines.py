@@ -142,7 +142,7 @@ async def test_a_move_is_refused_and_not_written_on_a_line_that_echoes(line: str
         it.cable.echoes = True
         await asyncio.sleep(NOTED_WITHIN_S)
         written = len(it.cable.written)
-        with pytest.raises(GatewayError, match="(?i)nothing was sent"):
+        with pytest.raises(GatewayError, match=r"(?i)nothing was sent"):
             await it.move()
         await asyncio.sleep(10.0)
         assert not [it for it in it.cable.written[written:] if it[3:6] == b"1+M" or it.startswith(b"LMI")]
