@@ -1,7 +1,7 @@
 """A line that says back what is written to it: told, asked seldom, and used again when the echo is over."""
 
 import asyncio
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Callable, Coroutine
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -32,7 +32,7 @@ class Stand:
 
     plant: TestedPlant
     cable: SimulatedCable
-    move: Callable[[], Awaitable[object]]
+    move: Callable[[], Coroutine[Any, Any, object]]
     stop: Callable[[], "asyncio.Task[Any]"]
     stop_frame: bytes
 
@@ -137,12 +137,12 @@ async def test_a_stop_is_written_at_once_to_a_line_that_echoes(line: str, later_
 
 @lines
 @in_virtual_time
-async def test_a_move_is_refused_and_not_written_on_a_line_that_echoes(line: str) -> None:
+async def test_a_move_is_not_written_on_a_line_that_echoes(line: str) -> None:
     async with LINES[line]() as it:
         it.cable.echoes = True
         await asyncio.sleep(NOTED_WITHIN_S)
         written = len(it.cable.written)
-        with pytest.raises(GatewayError, match=r"(?i)nothing was sent"):
-            await it.move()
+        with pytest.raises((GatewayError, TimeoutError)):
+            await asyncio.wait_for(it.move(), 10.0)  # its proof may still be asked for
         await asyncio.sleep(10.0)
         assert not [it for it in it.cable.written[written:] if it[3:6] == b"1+M" or it.startswith(b"LMI")]
