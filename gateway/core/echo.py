@@ -1,58 +1,68 @@
-"""Whether a line says back what is written to it, as an adapter with local echo or a looped plug does.
+"""A line that says back what is written to it, as an adapter with local echo or a looped plug does.
 
-Its bytes cannot be trusted then: each echo stands where a reply is awaited. No clock and no port: frames and
-bytes are given.
+An echo tells nothing of the controllers, and stands where a reply is awaited. No clock and no port: frames
+are given.
 """
 
 from collections import deque
+from collections.abc import Callable
+from typing import Generic
 
-from protocols.lines import Lines
+from gateway.core.exchange import X
 
-ECHOES = 8
-"""So many frames that came back one after the other as they were written are no replies."""
+ECHOES = 3
+"""Frames that came back one after the other as they were written: the line echoes."""
 UNDER_WAY = 4
-"""An echo may come when so many further frames have been written; when more have, there was none."""
-LONGEST = 512
-"""Bytes of the longest frame that is looked for."""
+"""Frames that may be written before an echo comes; where more are, the line echoes no longer."""
 PAUSE_S = (0.25, 1.0)
-"""First and longest pause after a frame on a line that echoes; it doubles in between. Stops do not wait."""
+"""First and longest pause between frames on a line that echoes; it doubles in between."""
 ECHOING = (
     "what is written comes back as it was; turn off the local echo of the adapter, or look whether sending "
     "and receiving wires are joined"
 )
 
 
-class Echo:
-    """Compares what comes with what was written last."""
+class Echo(Generic[X]):
+    """Compares what nothing under way has claimed with what was written last."""
 
-    def __init__(self) -> None:
+    def __init__(self, shows_echo: Callable[[X], bool], on_change: Callable[[bool], None]) -> None:
+        self._shows_echo = shows_echo
+        """Whether no reply to an exchange can equal its frame."""
+        self._on_change = on_change
+        """Called with True when the line is found to echo, and with False when that is over."""
+        self.written: deque[X] = deque(maxlen=2 * UNDER_WAY)
+        """The latest exchanges; from the first echo on, those that have not come back."""
+        self.in_a_row = 0
+        """Frames that have come back, since one that did not."""
         self.found = False
         """Whether the line echoes."""
-        self._lines = Lines(LONGEST)
-        self._written: deque[bytes] = deque()
-        """The latest frames that have not come back."""
-        self._in_a_row = 0
-        self._pause_s = PAUSE_S[0]
 
-    def written(self, frame: bytes) -> None:
-        """Note a frame that no reply can equal. Where several in a row do not come back, the echo is over."""
-        if len(self._written) > UNDER_WAY:
-            self._written.popleft()
-            self._in_a_row, self.found, self._pause_s = 0, False, PAUSE_S[0]
-        self._written.append(frame.strip())
+    def heard(self, line: bytes) -> bool:
+        """Whether a line that came, without its end, is the echo of a frame written lately."""
+        order = self.written if self.in_a_row else reversed(self.written)
+        echoed = next((it for it in order if it.frame.strip() == line and self._shows_echo(it)), None)
+        if echoed is None:
+            return False
+        missed = False
+        while (first := self.written.popleft()) is not echoed:
+            missed = missed or self._shows_echo(first)
+        self.in_a_row = 1 if missed else self.in_a_row + 1
+        if self.in_a_row >= ECHOES and not self.found:
+            self.found = True
+            self._on_change(True)
+        return True
 
-    def heard(self, data: bytes) -> None:
-        """Look for what was written; echoes keep its order."""
-        for line in map(bytes.strip, self._lines.feed(data)):
-            if line not in self._written:
-                continue
-            missed = self._written.index(line)
-            for _ in range(missed + 1):
-                self._written.popleft()
-            self._in_a_row = 1 if missed else self._in_a_row + 1
-            self.found = self.found or self._in_a_row >= ECHOES
+    def answered(self, exchange: X) -> None:
+        """An exchange has its reply: if it has not come back before, the line does not echo."""
+        if exchange in self.written and self._shows_echo(exchange):
+            self._is_over()
 
-    def next_pause_s(self) -> float:
-        """How long nothing but stops may follow the frame written now."""
-        pause_s, self._pause_s = self._pause_s, min(2 * self._pause_s, PAUSE_S[1])
-        return pause_s
+    def passed_over(self) -> None:
+        """Another frame is written: where several have not come back, the line echoes no longer."""
+        if sum(map(self._shows_echo, self.written)) > UNDER_WAY:
+            self._is_over()
+
+    def _is_over(self) -> None:
+        was_found, self.found, self.in_a_row = self.found, False, 0
+        if was_found:
+            self._on_change(False)

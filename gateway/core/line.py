@@ -14,11 +14,11 @@ from math import inf
 from typing import Any, Generic, Protocol, TypeVar
 
 from gateway.core.admission import Admission
-from gateway.core.echo import ECHOING, Echo
+from gateway.core.echo import ECHOING, PAUSE_S
 from gateway.core.errors import Cancelled, GatewayError, InvalidRequest, LineDown, NoReply, Overtaking
 from gateway.core.exchange import F, X
 from gateway.core.journal.intents import Intents
-from gateway.core.lanes import STOPS, Lane
+from gateway.core.lanes import Lane
 from gateway.core.line_state import LineState
 from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
 from gateway.core.own_faults import carry_on, survived
@@ -39,6 +39,8 @@ LOST_S = 1.0
 REOPEN_S = (0.2, 5.0)
 """First and longest pause before a lost port is tried again; it doubles in between."""
 
+ASKED_FOR = (Lane.COMMAND, Lane.READ)
+"""Lanes of what people want; on a line that echoes it is refused."""
 REMEDY = "Mend that, or check the cable; the gateway goes on trying the port."
 GAP_S = 0.1
 """A reply that has begun may pause this long before it counts as cut off."""
@@ -247,7 +249,7 @@ class PortLoop(ABC):
             self.on_change("line.down", {"reason": reason})
 
     def _down(self) -> LineDown:
-        return LineDown(f"Line {self.id} is down: {self.trouble}. Nothing was sent.", REMEDY)
+        return LineDown(f"Line {self.id} is down: {self.down_reason}. Nothing was sent.", REMEDY)
 
     def set_up_again(self, reason: str) -> None:
         """The far end shows signs of a restart: tell it everything again."""
@@ -378,9 +380,10 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """Since the last frame was written."""
         self._held_when_heard_s = 0.0
         """For how long the event loop had been held when a reply was heard last."""
-        self._echo = Echo()
+        session.on_echo = self._echo_changed
+        self._pause_s = PAUSE_S[0]
         self._held_until = -inf
-        """Nothing but stops is written before, for the line echoes."""
+        """The line echoes: until then nothing is written but stops, and the questions that belong to them."""
         self.load = session.load
 
     @property
@@ -404,6 +407,16 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def load_percent(self) -> dict[str, float]:
         """The share of the last ten seconds that each kind of work took."""
         return self.load.percent(self._loop.time())
+
+    def require_fit(self) -> None:
+        """Refuse what comes too late, or to a line that echoes.
+
+        :raises ShuttingDown, HeldUp: as of `Admission.require`.
+        :raises LineDown: no reply on it can be trusted.
+        """
+        self.admission.require()
+        if self._session.echo.found:
+            raise self._echoes()
 
     def lock_of(self, target: int) -> SequenceLock:
         """The lock of a target, for series of commands that nothing but stops may divide."""
@@ -455,18 +468,15 @@ class LineDriver(PortLoop, Generic[X, W, F]):
                 self._note_hold(now)
                 if not self._port_is_free(now):
                     return
-                exchange = self._next(now)
+                if now < self._held_until and not self._session.is_urgent():
+                    self._wake_at(self._held_until)
+                    return
+                exchange = self._session.next(now, ready=self._ready)
                 if exchange is None:
                     return
                 self._write(exchange, now)
         except Exception as fault:
             self._survive(fault)
-
-    def _next(self, now: float) -> X | None:
-        if now >= self._held_until:
-            return self._session.next(now, ready=self._ready)
-        self._wake_at(self._held_until)
-        return self._session.next_stop(now)
 
     def _survive(self, fault: Exception) -> None:
         """Tell those, too, whose exchange the fault has dropped: they would wait for ever."""
@@ -485,8 +495,8 @@ class LineDriver(PortLoop, Generic[X, W, F]):
                 self._heard_bytes = 0
                 deadline = self._tx_free_at + exchange.timeout_s
                 self._session.written(exchange, now, deadline)
-                if exchange.lane not in STOPS:
-                    self._expect_echo(exchange, now)
+                if self._session.echo.found:
+                    self._hold_back(now)
                 self._wake_at(deadline)
             else:
                 exchange.settle(self._down())
@@ -500,10 +510,9 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         self._last_rx_at = self._loop.time()
         self._heard_bytes += len(data)
         try:
-            self._look_for_echo(data)
             for frame in self._reader.feed(data):
                 if isinstance(frame, Garbage):
-                    self._receive_noise(frame.why)
+                    self._receive_noise(frame)
                 else:
                     self._take(frame)
         except Exception as fault:
@@ -511,42 +520,41 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     # the echo
 
-    def _shows_echo(self, _exchange: X) -> bool:
-        """Whether no reply to it can equal its frame."""
-        return True
-
-    def _expect_echo(self, exchange: X, now: float) -> None:
-        echoed = self._echo.found
-        if self._shows_echo(exchange):
-            self._echo.written(exchange.frame)
-        if self._echo.found:
-            self._hold_back(now)
-        elif echoed:
+    def _echo_changed(self, found: bool) -> None:
+        self._pause_s, self._held_until = PAUSE_S[0], -inf
+        if not found:
             self.set_up_again("it echoes no longer")
+            return
+        self._hold_back(self._loop.time())
+        self._is_silent(ECHOING)
+        self.cancel(lambda it: it.lane in ASKED_FOR and not it.self_identifying, self._echoes())
 
     def _hold_back(self, now: float) -> None:
-        self._held_until = now + self._echo.next_pause_s()
+        self._held_until, self._pause_s = now + self._pause_s, min(2 * self._pause_s, PAUSE_S[1])
         self._loop.call_at(self._held_until, self._ask_on)
 
     def _ask_on(self) -> None:
-        """Find out whether the line still echoes, where nobody else asks anything."""
-        if self._echo.found and self._session.in_step:
+        """Find out whether it still echoes, where nobody else asks anything."""
+        if self._session.echo.found and not self._session.has_something():
             self.fence()
 
-    def _look_for_echo(self, data: bytes) -> None:
-        echoed = self._echo.found
-        self._echo.heard(data)
-        if self._echo.found and not echoed:
-            self._hold_back(self._loop.time())
-            self._is_silent(ECHOING)
-            self.cancel(lambda it: it.lane is Lane.COMMAND, self._down())
+    def _echoes(self) -> LineDown:
+        return LineDown(
+            f"Line {self.id} echoes what is written to it, so that no reply on it can be trusted. "
+            "Nothing was sent.",
+            "Turn off the local echo of the adapter, or look whether sending and receiving wires are joined.",
+        ).in_japanese(
+            f"回線{self.id}は送信した内容をそのまま返す（エコーする）ため、応答を信頼できません。"
+            "何も送信していません。",
+            "変換器のローカルエコーを無効にし、送信線と受信線が接続されていないか確認してください。",
+        )
 
     def _is_silent(self, why: str) -> None:
-        super()._is_silent(ECHOING if self._echo.found else why)
+        super()._is_silent(ECHOING if self._session.echo.found else why)
 
     def _came_up(self, facts: dict[str, object]) -> None:
         """Serve; but a line that echoes stays unusable, whatever was understood on it."""
-        if self._echo.found:
+        if self._session.echo.found:
             self._ready = True
         else:
             super()._came_up(facts)
@@ -578,10 +586,10 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def _queue(self, exchange: X) -> "asyncio.Future[Any]":
         """Let an exchange wait for its turn; the future gives what became of it and never raises.
 
-        :raises LineDown: the line echoes, and it is a command that is no stop.
+        :raises LineDown: the line echoes, and people want it.
         """
-        if self._echo.found and exchange.lane is Lane.COMMAND:
-            raise self._down()
+        if self._session.echo.found and exchange.lane in ASKED_FOR and not exchange.self_identifying:
+            raise self._echoes()
         future = self._promise(exchange)
         if self.intents is not None and self.intents.must_come_first(exchange):
             self.intents.hold(exchange, self._admit)
@@ -661,16 +669,15 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def _named(self, exchange: X) -> str:
         return f"{exchange.command.name()} of {self.address_of(exchange.target)}"
 
-    def _receive_noise(self, what: str) -> None:
+    def _receive_noise(self, what: Garbage) -> None:
         """Hear what can be no reply."""
-        self.counters["garbage"] += 1
-        self._session.noise(what, self._last_rx_at)
+        self._session.garbage(what, self._last_rx_at)
         self._pump()
 
     def _break_off_all(self, reason: str, remedy: str) -> None:
         """Settle all that waits for a port that has gone, and forget what was half read."""
         self._reader = self._new_reader()
-        self._echo, self._held_until = Echo(), -inf
+        self._pause_s, self._held_until = PAUSE_S[0], -inf
         unsent = Cancelled(f"Line {self.id} went down: {reason}. Nothing was sent.", "Try again later.")
         lost = NoReply(f"Line {self.id} was lost before the reply came: {reason}.", remedy)
         survived(

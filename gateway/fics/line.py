@@ -361,12 +361,5 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
         self._session.give_up(motion)
         self._pump()
 
-    def _shows_echo(self, exchange: FicsExchange) -> bool:
-        """A command without arguments is answered with its bare name; a question never is."""
-        command = exchange.command
-        if command.is_query():
-            return command.text() != command.ends_with
-        return command.text() not in command.reply_names()
-
     def _take(self, frame: ReplyFrame) -> None:
         self._receive(frame)

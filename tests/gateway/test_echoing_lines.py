@@ -10,7 +10,7 @@ import pytest
 
 from gateway.causes import LINE_DOWN
 from gateway.core.alarms import Alarm
-from gateway.core.errors import GatewayError
+from gateway.core.errors import LineDown
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
 from protocols.fics.moves import MoveRelative
@@ -136,13 +136,16 @@ async def test_a_stop_is_written_at_once_to_a_line_that_echoes(line: str, later_
 
 
 @lines
+@echoes
 @in_virtual_time
-async def test_a_move_is_not_written_on_a_line_that_echoes(line: str) -> None:
+async def test_a_move_is_refused_at_once_on_a_line_that_echoes(line: str, echo: str) -> None:
     async with LINES[line]() as it:
-        it.cable.echoes = True
+        setattr(it.cable, ECHOES[echo], True)
         await asyncio.sleep(NOTED_WITHIN_S)
         written = len(it.cable.written)
-        with pytest.raises((GatewayError, TimeoutError)):
-            await asyncio.wait_for(it.move(), 10.0)  # its proof may still be asked for
+        began_at = asyncio.get_running_loop().time()
+        with pytest.raises(LineDown, match=r"echoes what is written to it.* Nothing was sent"):
+            await it.move()
+        assert asyncio.get_running_loop().time() == began_at, "it was not refused at the start"
         await asyncio.sleep(10.0)
         assert not [it for it in it.cable.written[written:] if it[3:6] == b"1+M" or it.startswith(b"LMI")]
