@@ -381,6 +381,8 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         self._held_when_heard_s = 0.0
         """For how long the event loop had been held when a reply was heard last."""
         session.on_echo = self._echo_changed
+        self.echoes = False
+        """Whether what is written comes back as it was."""
         self._pause_s = PAUSE_S[0]
         self._held_until = -inf
         """The line echoes: until then nothing is written but stops, and the questions that belong to them."""
@@ -415,7 +417,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         :raises LineDown: no reply on it can be trusted.
         """
         self.admission.require()
-        if self._session.echo.found:
+        if self.echoes:
             raise self._echoes()
 
     def lock_of(self, target: int) -> SequenceLock:
@@ -495,7 +497,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
                 self._heard_bytes = 0
                 deadline = self._tx_free_at + exchange.timeout_s
                 self._session.written(exchange, now, deadline)
-                if self._session.echo.found:
+                if self.echoes:
                     self._hold_back(now)
                 self._wake_at(deadline)
             else:
@@ -521,7 +523,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     # the echo
 
     def _echo_changed(self, found: bool) -> None:
-        self._pause_s, self._held_until = PAUSE_S[0], -inf
+        self.echoes, self._pause_s, self._held_until = found, PAUSE_S[0], -inf
         if not found:
             self.set_up_again("it echoes no longer")
             return
@@ -535,7 +537,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     def _ask_on(self) -> None:
         """Find out whether it still echoes, where nobody else asks anything."""
-        if self._session.echo.found and not self._session.has_something():
+        if self.echoes and not self._session.has_something():
             self.fence()
 
     def _echoes(self) -> LineDown:
@@ -550,11 +552,11 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         )
 
     def _is_silent(self, why: str) -> None:
-        super()._is_silent(ECHOING if self._session.echo.found else why)
+        super()._is_silent(ECHOING if self.echoes else why)
 
     def _came_up(self, facts: dict[str, object]) -> None:
         """Serve; but a line that echoes stays unusable, whatever was understood on it."""
-        if self._session.echo.found:
+        if self.echoes:
             self._ready = True
         else:
             super()._came_up(facts)
@@ -588,7 +590,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
         :raises LineDown: the line echoes, and people want it.
         """
-        if self._session.echo.found and exchange.lane in ASKED_FOR and not exchange.self_identifying:
+        if self.echoes and exchange.lane in ASKED_FOR and not exchange.self_identifying:
             raise self._echoes()
         future = self._promise(exchange)
         if self.intents is not None and self.intents.must_come_first(exchange):
@@ -677,7 +679,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def _break_off_all(self, reason: str, remedy: str) -> None:
         """Settle all that waits for a port that has gone, and forget what was half read."""
         self._reader = self._new_reader()
-        self._pause_s, self._held_until = PAUSE_S[0], -inf
+        self.echoes, self._held_until = False, -inf
         unsent = Cancelled(f"Line {self.id} went down: {reason}. Nothing was sent.", "Try again later.")
         lost = NoReply(f"Line {self.id} was lost before the reply came: {reason}.", remedy)
         survived(
