@@ -106,6 +106,7 @@ async def test_a_line_that_echoes_is_told_once_and_asked_a_few_times_a_second(li
         [alarm] = it.alarms()
         assert "turn off the local echo" in str(alarm.en)
         assert "wires are joined" in str(alarm.en)
+        assert "Stops are sent while its port is open" in alarm.en.motor
 
 
 @lines
