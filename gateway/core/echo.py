@@ -15,7 +15,9 @@ ECHOES = 3
 UNDER_WAY = 4
 """Frames that may be written before an echo comes; where more are, the line echoes no longer."""
 PAUSE_S = (0.25, 1.0)
-"""First and longest pause between frames on a line that echoes; it doubles in between."""
+"""First and longest pause after a frame on a line that echoes; it doubles in between. Stops do not wait."""
+SEEN_WITHIN_S = 1.0
+"""After a stop nothing pauses for this time: whether its motor stands is asked as fast as ever."""
 ECHOING = (
     "what is written comes back as it was; turn off the local echo of the adapter, or look whether sending "
     "and receiving wires are joined"

@@ -14,7 +14,7 @@ from math import inf
 from typing import Any, Generic, Protocol, TypeVar
 
 from gateway.core.admission import Admission
-from gateway.core.echo import ECHOING, PAUSE_S
+from gateway.core.echo import ECHOING, PAUSE_S, SEEN_WITHIN_S
 from gateway.core.errors import Cancelled, GatewayError, InvalidRequest, LineDown, NoReply, Overtaking
 from gateway.core.exchange import F, X
 from gateway.core.journal.intents import Intents
@@ -26,6 +26,7 @@ from gateway.core.sequence_lock import SequenceLock, Series, all_held
 from gateway.core.session import Session
 from gateway.core.trace_filter import FrameSubject
 from protocols.lines import Garbage
+from protocols.table import Effect
 from transports.base import Transport, TransportError, TransportLost, TransportRefused
 from transports.recorder import Recorder
 
@@ -39,8 +40,6 @@ LOST_S = 1.0
 REOPEN_S = (0.2, 5.0)
 """First and longest pause before a lost port is tried again; it doubles in between."""
 
-ASKED_FOR = (Lane.COMMAND, Lane.READ)
-"""Lanes of what people want; on a line that echoes it is refused."""
 REMEDY = "Mend that, or check the cable; the gateway goes on trying the port."
 GAP_S = 0.1
 """A reply that has begun may pause this long before it counts as cut off."""
@@ -385,7 +384,9 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """Whether what is written comes back as it was."""
         self._pause_s = PAUSE_S[0]
         self._held_until = -inf
-        """The line echoes: until then nothing is written but stops, and the questions that belong to them."""
+        """The line echoes: until then nothing is written but stops."""
+        self._free_until = -inf
+        """Until then what is asked because of a stop need not wait."""
         self.load = session.load
 
     @property
@@ -414,7 +415,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """Refuse what comes too late, or to a line that echoes.
 
         :raises ShuttingDown, HeldUp: as of `Admission.require`.
-        :raises LineDown: no reply on it can be trusted.
+        :raises LineDown: it echoes.
         """
         self.admission.require()
         if self.echoes:
@@ -470,7 +471,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
                 self._note_hold(now)
                 if not self._port_is_free(now):
                     return
-                if now < self._held_until and not self._session.is_urgent():
+                if now < self._held_until and not any(self._session.scheduler.stops):
                     self._wake_at(self._held_until)
                     return
                 exchange = self._session.next(now, ready=self._ready)
@@ -498,7 +499,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
                 deadline = self._tx_free_at + exchange.timeout_s
                 self._session.written(exchange, now, deadline)
                 if self.echoes:
-                    self._hold_back(now)
+                    self._pace(exchange, now)
                 self._wake_at(deadline)
             else:
                 exchange.settle(self._down())
@@ -529,16 +530,30 @@ class LineDriver(PortLoop, Generic[X, W, F]):
             return
         self._hold_back(self._loop.time())
         self._is_silent(ECHOING)
-        self.cancel(lambda it: it.lane in ASKED_FOR and not it.self_identifying, self._echoes())
+        self._ask_on()
+        self.cancel(self._is_unsafe, self._echoes())
+
+    def _is_unsafe(self, exchange: X) -> bool:
+        effect = exchange.command.effect
+        return effect is Effect.MOTION or (
+            effect is not Effect.STOP and not self._session.shows_echo(exchange)
+        )
+
+    def _pace(self, exchange: X, now: float) -> None:
+        if exchange.command.effect is Effect.STOP:
+            self._held_until, self._free_until = -inf, now + SEEN_WITHIN_S
+        elif now >= self._free_until:
+            self._hold_back(now)
 
     def _hold_back(self, now: float) -> None:
         self._held_until, self._pause_s = now + self._pause_s, min(2 * self._pause_s, PAUSE_S[1])
-        self._loop.call_at(self._held_until, self._ask_on)
 
     def _ask_on(self) -> None:
         """Find out whether it still echoes, where nobody else asks anything."""
-        if self.echoes and not self._session.has_something():
-            self.fence()
+        if self.echoes:
+            self._loop.call_later(PAUSE_S[1], self._ask_on)
+            if not self._session.has_something():
+                self.fence()
 
     def _echoes(self) -> LineDown:
         return LineDown(
@@ -588,9 +603,9 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def _queue(self, exchange: X) -> "asyncio.Future[Any]":
         """Let an exchange wait for its turn; the future gives what became of it and never raises.
 
-        :raises LineDown: the line echoes, and people want it.
+        :raises LineDown: the line echoes, and it moves something, or an echo could answer it.
         """
-        if self.echoes and exchange.lane in ASKED_FOR and not exchange.self_identifying:
+        if self.echoes and self._is_unsafe(exchange):
             raise self._echoes()
         future = self._promise(exchange)
         if self.intents is not None and self.intents.must_come_first(exchange):

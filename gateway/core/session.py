@@ -32,7 +32,6 @@ READ_REPEATS = 2
 """How often a read without a usable reply is repeated, each time after a passed fence."""
 
 NEW_STOPS = (Lane.STOP,)
-URGENT = (*STOPS, Lane.VERIFY)
 
 Settle = Callable[[], None]
 """Gives the waiters their outcome; it can be called after the next write."""
@@ -227,10 +226,6 @@ class Session(ABC, Generic[X, F]):
         if self._awaiting is not None:
             return any(self.scheduler.stops)
         return any(self.scheduler.lanes) or bool(self._urgent) or not self._fence.in_step
-
-    def is_urgent(self) -> bool:
-        """Whether a stop waits, or what is asked because of one."""
-        return any(map(self.scheduler.lanes.__getitem__, URGENT))
 
     def next(self, now: float, *, ready: bool) -> X | None:
         """Take the exchange that is to be written now, the gate's refusals settled; None if none may go."""
