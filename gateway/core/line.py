@@ -384,7 +384,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """Whether what is written comes back as it was."""
         self._pause_s = PAUSE_S[0]
         self._held_until = -inf
-        """The line echoes: until then nothing is written but stops."""
+        """The line echoes: until then nothing is written but what is urgent."""
         self._free_until = -inf
         """Until then what is asked because of a stop need not wait."""
         self.load = session.load
@@ -471,7 +471,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
                 self._note_hold(now)
                 if not self._port_is_free(now):
                     return
-                if now < self._held_until and not any(self._session.scheduler.stops):
+                if now < self._held_until and not self._session.is_urgent():
                     self._wake_at(self._held_until)
                     return
                 exchange = self._session.next(now, ready=self._ready)
@@ -528,7 +528,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         if not found:
             self.set_up_again("it echoes no longer")
             return
-        self._hold_back(self._loop.time())
+        self._free_until = self._loop.time() + SEEN_WITHIN_S  # there may have been a stop
         self._is_silent(ECHOING)
         self._ask_on()
         self.cancel(self._is_unsafe, self._echoes())

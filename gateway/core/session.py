@@ -227,6 +227,10 @@ class Session(ABC, Generic[X, F]):
             return any(self.scheduler.stops)
         return any(self.scheduler.lanes) or bool(self._urgent) or not self._fence.in_step
 
+    def is_urgent(self) -> bool:
+        """Whether a stop waits, or a question that a motor waits for."""
+        return any(self.scheduler.stops) or bool(self.scheduler.lanes[Lane.VERIFY])
+
     def next(self, now: float, *, ready: bool) -> X | None:
         """Take the exchange that is to be written now, the gate's refusals settled; None if none may go."""
         while (exchange := self._choose(now, ready=ready)) is not None:
