@@ -552,7 +552,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """Find out whether it still echoes, where nobody else asks anything."""
         if self.echoes:
             self._loop.call_later(PAUSE_S[1], self._ask_on)
-            if not self._session.has_something():
+            if self._session.in_step and not self._session.has_something():
                 self.fence()
 
     def _echoes(self) -> LineDown:

@@ -114,9 +114,10 @@ class Client(ABC):
     def is_being_stopped(self) -> bool: ...
 
     @abstractmethod
-    def is_there(self, command: Any, move: Any) -> bool:
+    def is_there(self, move: Any) -> bool:
         """Whether it stands where a motion should have brought it."""
 
+    @abstractmethod
     async def make_fit(self) -> None:
         """Do what a person does before the next motion."""
 
@@ -149,9 +150,9 @@ class Client(ABC):
         if stopping is not None:
             await stopping
         if move is not None:
-            await self._judge(command, frame, move)
+            await self._judge(frame, move)
 
-    async def _judge(self, command: Any, frame: str, move: Any) -> None:
+    async def _judge(self, frame: str, move: Any) -> None:
         over = await self.ended(move)
         self.seen[over.status] += 1
         times = self.executed(self._heard(frame))
@@ -164,9 +165,9 @@ class Client(ABC):
         if over.status in (MoveStatus.SUCCEEDED, MoveStatus.STOPPED):
             self._expect(not self.moving(), f"{told}, and it moves")
         if over.status is MoveStatus.SUCCEEDED:
-            self._expect(times == 1 and self.is_there(command, over), told)
+            self._expect(times == 1 and self.is_there(over), told)
         if over.status is MoveStatus.FAILED:
-            self._expect(times == 0 or not self.is_there(command, over), told)
+            self._expect(times == 0 or not self.is_there(over), told)
 
     async def _stop(self) -> None:
         repeats_itself, began_at = self.is_being_stopped(), now()
@@ -265,8 +266,11 @@ class OfBody(Client):
     def is_being_stopped(self) -> bool:
         return self._body.being_stopped
 
-    def is_there(self, command: RorzeCommand[Ack], move: Any) -> bool:
+    def is_there(self, move: Any) -> bool:
         return self._axis.motor.pulses(now()) == move.target_position
+
+    async def make_fit(self) -> None:
+        """A body takes the next motion after any stop."""
 
 
 class OfRobot(Client):
@@ -316,7 +320,7 @@ class OfRobot(Client):
     def is_being_stopped(self) -> bool:
         return self._rig.robot.stops.unconfirmed is not None
 
-    def is_there(self, command: FicsCommand[Ack], move: Any) -> bool:
+    def is_there(self, move: Any) -> bool:
         if self._rig.stops()[-1].facts["why"] == "done":
             return True
         return not is_missed(move.target_position, move.position)  # a stop came at its very end
