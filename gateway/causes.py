@@ -47,8 +47,8 @@ LINES: Final[Sequence[Kind[AnyLine]]] = (
         LINE_DOWN,
         words(
             "Line {address} cannot be used: {reason}.",
-            "Motors on it go on with what they were told last. Stops are sent while its port is open, and may not "
-            "arrive.",
+            "Motors on it go on with what they were told last. Stops are sent while its port is open, "
+            "and may not arrive.",
             "Use the hardware stop if something must not move on. Then check port, cable and power.",
         ),
         words(
