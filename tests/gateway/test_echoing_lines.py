@@ -58,9 +58,7 @@ class Stand:
 
     def told(self, kind: str) -> int:
         hub = self.plant.events
-        return sum(
-            it is not None and it.type == kind for it in map(hub.event, range(hub.first, hub.last + 1))
-        )
+        return sum(it.type == kind for it in map(hub.event, range(hub.first, hub.last + 1)))
 
     def alarms(self) -> list[Alarm]:
         return [it for it in self.plant.alarms.standing() if it.cause == LINE_DOWN]

@@ -267,7 +267,7 @@ class OfBody(Client):
         return self._body.being_stopped
 
     def is_there(self, move: Any) -> bool:
-        return self._axis.motor.pulses(now()) == move.target_position
+        return bool(self._axis.motor.pulses(now()) == move.target_position)
 
     async def make_fit(self) -> None:
         """A body takes the next motion after any stop."""
@@ -306,7 +306,7 @@ class OfRobot(Client):
 
     async def jog(self) -> Callable[[], Any]:
         jogs = self._rig.robot.jogs
-        jog = await jogs.start(1, "Z", self.dice.choice("+-"))
+        jog = await jogs.start(1, "Z", "+" if self.dice.random() < 0.5 else "-")
         return lambda: jogs.end(jog.id)
 
     def executed(self, frame: str) -> int:
