@@ -23,6 +23,7 @@ from protocols.fics.moves import MoveRelative, MoveToPosition
 from protocols.fics.row import FicsCommand
 from protocols.rorze.moves import MoveClockwise
 from protocols.table import Ack
+from simulator.fics.alarms import unreachable
 from tests.fics_plants import fics_rig
 from tests.gateway.rorze.far_end import until
 from tests.plants import in_virtual_time, rig, start
@@ -253,6 +254,20 @@ async def test_a_motion_whose_own_echo_looks_like_its_answer_ends_as_it_did(
             assert over.status is MoveStatus.SUCCEEDED
         else:
             assert over.status is MoveStatus.UNKNOWN or over.end_cause == "not_executed"
+
+
+@in_virtual_time
+async def test_a_true_failure_with_the_number_of_its_command_is_told() -> None:
+    async with fics_rig(baud=9600) as it:
+        await it.move(HomeRobot())
+        it.fics.units[1].positions = {183: (None, None, 40.0)}
+        moving = asyncio.create_task(it.start(MoveToPosition(position=183)))
+        await it.cable.written_from("POM 183")
+        await asyncio.sleep(0.15)
+        it.touch(lambda fics, now: fics.raise_alarm(unreachable(), now))
+        over = await it.plant.robot_moves.wait((await moving).id, 60.0)
+        assert (over.status, over.end_cause) == (MoveStatus.FAILED, "error_183")
+        assert it.robot.line.state is LineState.READY
 
 
 @pytest.mark.parametrize("mode", [2, 3])
