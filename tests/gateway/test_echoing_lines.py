@@ -267,7 +267,7 @@ async def test_a_true_failure_with_the_number_of_its_command_is_told() -> None:
         it.touch(lambda fics, now: fics.raise_alarm(unreachable(), now))
         over = await it.plant.robot_moves.wait((await moving).id, 60.0)
         assert (over.status, over.end_cause) == (MoveStatus.FAILED, "error_183")
-        assert it.robot.line.state is LineState.READY
+        assert it.robot.line.counters["echoes"] == 0
 
 
 @pytest.mark.parametrize("mode", [2, 3])
