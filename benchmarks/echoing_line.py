@@ -1,4 +1,4 @@
-"""What a line that echoes costs, beside the same line without echo: frames written, and of a core."""
+"""The cost of a line that echoes, beside the same line without echo: frames written, and of a core."""
 
 import asyncio
 from pathlib import Path

@@ -28,7 +28,7 @@ class SimulatedCable(Transport):
         self.plugged_in = True
         self.written: list[bytes] = []
         self.echoes = False
-        """What is written comes back, too, as with an adapter's local echo."""
+        """Each frame comes back, too, as with an adapter's local echo."""
         self.is_looped = False
         """Nothing else comes back, and nothing arrives: the wires are joined."""
         self._byte_time_s = 10 / baud if baud else 0.0

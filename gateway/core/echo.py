@@ -29,7 +29,7 @@ class Echo(Generic[X]):
 
     def __init__(self, shows_echo: Callable[[X], bool], on_change: Callable[[bool], None]) -> None:
         self._shows_echo = shows_echo
-        """Whether no reply to an exchange can equal its frame."""
+        """Tells that no reply to an exchange can equal its frame."""
         self._on_change = on_change
         """Called with True when the line is found to echo, and with False when that is over."""
         self.written: deque[X] = deque(maxlen=2 * UNDER_WAY)
@@ -37,10 +37,10 @@ class Echo(Generic[X]):
         self.in_a_row = 0
         """Frames that have come back, since one that did not."""
         self.found = False
-        """Whether the line echoes."""
+        """True while the line echoes."""
 
     def heard(self, line: bytes) -> bool:
-        """Whether a line that came, without its end, is the echo of a frame written lately."""
+        """Compare a line that came, without its end: True where it is the echo of a frame written lately."""
         order = self.written if self.in_a_row else reversed(self.written)
         echoed = next((it for it in order if it.frame.strip() == line and self._shows_echo(it)), None)
         if echoed is None:

@@ -381,7 +381,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """For how long the event loop had been held when a reply was heard last."""
         session.on_echo = self._echo_changed
         self.echoes = False
-        """Whether what is written comes back as it was."""
+        """True while what is written comes back as it was."""
         self._pause_s = PAUSE_S[0]
         self._held_until = -inf
         """The line echoes: until then nothing is written but what is urgent."""
@@ -549,7 +549,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         self._held_until, self._pause_s = now + self._pause_s, min(2 * self._pause_s, PAUSE_S[1])
 
     def _ask_on(self) -> None:
-        """Find out whether it still echoes, where nobody else asks anything."""
+        """Find out whether it still echoes, where nothing else is asked."""
         if self.echoes:
             self._loop.call_later(PAUSE_S[1], self._ask_on)
             if self._session.in_step and not self._session.has_something():

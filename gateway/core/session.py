@@ -142,7 +142,7 @@ class Session(ABC, Generic[X, F]):
         """Whether all but stops have to wait for something that is under way beside."""
 
     def shows_echo(self, _exchange: X) -> bool:
-        """Whether no reply to it can equal its frame."""
+        """Tell whether its frame shows an echo: no reply to it can equal it."""
         return True
 
     def line_of(self, _frame: F) -> bytes:
@@ -228,7 +228,7 @@ class Session(ABC, Generic[X, F]):
         return any(self.scheduler.lanes) or bool(self._urgent) or not self._fence.in_step
 
     def is_urgent(self) -> bool:
-        """Whether a stop waits, or a question that a motor waits for."""
+        """Tell whether a stop waits, or a question that a motor waits for."""
         return any(self.scheduler.stops) or bool(self.scheduler.lanes[Lane.VERIFY])
 
     def next(self, now: float, *, ready: bool) -> X | None:
@@ -426,7 +426,7 @@ class Session(ABC, Generic[X, F]):
             self.noise(what.why, now)
 
     def _is_echo(self, line: bytes) -> bool:
-        """Whether it is an echo on a line that is known to echo: whatever is awaited may still come."""
+        """Tell an echo on a line that is known to echo: whatever is awaited may still come."""
         if not (self.echo.heard(line) and self.echo.found):
             return False
         self.counters["echoes"] += 1

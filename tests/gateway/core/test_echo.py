@@ -19,7 +19,7 @@ class Said:
 
 
 class Line:
-    """What is written to a line, and what comes back."""
+    """A line to which frames are written, and from which some come back."""
 
     def __init__(self) -> None:
         self.changes: list[bool] = []
