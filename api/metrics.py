@@ -24,8 +24,8 @@ from gateway.figures import OUTCOMES
 from gateway.plant import Plant
 
 COUNTED: Final = (
-    *("duplicates", "fences", "frames_sent", "garbage", "late_replies", "messages", "openings", "overtaken"),
-    *("repeats", "replies", "set_ups_again", "strangers_in_groups", "strays", "timeouts"),
+    *("duplicates", "echoes", "fences", "frames_sent", "garbage", "late_replies", "messages", "openings"),
+    *("overtaken", "repeats", "replies", "set_ups_again", "strangers_in_groups", "strays", "timeouts"),
 )
 """What happens on lines, and is counted there."""
 WORKS: Final[Sequence[str]] = get_args(Work)

@@ -13,6 +13,7 @@ from benchmarks import (
     console,
     crowd,
     dpram_round_trip,
+    echoing_line,
     fan_out,
     first_byte,
     full_line,
@@ -51,6 +52,7 @@ class Benchmark(StrEnum):
     TLS_CROWD = "tls-crowd"
     PAGES = "pages"
     FLOODS = "floods"
+    ECHOING_LINE = "echoing-line"
 
 
 RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
@@ -72,6 +74,7 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.TLS_CROWD: tls_crowd.run,
     Benchmark.PAGES: pages.run,
     Benchmark.FLOODS: under_flood.run,
+    Benchmark.ECHOING_LINE: echoing_line.run,
 }
 
 

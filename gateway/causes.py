@@ -47,12 +47,14 @@ LINES: Final[Sequence[Kind[AnyLine]]] = (
         LINE_DOWN,
         words(
             "Line {address} cannot be used: {reason}.",
-            "Motors on it go on with what they were told last. Nothing can be sent to them, a stop neither.",
+            "Motors on it go on with what they were told last. Stops are sent while its port is open, "
+            "and may not arrive.",
             "Use the hardware stop if something must not move on. Then check port, cable and power.",
         ),
         words(
             "回線{address}を使用できません: {reason}",
-            "この回線のモータは最後に指示された動作を続けます。停止指令を含め、何も送信できません。",
+            "この回線のモータは最後に指示された動作を続けます。停止指令はポートが開いていれば送信しますが、"
+            "届かない可能性があります。",
             "危険がある場合は非常停止回路を使用してください。その後、ポート、ケーブル、電源を確認してください。",
         ),
         "RC-420 manual 10.2; C-HOST manual 1-1",
@@ -62,12 +64,12 @@ LINES: Final[Sequence[Kind[AnyLine]]] = (
         over=past(
             words(
                 "Line {address} could not be used: {reason}. It can be used again.",
-                "Motors on it went on with what they were told last, and nothing could be sent to them.",
+                "Motors on it went on with what they were told last, and a stop may not have arrived.",
                 "Look at where they stand. Check port, cable and power, so that it does not come again.",
             ),
             words(
                 "回線{address}を使用できませんでした: {reason}。現在は復旧しています。",
-                "この回線のモータは最後に指示された動作を続け、何も送信できませんでした。",
+                "この回線のモータは最後に指示された動作を続けました。停止指令は届かなかった可能性があります。",
                 "位置を確認してください。再発しないよう、ポート、ケーブル、電源を確認してください。",
             ),
         ),

@@ -27,6 +27,10 @@ class SimulatedCable(Transport):
         self.machine = machine
         self.plugged_in = True
         self.written: list[bytes] = []
+        self.echoes = False
+        """Each frame comes back, too, as with an adapter's local echo."""
+        self.is_looped = False
+        """Nothing else comes back, and nothing arrives: the wires are joined."""
         self._byte_time_s = 10 / baud if baud else 0.0
         self._free_at = 0.0
         self._receiver: Receiver | None = None
@@ -47,7 +51,11 @@ class SimulatedCable(Transport):
             raise TransportLost("the simulated cable is not plugged in")
         self.written.append(data)
         loop = asyncio.get_running_loop()
-        loop.call_at(loop.time() + len(data) * self._byte_time_s, self._arrive, data)
+        arrives_at = loop.time() + len(data) * self._byte_time_s
+        if self.echoes or self.is_looped:
+            loop.call_at(arrives_at, self._deliver, data)
+        if not self.is_looped:
+            loop.call_at(arrives_at, self._arrive, data)
 
     def unsent(self) -> int:
         return 0

@@ -14,6 +14,7 @@ from math import inf
 from typing import Any, Generic, Protocol, TypeVar
 
 from gateway.core.admission import Admission
+from gateway.core.echo import ECHOING, PAUSE_S, SEEN_WITHIN_S
 from gateway.core.errors import Cancelled, GatewayError, InvalidRequest, LineDown, NoReply, Overtaking
 from gateway.core.exchange import F, X
 from gateway.core.journal.intents import Intents
@@ -25,6 +26,7 @@ from gateway.core.sequence_lock import SequenceLock, Series, all_held
 from gateway.core.session import Session
 from gateway.core.trace_filter import FrameSubject
 from protocols.lines import Garbage
+from protocols.table import Effect
 from transports.base import Transport, TransportError, TransportLost, TransportRefused
 from transports.recorder import Recorder
 
@@ -377,6 +379,14 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """Since the last frame was written."""
         self._held_when_heard_s = 0.0
         """For how long the event loop had been held when a reply was heard last."""
+        session.on_echo = self._echo_changed
+        self.echoes = False
+        """True while what is written comes back as it was."""
+        self._pause_s = PAUSE_S[0]
+        self._held_until = -inf
+        """The line echoes: until then nothing is written but what is urgent."""
+        self._free_until = -inf
+        """Until then what is asked because of a stop need not wait."""
         self.load = session.load
 
     @property
@@ -400,6 +410,16 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def load_percent(self) -> dict[str, float]:
         """The share of the last ten seconds that each kind of work took."""
         return self.load.percent(self._loop.time())
+
+    def require_fit(self) -> None:
+        """Refuse what comes too late, or to a line that echoes.
+
+        :raises ShuttingDown, HeldUp: as of `Admission.require`.
+        :raises LineDown: it echoes.
+        """
+        self.admission.require()
+        if self.echoes:
+            raise self._echoes()
 
     def lock_of(self, target: int) -> SequenceLock:
         """The lock of a target, for series of commands that nothing but stops may divide."""
@@ -451,6 +471,9 @@ class LineDriver(PortLoop, Generic[X, W, F]):
                 self._note_hold(now)
                 if not self._port_is_free(now):
                     return
+                if now < self._held_until and not self._session.is_urgent():
+                    self._wake_at(self._held_until)
+                    return
                 exchange = self._session.next(now, ready=self._ready)
                 if exchange is None:
                     return
@@ -475,6 +498,8 @@ class LineDriver(PortLoop, Generic[X, W, F]):
                 self._heard_bytes = 0
                 deadline = self._tx_free_at + exchange.timeout_s
                 self._session.written(exchange, now, deadline)
+                if self.echoes:
+                    self._pace(exchange, now)
                 self._wake_at(deadline)
             else:
                 exchange.settle(self._down())
@@ -490,11 +515,66 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         try:
             for frame in self._reader.feed(data):
                 if isinstance(frame, Garbage):
-                    self._receive_noise(frame.why)
+                    self._receive_noise(frame)
                 else:
                     self._take(frame)
         except Exception as fault:
             self._survive(fault)
+
+    # the echo
+
+    def _echo_changed(self, found: bool) -> None:
+        self.echoes, self._pause_s, self._held_until = found, PAUSE_S[0], -inf
+        if not found:
+            self.set_up_again("it echoes no longer")
+            return
+        self._free_until = self._loop.time() + SEEN_WITHIN_S  # there may have been a stop
+        self._is_silent(ECHOING)
+        self._ask_on()
+        self.cancel(self._is_unsafe, self._echoes())
+
+    def _is_unsafe(self, exchange: X) -> bool:
+        effect = exchange.command.effect
+        return effect is Effect.MOTION or (
+            effect is not Effect.STOP and not self._session.shows_echo(exchange)
+        )
+
+    def _pace(self, exchange: X, now: float) -> None:
+        if exchange.command.effect is Effect.STOP:
+            self._held_until, self._free_until = -inf, now + SEEN_WITHIN_S
+        elif now >= self._free_until:
+            self._hold_back(now)
+
+    def _hold_back(self, now: float) -> None:
+        self._held_until, self._pause_s = now + self._pause_s, min(2 * self._pause_s, PAUSE_S[1])
+
+    def _ask_on(self) -> None:
+        """Find out whether it still echoes, where nothing else is asked."""
+        if self.echoes:
+            self._loop.call_later(PAUSE_S[1], self._ask_on)
+            if self._session.in_step and not self._session.has_something():
+                self.fence()
+
+    def _echoes(self) -> LineDown:
+        return LineDown(
+            f"Line {self.id} echoes what is written to it, so that no reply on it can be trusted. "
+            "Nothing was sent.",
+            "Turn off the local echo of the adapter, or look whether sending and receiving wires are joined.",
+        ).in_japanese(
+            f"回線{self.id}は送信した内容をそのまま返す（エコーする）ため、応答を信頼できません。"
+            "何も送信していません。",
+            "変換器のローカルエコーを無効にし、送信線と受信線が接続されていないか確認してください。",
+        )
+
+    def _is_silent(self, why: str) -> None:
+        super()._is_silent(ECHOING if self.echoes else why)
+
+    def _came_up(self, facts: dict[str, object]) -> None:
+        """Serve; but a line that echoes stays unusable, whatever was understood on it."""
+        if self.echoes:
+            self._ready = True
+        else:
+            super()._came_up(facts)
 
     def _pass_deadlines(self, now: float) -> float | None:
         resumes_at = self._last_rx_at + GAP_S if self._reader.pending() else None
@@ -521,7 +601,12 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         return future
 
     def _queue(self, exchange: X) -> "asyncio.Future[Any]":
-        """Let an exchange wait for its turn; the future gives what became of it and never raises."""
+        """Let an exchange wait for its turn; the future gives what became of it and never raises.
+
+        :raises LineDown: the line echoes, and it moves something, or an echo could answer it.
+        """
+        if self.echoes and self._is_unsafe(exchange):
+            raise self._echoes()
         future = self._promise(exchange)
         if self.intents is not None and self.intents.must_come_first(exchange):
             self.intents.hold(exchange, self._admit)
@@ -601,15 +686,15 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def _named(self, exchange: X) -> str:
         return f"{exchange.command.name()} of {self.address_of(exchange.target)}"
 
-    def _receive_noise(self, what: str) -> None:
+    def _receive_noise(self, what: Garbage) -> None:
         """Hear what can be no reply."""
-        self.counters["garbage"] += 1
-        self._session.noise(what, self._last_rx_at)
+        self._session.garbage(what, self._last_rx_at)
         self._pump()
 
     def _break_off_all(self, reason: str, remedy: str) -> None:
         """Settle all that waits for a port that has gone, and forget what was half read."""
         self._reader = self._new_reader()
+        self.echoes, self._held_until = False, -inf
         unsent = Cancelled(f"Line {self.id} went down: {reason}. Nothing was sent.", "Try again later.")
         lost = NoReply(f"Line {self.id} was lost before the reply came: {reason}.", remedy)
         survived(

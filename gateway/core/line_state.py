@@ -8,7 +8,7 @@ class LineState(StrEnum):
 
     DOWN = "down"
     SILENT = "silent"
-    """The port is open, and nobody answers on it."""
+    """The port is open, and nobody answers on it, or it echoes what is written."""
     SETTING_UP = "setting_up"
     READY = "ready"
     OUT_OF_STEP = "out_of_step"

@@ -15,6 +15,7 @@ from functools import partial
 from typing import Any, ClassVar, Generic
 
 from gateway.core.copies import Copies
+from gateway.core.echo import Echo
 from gateway.core.errors import Cancelled, GarbledReply, GatewayError, NoReply, Overtaking
 from gateway.core.exchange import Exchange, F, More, Proof, X
 from gateway.core.fence import FENCE_TRIES, Action, Event, Fence, State
@@ -24,6 +25,7 @@ from gateway.core.load import Load
 from gateway.core.origin import FENCE
 from gateway.core.scheduler import Scheduler, is_abandoned
 from gateway.core.sequence_lock import SequenceLock, current_series
+from protocols.lines import Garbage
 from protocols.members import at_hand
 
 READ_REPEATS = 2
@@ -83,6 +85,9 @@ class Session(ABC, Generic[X, F]):
         """How often a reply stayed away, could not be understood, or came though nobody had asked."""
         self.on_stray: Callable[[F], None] = lambda _: None
         """Called with a reply that nobody has asked for."""
+        self.on_echo: Callable[[bool], None] = lambda _found: None
+        """Called with True when the line is found to echo, and with False when it does so no longer."""
+        self.echo = self._new_echo()
         self.on_overtaken: Callable[[X, X], None] = lambda _late, _by: None
         """Called with what was answered too late, and the later fence that was answered before."""
         self._target = target
@@ -135,6 +140,14 @@ class Session(ABC, Generic[X, F]):
     @abstractmethod
     def holds_up(self, sent: X) -> bool:
         """Whether all but stops have to wait for something that is under way beside."""
+
+    def shows_echo(self, _exchange: X) -> bool:
+        """Tell whether its frame shows an echo: no reply to it can equal it."""
+        return True
+
+    def line_of(self, _frame: F) -> bytes:
+        """The line as which a frame came, without its end; empty where no frame can be an echo."""
+        return b""
 
     def is_answered_in_order(self, exchange: X) -> bool:
         """Whether its reply comes before that to a later fence, and is known to be its own."""
@@ -214,6 +227,10 @@ class Session(ABC, Generic[X, F]):
             return any(self.scheduler.stops)
         return any(self.scheduler.lanes) or bool(self._urgent) or not self._fence.in_step
 
+    def is_urgent(self) -> bool:
+        """Tell whether a stop waits, or a question that a motor waits for."""
+        return any(self.scheduler.stops) or bool(self.scheduler.lanes[Lane.VERIFY])
+
     def next(self, now: float, *, ready: bool) -> X | None:
         """Take the exchange that is to be written now, the gate's refusals settled; None if none may go."""
         while (exchange := self._choose(now, ready=ready)) is not None:
@@ -282,6 +299,9 @@ class Session(ABC, Generic[X, F]):
         self.counters["frames_sent"] += 1
         self._written += 1
         self.all_answered = False
+        if self.echo.in_a_row:
+            self.echo.passed_over()
+        self.echo.written.append(exchange)
         exchange.number, exchange.doubt = self._written, None
         exchange.deadline = exchange.due_at = deadline
         if exchange.proves is not None:
@@ -320,6 +340,8 @@ class Session(ABC, Generic[X, F]):
                 return None
             if outcome is not None:
                 return self._ended(exchange, outcome, frame, now)
+        if self.echo.found and self._is_echo(self.line_of(frame)):
+            return None
         if self._fence.take(Event.STRAY) is Action.DROP or not self._is_late(frame, now):
             self._stray(frame, now)
         return None
@@ -327,6 +349,8 @@ class Session(ABC, Generic[X, F]):
     def _ended(self, exchange: X, outcome: Any, frame: F, now: float) -> Settle | None:
         """An exchange has its reply."""
         self.counters["replies"] += 1
+        if self.echo.in_a_row:
+            self.echo.answered(exchange)
         self._let_go(exchange)
         self._note_order(exchange)
         self._note_load(now)
@@ -375,6 +399,7 @@ class Session(ABC, Generic[X, F]):
 
     def _stray(self, frame: F, now: float, kind: str = "strays") -> None:
         """Hear a reply that nobody has asked for."""
+        self.echo.heard(self.line_of(frame))
         self.counters[kind] += 1
         late = self._unanswered
         if late is not None and now < late.due_at + self.late_reply_s and late.credit(frame, now) is not None:
@@ -393,6 +418,23 @@ class Session(ABC, Generic[X, F]):
             self.on_overtaken(answered, echo)
         elif given_up is not None and set(given_up.reply_names) & set(answered.reply_names):
             self._unanswered = None
+
+    def garbage(self, what: Garbage, now: float) -> None:
+        """Hear what can be no reply."""
+        if not self._is_echo(what.data):
+            self.counters["garbage"] += 1
+            self.noise(what.why, now)
+
+    def _is_echo(self, line: bytes) -> bool:
+        """Tell an echo on a line that is known to echo: whatever is awaited may still come."""
+        if not (self.echo.heard(line) and self.echo.found):
+            return False
+        self.counters["echoes"] += 1
+        self.doubts += 1  # what is proved now, another echo may seem to answer
+        return True
+
+    def _new_echo(self) -> Echo[X]:
+        return Echo(self.shows_echo, lambda found: self.on_echo(found))
 
     def noise(self, what: str, _now: float) -> None:
         """Something came that nobody can have wanted: whatever is awaited may have been it.
@@ -495,6 +537,7 @@ class Session(ABC, Generic[X, F]):
         waiting = [*self._urgent, *self.scheduler.remove(lambda _: True)]
         self._awaiting = self._suspect = self._fence_query = self._unanswered = None
         self._sent, self._urgent = [], deque()
+        self.echo = self._new_echo()
         self._fence.take(Event.PORT_LOST)
         for exchange in written:
             exchange.settle(exchange.late_answer or NoReply(lost.detail, exchange.remedy, exchange.command))

@@ -239,7 +239,7 @@ class Asking:
         An answer of Ver.3 does not tell what was heard: a bit may have flipped on the way.
         """
         line, lane = self.line, Lane.COMMAND
-        line.admission.require()
+        line.require_fit()
         epoch = line.stop_epoch
         with line.sending(lambda: [command]):
             async with line.sequence_lock.held(lane, deadline_of(lane)):

@@ -70,7 +70,7 @@ class RobotRestore:
         :raises RobotBusy: it moves, or a stop is not confirmed.
         :raises GatewayError: it did not tell.
         """
-        self.robot.line.admission.require()
+        self.robot.line.require_fit()
         self.robot.motion.require_still(UPLOAD)
         for unit in self.robot.units:
             if not at_rest((await unit.status()).values()):

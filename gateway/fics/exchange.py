@@ -9,7 +9,7 @@ from gateway.core.exchange import Proof as Proof
 from gateway.core.lanes import Lane
 from gateway.fics.errors import RobotFailed, refused
 from protocols.fics.alarms import TakeCurrentError
-from protocols.fics.link import Answer, Completion, Failure, Refusal, credit
+from protocols.fics.link import Answer, Completion, Failure, Refusal, credit, line_of
 from protocols.fics.row import FicsCommand
 from protocols.table import Reply
 
@@ -91,6 +91,8 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | F
     def credit(self, frame: ReplyFrame, _: float = 0.0) -> Answered | Refusal | Failure | More | None:
         """Read a frame as an answer to this command; None if it is for another."""
         found = credit(self.command, frame)
+        if isinstance(found, Failure) and line_of(found) == self.frame.strip():
+            return None  # `POM 183` may be an echo of it: what the axes do tells whether it has failed
         if found is None or isinstance(found, _NOT_DONE):
             return found
         if isinstance(found, Completion):

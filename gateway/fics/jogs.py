@@ -97,7 +97,7 @@ class Jogs:
         :raises JogOver: it was stopped before it was answered.
         :raises NoReply: it was refused as in motion, and moves: it is being stopped.
         """
-        self._line.admission.require()
+        self._line.require_fit()
         self._require_settled(unit, axis)
         loop = asyncio.get_running_loop()
         axes, command = unit_of(self._units, unit), StartJog(axis=axis, direction=direction)

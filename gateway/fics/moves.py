@@ -68,7 +68,7 @@ class RobotMoves:
         :raises NotSent: power was lost, an error stands, the line or the robot is away, or the gateway ends
             or was held up; nothing was sent.
         """
-        robot.line.admission.require()
+        robot.line.require_fit()
         check(unit, command)
         robot.motions.require_fit(command)
         if not robot.motion.idle.is_set():

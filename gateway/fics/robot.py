@@ -180,7 +180,7 @@ class Robot:
         :raises GatewayError: nobody knows yet, and it is tried again; the error says why.
         """
         command = SetCommunicationMode(mode=mode)
-        self.line.admission.require()
+        self.line.require_fit()
         async with self.line.sequence_lock.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
             self.motion.require_still(command)
             if self.line.mode != mode:

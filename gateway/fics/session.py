@@ -20,7 +20,7 @@ from gateway.fics.errors import NotProved, RobotOffline
 from gateway.fics.exchange import ROBOT, SET_UP, Answered, FicsExchange, ReplyFrame
 from gateway.fics.upload_state import UploadState
 from protocols.fics.alarms import GetErrorDetail
-from protocols.fics.link import Completion, Refusal, Terminator, encode
+from protocols.fics.link import Completion, Refusal, Terminator, Ver3Reader, credit, encode, line_of
 from protocols.fics.motor_axes import GetMotorPosition
 from protocols.fics.positions import EndPositionUpload
 from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand, WhenAnswered
@@ -230,6 +230,15 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         for stop in [it for it in self._sent if it.number < fence.number and it.lane is Lane.STOP]:
             if not isinstance(stop.command, StopAllDecelerating):
                 self._doubt(stop, stop.unusable(NoReply, "no reply came"))
+
+    def shows_echo(self, exchange: FicsExchange) -> bool:
+        """Not where it would be credited: a completion is the bare name, and `IDI 10` may answer `IDI 10`."""
+        [echo] = Ver3Reader().feed(exchange.frame)
+        return credit(exchange.command, echo) is None
+
+    def line_of(self, frame: ReplyFrame) -> bytes:
+        """The line as which an answer came."""
+        return line_of(frame)
 
     def is_answered_in_order(self, exchange: FicsExchange) -> bool:
         """Motion is answered at its end, and others meanwhile."""

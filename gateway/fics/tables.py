@@ -69,7 +69,7 @@ class Tables:
         :raises GatewayError: nothing was stored.
         """
         line = self._commander.line
-        line.admission.require()
+        line.require_fit()
         runs = runs_of(positions)
         for _, coordinates in positions:
             unit.require_values("user", coordinates)

@@ -77,7 +77,7 @@ class BodyRestore:
 
     async def require_rest(self) -> None:
         """Make sure that its motor stands and no program runs or is uploaded; errors as of `require_rest`."""
-        self.body.line.admission.require()
+        self.body.line.require_fit()
         self.uploads.require_none(self.body)
         await require_rest(self.body)
         self._require_no_stop()

@@ -104,7 +104,7 @@ class BodyJogs:
         :raises GatewayError: as of `Moves.start`.
         """
         line, number = body.line, body.number
-        line.admission.require()
+        line.require_fit()
         loop = asyncio.get_running_loop()
         late_at, epoch = loop.time() + START_WITHIN_S, line.gate.epoch(number)
         async with at_own_speed(body, request) as ready:

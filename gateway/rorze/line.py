@@ -340,7 +340,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         :raises QueueFull: too many requests wait for this body.
         """
         if lane is Lane.COMMAND:
-            self.admission.require()
+            self.require_fit()
         if not self._open:
             raise self._down()
         if body in self.offline and lane not in STOPS:

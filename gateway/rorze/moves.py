@@ -103,7 +103,7 @@ class Moves:
             up; nothing was sent.
         """
         self.require_end(command)
-        target.line.admission.require()
+        target.line.require_fit()
         bodies = idle_bodies_of(target)
         for body in bodies:
             body.require_power(command)

@@ -121,7 +121,7 @@ class ProgramRuns(KeptWorks[ProgramRun]):
         :raises ControllerRefused: nothing stands at that place.
         :raises GatewayError: it was not started, or nobody knows.
         """
-        body.line.admission.require()
+        body.line.require_fit()
         if body.move is not None:
             raise BodyBusy(
                 f"{body.address} still has the move {body.move.id}; no program was started.", "Wait for it."

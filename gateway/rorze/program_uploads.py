@@ -151,7 +151,7 @@ class ProgramUploads(KeptWorks[ProgramUpload]):
         :raises BodyBusy: the motor moves, a program runs or is uploaded; nothing was changed.
         :raises GatewayError: it could not be asked, or the gateway ends; nothing was changed.
         """
-        body.line.admission.require()
+        body.line.require_fit()
         self._endless.forbid(program.instructions, program.lines, "Nothing was sent")
         self.require_none(body)
         now = datetime.now(UTC)

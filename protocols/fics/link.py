@@ -146,6 +146,14 @@ def _in_ver_3(name: str, payload: str | None) -> Frame:
     return Answer(name, payload)
 
 
+def line_of(found: Answer | Completion | Refusal | Failure) -> bytes:
+    """Write a frame as it came, without its end."""
+    if isinstance(found, Completion):
+        return found.name.encode("ascii")
+    data = found.payload if isinstance(found, Answer) else found.error
+    return f"{found.name} {data}".encode("ascii")
+
+
 def _can_answer(name: str, payload: str) -> bool:
     """Whether a query is answered like this."""
     reply = _REPLIES.get(name)

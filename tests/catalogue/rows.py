@@ -28,6 +28,7 @@ KILLS = "e2e/test_kills"
 LIFE = "e2e/test_life"
 LINE = "gateway/rorze/test_line"
 LINES = "protocols/test_lines"
+ECHO = "gateway/test_echoing_lines"
 LINK = "protocols/rorze/test_link"
 LOOP_WATCH = "gateway/core/test_loop_watch"
 MEMORY = "gateway/test_memory"
@@ -182,8 +183,10 @@ ROWS: Final = {
     ),
     "S20": _row(
         "our own frames come back",
-        "they are no replies, and the echo is named",
+        "they are no replies; the line is told as unusable and asked once a second, and stops are sent",
         (LINK, "an_echo_of_our_own_command_is_named"),
+        (ECHO, "a_line_that_echoes_is_told_once_and_asked_a_few_times_a_second"),
+        (ECHO, "a_stop_is_confirmed_by_the_true_replies_beside_the_echoes"),
     ),
     "S21": _row(
         "the cable is pulled in the middle of a frame",

@@ -164,8 +164,13 @@ class SimulatedLine:
         return self.place if self.place.startswith("tcp://") else f"serial://{self.place}?baud={baud}"
 
     def kill(self) -> None:
-        """Pull the whole box out of the wall."""
+        """Pull the whole box out of the wall, and its link first.
+
+        The number of its terminal is free then: through a link that is left, a gateway would open, and keep,
+        the terminal that another test gets under this number.
+        """
         self.control.close()
+        (self.folder / "line").unlink(missing_ok=True)
         self.program.kill()
 
     def end(self) -> int:

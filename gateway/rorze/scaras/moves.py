@@ -102,7 +102,7 @@ class ScaraMoves:
         :raises ControllerRefused: a controller has refused the preparation or the start; nothing moved.
         :raises NotSent: it was not prepared, or not started; nothing moved.
         """
-        scara.line.admission.require()
+        scara.line.require_fit()
         self._require_idle(scara)
         now = datetime.now(UTC)
         move = ScaraMove(

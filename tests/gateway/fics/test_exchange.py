@@ -8,7 +8,7 @@ from gateway.core.exchange import More
 from gateway.core.lanes import Lane
 from gateway.fics.exchange import Answered, FicsExchange, ReplyFrame
 from protocols.fics.link import Answer, Completion, Failure, Refusal, encode
-from protocols.fics.moves import MoveRelative
+from protocols.fics.moves import MoveRelative, MoveToPosition
 from protocols.fics.positions import DownloadPositions, StoredPosition
 from protocols.fics.row import FicsCommand
 from protocols.fics.variables import GetVariable, VariableValue
@@ -86,3 +86,9 @@ async def test_who_waits_is_told_once_and_who_has_gone_is_not() -> None:
         one.settle(Answered(confirmed=False))
     assert await told == Answered(confirmed=True)
     assert cancelled.cancelled()
+
+
+def test_a_failure_that_reads_as_its_command_may_be_an_echo_and_counts_for_nothing() -> None:
+    move = exchange(MoveToPosition(position=183))
+    assert move.credit(Failure("POM", "183")) is None
+    assert move.credit(Failure("POM", "002")) == Failure("POM", "002")

@@ -1,0 +1,70 @@
+"""A line that says back what is written to it, as an adapter with local echo or a looped plug does.
+
+An echo tells nothing of the controllers, and stands where a reply is awaited. No clock and no port: frames
+are given.
+"""
+
+from collections import deque
+from collections.abc import Callable
+from typing import Generic
+
+from gateway.core.exchange import X
+
+ECHOES = 3
+"""Frames that came back one after the other as they were written: the line echoes."""
+UNDER_WAY = 4
+"""Frames that may be written before an echo comes; where more are, the line echoes no longer."""
+PAUSE_S = (0.25, 1.0)
+"""First and longest pause after a frame on a line that echoes; it doubles in between. Stops do not wait."""
+SEEN_WITHIN_S = 1.0
+"""After a stop nothing pauses for this time: whether its motor stands is asked as fast as ever."""
+ECHOING = (
+    "what is written comes back as it was; turn off the local echo of the adapter, or look whether sending "
+    "and receiving wires are joined"
+)
+
+
+class Echo(Generic[X]):
+    """Compares what nothing under way has claimed with what was written last."""
+
+    def __init__(self, shows_echo: Callable[[X], bool], on_change: Callable[[bool], None]) -> None:
+        self._shows_echo = shows_echo
+        """Tells that no reply to an exchange can equal its frame."""
+        self._on_change = on_change
+        """Called with True when the line is found to echo, and with False when that is over."""
+        self.written: deque[X] = deque(maxlen=2 * UNDER_WAY)
+        """The latest exchanges; from the first echo on, those that have not come back."""
+        self.in_a_row = 0
+        """Frames that have come back, since one that did not."""
+        self.found = False
+        """True while the line echoes."""
+
+    def heard(self, line: bytes) -> bool:
+        """Compare a line that came, without its end: True where it is the echo of a frame written lately."""
+        order = self.written if self.in_a_row else reversed(self.written)
+        echoed = next((it for it in order if it.frame.strip() == line and self._shows_echo(it)), None)
+        if echoed is None:
+            return False
+        missed = False
+        while (first := self.written.popleft()) is not echoed:
+            missed = missed or self._shows_echo(first)
+        self.in_a_row = 1 if missed else self.in_a_row + 1
+        if self.in_a_row >= ECHOES and not self.found:
+            self.found = True
+            self._on_change(True)
+        return True
+
+    def answered(self, exchange: X) -> None:
+        """An exchange has its reply: if it has not come back before, the line does not echo."""
+        if exchange in self.written and self._shows_echo(exchange):
+            self._is_over()
+
+    def passed_over(self) -> None:
+        """Another frame is written: where several have not come back, the line echoes no longer."""
+        if sum(map(self._shows_echo, self.written)) > UNDER_WAY:
+            self._is_over()
+
+    def _is_over(self) -> None:
+        was_found, self.found, self.in_a_row = self.found, False, 0
+        if was_found:
+            self._on_change(False)
