@@ -21,6 +21,7 @@ from gateway.core.move_record import MoveStatus
 from gateway.rorze.scaras import paths
 from gateway.rorze.scaras.geometry import GeometryDiffers
 from protocols.rorze.interpolation import PathPoint
+from protocols.rorze.modes import SetSoftLimits
 from protocols.rorze.path import Arc, Corner, Line, Segment, rounded
 from protocols.rorze.position import GetPosition
 from simulator.faults import Direction
@@ -201,9 +202,9 @@ async def test_from_the_positions_to_the_start_in_one_turn() -> None:
         asked = asyncio.create_task(robot.scara.members[1].ask(GetPosition()))
         started = await move
         told = [it for it in robot.frames()[before:] if "3ND" not in it and it[:3] != "&3F"]
-        assert told[:5] == ["&8A6PD", "&8AHPS0,-10149", "&8AHPS1,-10000", "&8AHPS2,-16666", "&8AHCD"]
-        assert told[5:7] == ["&8AHLD", "&8AHXSA[3],10000"]
-        between = told[7 : told.index("&8AHMM")]
+        assert told[:5] == ["&8A6PD", "&8AEPD", "&8AHPS0,-10149", "&8AHPS1,-10000", "&8AHPS2,-16666"]
+        assert told[5:8] == ["&8AHCD", "&8AHLD", "&8AHXSA[3],10000"]
+        between = told[8 : told.index("&8AHMM")]
         assert sorted(between) == sorted(f"&0{n}{it}" for n in (2, 3, 4) for it in ("9CD", "6PD", "9VD7"))
         await asked
         assert (await robot.ended(started)).status is MoveStatus.SUCCEEDED
@@ -292,6 +293,49 @@ async def test_what_the_arm_cannot_do_is_not_tried(request_: dict[str, Any], mat
     async with cell() as robot:
         await refused(robot, InvalidRequest, match, **request_)
         assert robot.frames_of("HPS") == []
+
+
+LOWER = SetSoftLimits(lower=-10_100, upper=-9_900)
+"""Of axis 1, that stands at -10000."""
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        {"kind": "offset", "y": mm(50)},
+        {"kind": "line", "x": mm(0), "y": mm(215)},
+        {"kind": "path", "points": [{"x": mm(10), "y": mm(260)}]},
+        {"kind": "extend", "distance": mm(50)},
+        {"kind": "retract", "distance": mm(50)},
+        {"kind": "rotate", "radius": mm(150), "angle": deg(70)},
+    ],
+)
+def test_a_move_that_would_end_beyond_a_soft_limit_starts_no_axis_and_its_plan_is_refused_alike(
+    request_: dict[str, Any],
+) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with cell() as robot:
+            await robot.scara.members[1].ask(LOWER)
+            match = r"of axis 1, line1.03, the target -\d+ lies beyond its (upper|lower) soft limit"
+            with pytest.raises(InvalidRequest, match=match):
+                await robot.moves.plan(robot.scara, read(**request_, pattern=3))
+            await refused(robot, InvalidRequest, match, **request_)
+            assert robot.frames_of("HPS") == []
+
+    story()
+
+
+@in_virtual_time
+async def test_a_limit_of_an_axis_that_does_not_turn_refuses_no_turn_of_the_finger() -> None:
+    async with cell() as robot:
+        await robot.scara.members[1].ask(SetSoftLimits(lower=0, upper=10))
+        assert (await robot.finished("finger", angle=deg(70))).status is MoveStatus.SUCCEEDED
+        await robot.scara.members[2].ask(SetSoftLimits(lower=-20_000, upper=0))
+        with pytest.raises(
+            InvalidRequest, match=r"of axis 2, line1\.04, the target -\d+ lies beyond its lower"
+        ):
+            await robot.start("finger", angle=deg(-179))
 
 
 @in_virtual_time
