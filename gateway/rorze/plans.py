@@ -12,7 +12,7 @@ from gateway.core.records import Record
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.limited_speed import Rate, limited_parameters
 from protocols.rorze.encoder import GetEncoderRatio
-from protocols.rorze.modes import Bounds, GetOperatingMode, GetSoftLimits
+from protocols.rorze.modes import GetOperatingMode, GetSoftLimits
 from protocols.rorze.moves import (
     AbsoluteMove,
     MoveClockwise,
@@ -21,7 +21,7 @@ from protocols.rorze.moves import (
     MoveToSlowly,
     RelativeMove,
 )
-from protocols.rorze.notation import PositionReference
+from protocols.rorze.notation import Bounds, PositionReference
 from protocols.rorze.patterns import GetPattern, GetSpeedChange
 from protocols.rorze.position import GetPosition
 from protocols.rorze.position_table import GetPositionEntry
