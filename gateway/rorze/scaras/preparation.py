@@ -8,6 +8,7 @@ from typing import Any
 from gateway.core.errors import ControllerRefused, InvalidRequest, PowerCycled
 from gateway.core.lanes import Lane
 from gateway.rorze.bodies import Body, Group
+from gateway.rorze.limited_speed import Wish
 from gateway.rorze.plans import crossed_of, parameters_of_pattern
 from gateway.rorze.scaras import geometry, paths
 from gateway.rorze.scaras.record import PlannedScaraMove, ScaraPlace
@@ -22,7 +23,7 @@ from protocols.rorze.interpolation import (
 )
 from protocols.rorze.modes import GetSoftLimits
 from protocols.rorze.path import PathFault
-from protocols.rorze.profile import ProfileError
+from protocols.rorze.profile import ProfileError, SpeedParameters
 from protocols.rorze.profile import plan as profile
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.scara import OutOfReach
@@ -125,15 +126,17 @@ async def _require_limits(plan: Plan, lane: Lane | None) -> None:
             )
 
 
-async def weigh(plan: Plan, pattern: int | None) -> PlannedScaraMove:
+async def weigh(plan: Plan, pattern: int | None, wish: Wish | None = None) -> PlannedScaraMove:
     """Tell a move that is only planned, how long it would take, and why it would be refused.
+
+    `wish` is what would be written to the pattern before.
 
     :raises GatewayError: a controller did not tell its speeds.
     """
     told, course = plan.record(), plan.course
     try:
         _require_power(plan.scara)
-        ramps = [await parameters_of_pattern(body, pattern) for body in plan.movers]
+        ramps = await _ramps(plan, pattern, wish)
         if course.length_um is None:
             turned = dict(zip(plan.scara.members, course.turned, strict=True))
             lengths = [abs(turned[body]) for body in plan.movers]
@@ -145,6 +148,16 @@ async def weigh(plan: Plan, pattern: int | None) -> PlannedScaraMove:
     else:
         told.duration_s = max(it.duration_s or 0.0 for it in profiles)
     return told
+
+
+async def _ramps(
+    plan: Plan, pattern: int | None, wish: Wish | None
+) -> list[tuple[SpeedParameters, SpeedParameters]]:
+    if wish is None:
+        return [await parameters_of_pattern(body, pattern) for body in plan.movers]
+    members = plan.scara.members
+    wished = zip(members, await wish(members), strict=True)
+    return [(speeds, speeds) for body, speeds in wished if body in plan.movers]
 
 
 async def prepare(plan: Plan, note: Callable[[str], None]) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import pytest
+from pydantic import ValidationError
 
 from gateway.core.errors import (
     BodyBusy,
@@ -18,12 +19,19 @@ from gateway.core.errors import (
 )
 from gateway.core.journal.intents import Intents
 from gateway.core.move_record import MoveStatus
+from gateway.core.origin import Origin
+from gateway.operations import moves, scaras
+from gateway.rorze.limited_speed import Rate
+from gateway.rorze.move_requests import Length, RelativeMoveRequest
 from gateway.rorze.scaras import paths
 from gateway.rorze.scaras.geometry import GeometryDiffers
+from gateway.rorze.scaras.record import ScaraMove
+from gateway.rorze.speed_sets import read_set
 from protocols.rorze.interpolation import PathPoint
 from protocols.rorze.modes import SetSoftLimits
 from protocols.rorze.path import Arc, Corner, Line, Segment, rounded
 from protocols.rorze.position import GetPosition
+from protocols.rorze.speeds import SetMaximumAcceleration
 from simulator.faults import Direction
 from simulator.rorze.rc400 import LinkSettings
 from simulator.rorze.world import CCW_LIMIT, EMS, STALL
@@ -262,6 +270,93 @@ async def test_a_plan_tells_why_it_would_be_refused() -> None:
         assert plan.duration_s is None
         assert plan.note is not None
         assert "would be refused: line1.02 refused SPD: The acceleration pattern is not set." in plan.note
+
+
+# A speed of its own
+
+
+async def fastest(robot: Cell, seconds: float) -> float:
+    """The greatest speed of the finger's end, in micrometres a second, seen over a time."""
+    most, before = 0.0, robot.place()
+    for _ in range(round(seconds / 0.1)):
+        await asyncio.sleep(0.1)
+        here = robot.place()
+        most, before = max(most, abs(complex(here.x - before.x, here.y - before.y)) / 0.1), here
+    return most
+
+
+ME = Origin("test")
+FIVE = {"value": 5, "unit": "mm/s"}
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        {"kind": "offset", "y": mm(30)},
+        {"kind": "line", "x": mm(10), "y": mm(145)},
+        {"kind": "extend", "distance": mm(30)},
+    ],
+)
+def test_the_finger_goes_no_faster_than_asked_for_and_the_plan_knows_it(request_: dict[str, Any]) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with cell() as robot:
+            slowly = read(**request_, max_speed=FIVE)
+            plan = await robot.moves.plan(robot.scara, slowly)
+            assert plan.duration_s is not None
+            assert plan.duration_s > (plan.length_um or 0.0) / 5_000
+            assert robot.frames_of("OHS") == []
+            move = await scaras.start_move(robot.rig.plant, ME, "wafer", slowly)
+            assert isinstance(move, ScaraMove)
+            assert "A[29]" in move.preparation[-1]
+            assert 4_000 < await fastest(robot, 4.0) < 5_300
+            assert (await robot.ended(move)).status is MoveStatus.SUCCEEDED
+            back = await robot.finished("offset", y=mm(-10))
+            assert back.status is MoveStatus.SUCCEEDED
+
+    story()
+
+
+@in_virtual_time
+async def test_axes_that_turn_alone_take_degrees_a_second() -> None:
+    async with cell() as robot:
+        wanted = read("finger", angle=deg(70), max_speed={"value": 10, "unit": "deg/s"})
+        move = await scaras.start_move(robot.rig.plant, ME, "wafer", wanted)
+        assert isinstance(move, ScaraMove)
+        await asyncio.sleep(1.0)
+        assert 78.0 < robot.place().direction / 1000 < 82.0
+        assert (await robot.ended(move)).status is MoveStatus.SUCCEEDED
+        with pytest.raises(ValidationError):
+            read("finger", angle=deg(70), max_speed=FIVE)
+        with pytest.raises(ValidationError, match="cannot be given together"):
+            read("offset", x=mm(1), max_speed=FIVE, pattern=3)
+
+
+@in_virtual_time
+async def test_axes_of_unlike_standard_speeds_get_the_gentlest_and_single_axes_go_on_with_their_own() -> None:
+    """After a restart, too: what it then finds has the ramps of one or of the other."""
+    async with cell() as robot:
+        base, arm, _ = robot.scara.members
+        for acceleration, body in ((300_000, base), (50_000, arm)):
+            await body.ask(SetMaximumAcceleration(acceleration=acceleration))
+        slowly = read("offset", y=mm(10), max_speed=FIVE)
+        alone = RelativeMoveRequest(
+            kind="relative",
+            direction="cw",
+            distance=Length(value=10, unit="pulse"),
+            max_speed=Rate(value=100, unit="pulse/s"),
+        )
+        for _ in range(2):
+            move = await scaras.start_move(robot.rig.plant, ME, "wafer", slowly, 30.0)
+            assert isinstance(move, ScaraMove)
+            assert move.status is MoveStatus.SUCCEEDED
+            assert {(await read_set(body, 29)).acceleration_pps_s for body in robot.scara.members} == {50_000}
+            base.slow_written = None
+            for back in ("cw", "ccw"):
+                one = alone.model_copy(update={"direction": back})
+                await moves.start(robot.rig.plant, ME, "/bodies/line1.02", one, 30.0)
+            assert (await read_set(base, 29)).acceleration_pps_s == 300_000
+            base.slow_written = None
 
 
 # What is refused
