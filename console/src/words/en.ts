@@ -350,6 +350,7 @@ export const en = {
   },
 
   scara: {
+    turnSpeed: "Speed of turns",
     noScara: (id: string) => `There is no SCARA robot ${id}.`,
     place: "Where the finger ends",
     angle: "Direction",

@@ -350,6 +350,7 @@ export const ja: typeof en = {
   },
 
   scara: {
+    turnSpeed: "回転速度",
     noScara: (id) => `スカラロボット ${id} はありません。`,
     place: "フィンガ先端の位置",
     angle: "向き",
