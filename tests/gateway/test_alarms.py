@@ -132,7 +132,10 @@ async def test_a_burst_of_refusals_without_an_address_is_an_alarm_too() -> None:
         for _ in range(it.plant.security.keeping.refusals_per_minute + 1):
             it.plant.security.note(SIGN_IN_REFUSED, "/sign-in", why="The key is not good.")
         burst = standing(it.plant)["gateway.refusals.burst"]
-        assert "were refused within" in burst.en.happened
+        assert burst.en.happened.endswith(" s, the last from an unknown address.")
+        assert "（最後は不明なアドレスから）" in burst.ja.happened
+        assert burst.when_over is not None
+        assert "from an unknown address; that is over" in burst.when_over.en.happened
 
 
 @in_virtual_time
