@@ -767,4 +767,24 @@ export const en = {
     shownOnce: (name: string) => `The key of ${name}. It is shown this once: copy it now.`,
     copy: "Copy the key",
   },
+
+  sessions: {
+    title: "Sessions",
+    none: "Nobody has signed in.",
+    address: "Address",
+    began: "Signed in",
+    end: (name: string, id: string) => `End the session of ${name} (${id})`,
+    endShort: "End",
+  },
+
+  security: {
+    title: "Security log",
+    none: "It has no entries.",
+    again: "Read the log again",
+    type: "What",
+    caller: "By",
+    target: "About",
+    more: "More",
+    times: (count: number) => `${count} times`,
+  },
 };

@@ -781,4 +781,24 @@ export const ja: typeof en = {
     shownOnce: (name) => `${name} のキーです。表示は一度だけです。今コピーしてください。`,
     copy: "キーをコピー",
   },
+
+  sessions: {
+    title: "セッション",
+    none: "サインインしている人はいません。",
+    address: "アドレス",
+    began: "サインイン",
+    end: (name, id) => `${name} のセッション (${id}) を終了`,
+    endShort: "終了",
+  },
+
+  security: {
+    title: "セキュリティログ",
+    none: "記録はありません。",
+    again: "ログを読み直す",
+    type: "内容",
+    caller: "操作者",
+    target: "対象",
+    more: "詳細",
+    times: (count) => `${count} 回`,
+  },
 };
