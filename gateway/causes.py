@@ -56,7 +56,7 @@ LINES: Final[Sequence[Kind[AnyLine]]] = (
             "Use the hardware stop if something must not move on. Then check port, cable and power.",
         ),
         words(
-            "回線{address}を使用できません: {reason}",
+            "回線{address}を使用できません: {reason}。",
             "この回線のモータは最後に指示された動作を続けます。停止指令を含め、何も送信できません。",
             "危険がある場合は非常停止回路を使用してください。その後、ポート、ケーブル、電源を確認してください。",
         ),

@@ -113,10 +113,10 @@ function shown([alarm, ...others]: [Told, ...Told[]]): Alarm {
   };
 }
 
-/** The calls that help, while it stands. */
+/** The calls that help; what answers again needs no stop for its silence. */
 function remediesOf(alarm: Told): Remedy[] {
   const target = plant.target(alarm.subject.split("/")[2] ?? "");
-  const calls = alarm.next.filter(({ method }) => method !== "GET");
+  const calls = alarm.next.filter(({ method, right }) => method !== "GET" && (right !== "stop" || alarm.ended_at === null));
   return calls.map((call) => ({
     label: call[language.now].replace(/[.。]$/, ""),
     deed: (gateway: Gateway) => gateway.call(call),

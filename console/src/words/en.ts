@@ -512,7 +512,7 @@ export const en = {
     over: "over, not yet read",
     since: (raised: string) => `since ${raised}`,
     fromTo: (raised: string, ended: string) => `${raised} – ${ended}`,
-    resetAll: (count: number) => `Reset all ${count} that are over`,
+    resetAll: "Reset all that are over",
     noAlarms: "Nothing needs attention.",
     alarmCount: (count: number) => (count === 1 ? "1 alarm" : `${count} alarms`),
     about: "About",

@@ -512,7 +512,7 @@ export const ja: typeof en = {
     over: "復旧済み・未確認",
     since: (raised) => `${raised} から`,
     fromTo: (raised, ended) => `${raised} – ${ended}`,
-    resetAll: (count) => `復旧済みの ${count} 件をすべて解除`,
+    resetAll: "復旧済みをすべて解除",
     noAlarms: "対処が必要なものはありません。",
     alarmCount: (count) => `アラーム ${count} 件`,
     about: "対象",
