@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 import pytest
-from playwright.sync_api import CDPSession, expect
+from playwright.sync_api import CDPSession, ViewportSize, expect
 
 from tests.console.browser import Console, Plant
 from tests.console.test_pages import PAGES
@@ -77,7 +77,7 @@ def test_no_page_is_wider_than_a_tablet(plant: Plant, open_console: Open) -> Non
         assert console.page.evaluate(beyond) == 0, path
 
 
-PHONE = {"width": 390, "height": 844}
+PHONE: ViewportSize = {"width": 390, "height": 844}
 ALL_PAGES = (
     *("#/", "#/axis/line1.00", "#/axis/line1.10", "#/scara/wafer", "#/robot/r1", "#/positions/line1.00"),
     *("#/motion/line1.00", "#/program/line1.00", "#/settings/line1.00", "#/events", "#/wire/line1"),
