@@ -22,6 +22,7 @@ from app.commands import (
     program,
     reload,
     scan,
+    security,
     serve,
     stop,
     trace,
@@ -42,6 +43,7 @@ for command in (
     moves.send,
     stop.stop,
     reload.reload,
+    security.security,
     *(backups.backup, backups.diff, backups.restore),
 ):
     app.command()(command)
@@ -52,6 +54,7 @@ app.add_typer(simulate, name="simulate")
 app.add_typer(journal.journal, name="journal")
 app.add_typer(audit.audit, name="audit")
 app.add_typer(keys.app, name="keys")
+app.add_typer(security.sessions, name="sessions")
 app.add_typer(alarms.alarms, name="alarms")
 app.add_typer(lease.lease, name="lease")
 app.add_typer(program.program, name="program")

@@ -32,6 +32,11 @@ CONFIGURED_ANEW = "it is configured anew"
 UNUSABLE = (LineState.DOWN, LineState.SILENT)
 
 
+def _facts_of_burst(burst: Facts) -> Facts:
+    address = burst["address"]
+    return {**burst, "whence": address or "an unknown address", "whence_ja": address or "不明なアドレス"}
+
+
 def _facts_of_crash(crash: Facts) -> Facts:
     """What was under way, by its motor, and the time as people write it."""
     seen_at = crash["last_seen_at"]
@@ -52,7 +57,7 @@ LINES: Final[Sequence[Kind[AnyLine]]] = (
             "Use the hardware stop if something must not move on. Then check port, cable and power.",
         ),
         words(
-            "回線{address}を使用できません: {reason}",
+            "回線{address}を使用できません: {reason}。",
             "この回線のモータは最後に指示された動作を続けます。停止指令はポートが開いていれば送信しますが、"
             "届かない可能性があります。",
             "危険がある場合は非常停止回路を使用してください。その後、ポート、ケーブル、電源を確認してください。",
@@ -211,27 +216,28 @@ GATEWAY: Final[Sequence[Kind[str]]] = (
     Kind(
         "gateway.refusals.burst",
         words(
-            "{refusals} requests or sign-ins were refused within {seconds} s, the last from {address}.",
+            "{refusals} requests or sign-ins were refused within {seconds} s, the last from {whence}.",
             "No motor is concerned: nothing was sent for them.",
             "See in the security log who asks, and end the key or the client that does.",
         ),
         words(
-            "{seconds}秒間に{refusals}件の要求またはサインインを拒否しました（最後は{address}から）。",
+            "{seconds}秒間に{refusals}件の要求またはサインインを拒否しました（最後は{whence_ja}から）。",
             "モータへの影響はありません。何も送信していません。",
             "セキュリティログで要求元を確認し、該当するキーまたはクライアントを止めてください。",
         ),
         next=(SECURITY,),
+        facts=_facts_of_burst,
         lasts=lambda _why: True,
         latches=False,
         over=past(
             words(
-                "{refusals} requests or sign-ins were refused within {seconds} s, the last from {address}; "
+                "{refusals} requests or sign-ins were refused within {seconds} s, the last from {whence}; "
                 "that is over.",
                 "No motor was concerned: nothing was sent for them.",
                 "See in the security log who asked.",
             ),
             words(
-                "{seconds}秒間に{refusals}件の要求またはサインインを拒否しました（最後は{address}から）。"
+                "{seconds}秒間に{refusals}件の要求またはサインインを拒否しました（最後は{whence_ja}から）。"
                 "現在は収まっています。",
                 "モータへの影響はありませんでした。何も送信していません。",
                 "セキュリティログで要求元を確認してください。",

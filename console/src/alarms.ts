@@ -104,7 +104,7 @@ function shown([alarm, ...others]: [Told, ...Told[]]): Alarm {
     parts: others.map((it) => ({
       key: it.id,
       text: wordsOf(it, ["happened"]),
-      remedies: it.subject === alarm.subject || it.ended_at !== null ? [] : remediesOf(it),
+      remedies: it.subject === alarm.subject || it.ended_at !== null ? [] : remediesOf(it, !alarm.subject.startsWith("/lines/")),
     })),
     remedies: [
       ...remediesOf(alarm),
@@ -113,10 +113,11 @@ function shown([alarm, ...others]: [Told, ...Told[]]): Alarm {
   };
 }
 
-/** The calls that help, while it stands. */
-function remediesOf(alarm: Told): Remedy[] {
+/** The calls that help; what answers again needs no stop for its silence, and over a lost line none comes. */
+function remediesOf(alarm: Told, reached = true): Remedy[] {
+  const stops = reached && alarm.ended_at === null;
   const target = plant.target(alarm.subject.split("/")[2] ?? "");
-  const calls = alarm.next.filter(({ method }) => method !== "GET");
+  const calls = alarm.next.filter(({ method, right }) => method !== "GET" && (right !== "stop" || stops));
   return calls.map((call) => ({
     label: call[language.now].replace(/[.。]$/, ""),
     deed: (gateway: Gateway) => gateway.call(call),

@@ -9,6 +9,8 @@ NEAR_S: Final = 5.0
 """Alarms that were raised so close to each other may tell the same event, in seconds."""
 SAME_S: Final = 60.0
 """The same of the same cause at several bodies of a line, which are asked one after the other, in seconds."""
+_SILENT: Final = ("body.offline", "robot.offline")
+_POWER_CYCLED: Final = ("body.power_cycled", "robot.power_cycled")
 _STOP_OR_MOVE: Final = (".move.", ".stop.unconfirmed")
 
 
@@ -43,8 +45,10 @@ def _tells(head: Alarm, alarm: Alarm, lines: dict[str, str | None]) -> bool:
         return (is_its_line and _during(head, alarm)) or (
             head.subject == alarm.subject and _near(head, alarm)
         )
+    if head.subject == alarm.subject:
+        return _explains(head, alarm)
     is_same = head.cause == alarm.cause and lines[head.id] == lines[alarm.id]
-    return is_same and head.subject != alarm.subject and head.id < alarm.id and _near(head, alarm, SAME_S)
+    return is_same and head.id < alarm.id and _near(head, alarm, SAME_S)
 
 
 def _rank(alarm: Alarm) -> int:
@@ -58,7 +62,24 @@ def _near(one: Alarm, other: Alarm, within_s: float = NEAR_S) -> bool:
     return abs((one.raised_at - other.raised_at).total_seconds()) <= within_s
 
 
+def _explains(power: Alarm, silence: Alarm) -> bool:
+    """Whether the loss of power that was seen when something answered again tells why it was silent."""
+    if power.cause not in _POWER_CYCLED or silence.cause not in _SILENT or silence.ended_at is None:
+        return False
+    return abs((power.raised_at - silence.ended_at).total_seconds()) <= NEAR_S
+
+
 def _during(line: Alarm, alarm: Alarm) -> bool:
-    """Whether an alarm came about while its line had one."""
+    """Whether an alarm came about while its line had one, or is the silence that told of it."""
     is_before_end = line.ended_at is None or alarm.raised_at <= line.ended_at
-    return _near(line, alarm) or (line.raised_at <= alarm.raised_at and is_before_end)
+    return (
+        _near(line, alarm)
+        or (line.raised_at <= alarm.raised_at and is_before_end)
+        or (alarm.cause in _SILENT and _led_to(alarm, line))
+    )
+
+
+def _led_to(silence: Alarm, line: Alarm) -> bool:
+    """Whether a silence lasted when the line was given up: its bodies are asked one after the other."""
+    lasted = silence.ended_at is None or silence.ended_at >= line.raised_at
+    return lasted and silence.raised_at <= line.raised_at and _near(line, silence, SAME_S)

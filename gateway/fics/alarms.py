@@ -5,6 +5,7 @@ from typing import Final
 
 from gateway.core.alarms import Cause, Kind, causes_of_moves, past, stopped, words
 from gateway.core.next_calls import ACKNOWLEDGE, STOP
+from gateway.core.power_alarms import facts_of_power_loss
 from gateway.core.restore_alarms import causes_of_restores
 from gateway.fics.calls import ERRORS, MOVE, RESET, ROBOT, STATUS
 from gateway.fics.robot import Robot
@@ -41,30 +42,32 @@ ROBOTS: Final[Sequence[Kind[Robot]]] = (
     Kind(
         "robot.power_cycled",
         words(
-            "{address} has lost its power, or seems to have.",
-            "A motion under way has ended with the power. No axis is homed, and speeds the gateway does not "
-            "know are 100 % again.",
+            "{address} {lost}.",
+            "{so} motion under way has ended with the power. No axis is homed, and speeds the gateway "
+            "does not know are 100 % again.",
             "See that its speeds are right, acknowledge the power cycle, then home it.",
         ),
         words(
-            "{address}の電源が切れた、または切れた可能性があります。",
-            "実行中の動作は電源とともに終了しました。原点復帰は未完了で、ゲートウェイが把握していない"
+            "{address}の電源が{lost_ja}。",
+            "{so_ja}実行中の動作は電源とともに終了しました。原点復帰は未完了で、ゲートウェイが把握していない"
             "速度は100 %に戻っています。",
             "速度を確認し、電源再投入を確認済みにしてから、原点復帰を行ってください。",
         ),
         "C-HOST manual 1-1-1, 2-15",
         (ROBOT, ACKNOWLEDGE),
         lambda robot: robot.power.cycled,
+        facts=facts_of_power_loss,
         over=past(
             words(
-                "{address} had lost its power, or seemed to have; that was acknowledged since.",
-                "All axes had stopped, none was homed, and speeds the gateway does not know "
+                "{address} {had_lost}; that was acknowledged since.",
+                "{so} axes had stopped, none was homed, and speeds the gateway does not know "
                 "were 100 % again.",
                 "See that its speeds are right, and home it, if that was not done.",
             ),
             words(
-                "{address}の電源が切れた、または切れた可能性がありましたが、確認済みです。",
-                "全軸が停止し、原点復帰は未完了になり、ゲートウェイが把握していない速度は100 %に戻りました。",
+                "{address}の電源が{had_lost_ja}が、確認済みです。",
+                "{so_ja}全軸が停止し、原点復帰は未完了になり、"
+                "ゲートウェイが把握していない速度は100 %に戻りました。",
                 "未確認の場合は速度を確認し、原点復帰を行ってください。",
             ),
         ),

@@ -20,6 +20,7 @@ from gateway.fics.move_runs import MoveRun
 from gateway.fics.robot import Robot
 from gateway.fics.samples import RobotTrajectory
 from gateway.fics.soft_limits import name_limits
+from gateway.fics.targets import end_of
 from gateway.fics.units import RobotUnit
 from protocols.fics.commands import read
 from protocols.fics.row import FicsCommand
@@ -85,7 +86,8 @@ class RobotMoves:
             raise
         refusal = await asyncio.shield(run.begun)
         if refusal is not None:
-            await name_limits(unit, move.coordinates, move.target_position, refusal)
+            end = end_of(unit, command, move.start_position or {}, move.target_position)
+            await name_limits(unit, move.coordinates, end, refusal)
             raise refusal
         return move
 

@@ -9,11 +9,12 @@ from pydantic import Field
 
 from gateway.core.errors import GatewayError
 from gateway.core.records import Record
-from gateway.fics.axes import Coordinates
+from gateway.fics.axes import Coordinates, Places
 from gateway.fics.durations import PER_SECOND, ROWS
 from gateway.fics.errors import NotHomed, PositionUnknown
 from gateway.fics.move_record import check
-from gateway.fics.targets import require_known, target_of
+from gateway.fics.soft_limits import crossed_limits
+from gateway.fics.targets import end_of, require_known, target_of
 from gateway.fics.units import RobotUnit
 from protocols.fics import speeds
 from protocols.fics.motor_axes import MoveMotorsRelative
@@ -110,10 +111,28 @@ async def _foresee(plan: PlannedRobotMove, unit: RobotUnit, command: FicsCommand
             raise NotCalculable(f"It would be refused: position {command.position} is not set.")
     plan.target_position = target = target_of(unit, command, start, stored)
     await require_known(unit, command, start, target)
-    if target is None:
+    end = end_of(unit, command, start, target) or {}
+    if crossed := await crossed_limits(unit, plan.coordinates, end):
+        raise NotCalculable(f"It would be refused: {', and '.join(map(str, crossed))}.")
+    try:
+        plan.duration_s = await _duration_s(plan, unit, command)
+    except NotCalculable as unknown:
+        raise NotCalculable(f"{unknown}{_limits_of_motors(unit, end)}") from None
+
+
+async def _duration_s(plan: PlannedRobotMove, unit: RobotUnit, command: FicsCommand[Any]) -> float:
+    if plan.target_position is None:
         raise NotCalculable("How far it goes is only known when it is done.")
     rides = await rides_of(unit, plan.coordinates, _ways(plan, command))
-    plan.duration_s = round(max((it.duration_s for it in rides.values()), default=0.0), 3)
+    return round(max((it.duration_s for it in rides.values()), default=0.0), 3)
+
+
+def _limits_of_motors(unit: RobotUnit, end: Places) -> str:
+    """Tell which limits cannot be checked: those of motors whose places only the robot can calculate."""
+    motors = dict.fromkeys(it for axis in end if unit.converted(axis) for it in unit.motors_behind(axis))
+    if not motors:
+        return ""
+    return f" Only the robot knows whether the soft limits of its motors {' and '.join(motors)} allow it."
 
 
 def _ways(plan: PlannedRobotMove, command: FicsCommand[Any]) -> dict[str, float]:

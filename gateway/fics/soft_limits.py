@@ -1,7 +1,7 @@
 """Soft limits: changes that a robot will take, for those of an axis never cross, and moves beyond (2-33)."""
 
 from collections.abc import Mapping
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, Literal, NamedTuple
 
 from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest
 from gateway.fics.axes import Coordinates, Places
@@ -14,7 +14,6 @@ from protocols.fics.motor_axes import (
     SetMotorLowerSoftLimits,
     SetMotorUpperSoftLimits,
 )
-from protocols.fics.notation import Quantity
 from protocols.fics.row import FicsCommand
 from protocols.fics.soft_limits import (
     GetLowerSoftLimits,
@@ -50,41 +49,69 @@ BEYOND: Final = "E07"
 """What a robot answers to a target beyond a soft limit, of whichever axis (C-HOST manual 2-12)."""
 
 
+class CrossedLimit(NamedTuple):
+    """A soft limit of an axis that a place lies beyond, in the unit of the axis."""
+
+    axis: str
+    side: Literal["upper", "lower"]
+    limit: float
+    place: float
+    unit: str
+
+    def __str__(self) -> str:
+        """Say so, without a full stop."""
+        place, limit = self._shown(self.place), self._shown(self.limit)
+        return f"the target {place} of axis {self.axis} lies beyond its {self.side} soft limit {limit}"
+
+    @property
+    def ja(self) -> str:
+        """The same in Japanese, as a sentence."""
+        sign = {"upper": "+", "lower": "-"}[self.side]
+        return (
+            f"{self.axis}軸の移動先 {self._shown(self.place)} が{sign}ソフトリミット "
+            f"{self._shown(self.limit)} を超えています。"
+        )
+
+    def _shown(self, place: float) -> str:
+        return f"{round(place, NOISE_DIGITS):.15g} {self.unit}"
+
+
+async def crossed_limits(unit: RobotUnit, coordinates: Coordinates, end: Places) -> list[CrossedLimit]:
+    """Give the soft limits that the end of a move lies beyond; such a move is refused (C-HOST manual 2-12).
+
+    An axis whose place is not known has none: a robot cannot hold it to them either, an assumption.
+
+    :raises GatewayError: the limits were not read.
+    """
+    ends = {axis: round(place, NOISE_DIGITS) for axis, place in end.items() if place is not None}
+    if not ends:
+        return []
+    limits = next(it for it in _LIMITS if it.coordinates == coordinates)
+    lower, upper = [await _read(unit, limits, row) for row in (limits.get_lower, limits.get_upper)]
+    units = unit.counted_in(coordinates)
+    above = [CrossedLimit(it, "upper", upper[it], at, units[it]) for it, at in ends.items() if at > upper[it]]
+    below = [CrossedLimit(it, "lower", lower[it], at, units[it]) for it, at in ends.items() if at < lower[it]]
+    return above + below
+
+
 async def name_limits(
-    unit: RobotUnit, coordinates: Coordinates, target: Places | None, refusal: GatewayError
+    unit: RobotUnit, coordinates: Coordinates, end: Places | None, refusal: GatewayError
 ) -> None:
     """Name the axes, their targets and the limits, where a refused move leads beyond; only reads are sent."""
-    if not isinstance(refusal, ControllerRefused) or refusal.error_code != BEYOND or not target:
+    if not isinstance(refusal, ControllerRefused) or refusal.error_code != BEYOND or not end:
         return
-    limits = next(it for it in _LIMITS if it.coordinates == coordinates)
     try:
-        lower, upper = [await _read(unit, limits, row) for row in (limits.get_lower, limits.get_upper)]
+        crossed = await crossed_limits(unit, coordinates, end)
     except GatewayError:
         return  # the refusal stands, with the manual's words
-    beyond = [
-        (axis, place, *(("upper", "+", upper[axis]) if place > upper[axis] else ("lower", "-", lower[axis])))
-        for axis, place in target.items()
-        if place is not None and not lower[axis] <= round(place, NOISE_DIGITS) <= upper[axis]
-    ]
-    if not beyond:
+    if not crossed:
         return
-
-    def shown(axis: str, place: float) -> str:
-        return f"{round(place, NOISE_DIGITS):.15g} {unit.systems[axis].unit(Quantity.POSITION)}"
-
     code = refusal.command_code
-    told = [
-        f"the target {shown(axis, place)} of axis {axis} lies beyond its {side} soft limit "
-        f"{shown(axis, limit)}"
-        for axis, place, side, _, limit in beyond
-    ]
-    told_ja = [
-        f"{axis}軸の移動先 {shown(axis, place)} が{sign}ソフトリミット {shown(axis, limit)} を超えています。"
-        for axis, place, _, sign, limit in beyond
-    ]
-    refusal.detail = f"{unit.address} refused {code}: {', and '.join(told)}. Nothing moved because of it."
+    told = ", and ".join(map(str, crossed))
+    refusal.detail = f"{unit.address} refused {code}: {told}. Nothing moved because of it."
     refusal.remedy = "Choose a target within the soft limits, or change them in the unit's settings."
-    refusal.detail_ja = f"{unit.address} {code}: {''.join(told_ja)}このコマンドではモータは動いていません。"
+    told_ja = "".join(it.ja for it in crossed)
+    refusal.detail_ja = f"{unit.address} {code}: {told_ja}このコマンドではモータは動いていません。"
     refusal.remedy_ja = "ソフトリミットの範囲内の移動先を指定するか、ソフトリミットの設定を変更してください。"
 
 

@@ -8,6 +8,7 @@ from gateway.fics.units import RobotUnit, UnknownReason
 from protocols.fics.jog import StepAxis
 from protocols.fics.motor_axes import MoveMotorsAbsolute, MoveMotorsRelative
 from protocols.fics.moves import AxesMove, MoveAbsolute, MoveRelative, MoveToPosition
+from protocols.fics.notation import AxisSystem
 from protocols.fics.row import FicsCommand
 
 TOLERANCE = 2 * DISPLAYED
@@ -86,6 +87,17 @@ def target_of(
     if isinstance(command, MoveRelative | MoveMotorsRelative):
         return {name: _sum(start[name], amount) for name, amount in target.items()}
     return target
+
+
+def end_of(unit: UnitAxes, command: FicsCommand[Any], start: Places, target: Places | None) -> Places | None:
+    """Where a move leads: to its target, or as far as a step counts, which proves too little to be a target.
+
+    None where nobody can know it beforehand.
+    """
+    if not isinstance(command, StepAxis):
+        return target
+    smallest = 1.0 if unit.systems[command.axis] is AxisSystem.PULSE else DISPLAYED
+    return {command.axis: _sum(start.get(command.axis), command.steps * smallest)}
 
 
 def _named(names: list[str], values: list[float | None]) -> dict[str, float | None]:

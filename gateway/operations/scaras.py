@@ -11,6 +11,7 @@ from gateway.rorze.scaras.geometry import HeldGeometry
 from gateway.rorze.scaras.record import PlannedScaraMove, ScaraMove
 from gateway.rorze.scaras.requests import ScaraMoveRequest
 from gateway.rorze.scaras.scara import AxisPositions, Scara
+from gateway.rorze.scaras.speed import at_own_speed
 from protocols.rorze.interpolation import PathPoint
 from protocols.rorze.scara import Place
 
@@ -66,7 +67,8 @@ async def start_move(
     if request.validate_only:
         return await moves.plan(scara, request)
     plant.require_unlatched(scara_id)
-    move = await moves.start(scara, request)
+    async with at_own_speed(scara, request) as ready:
+        move = await moves.start(scara, ready)
     return await moves.log.wait(move.id, wait_s)
 
 

@@ -6,6 +6,7 @@ from typing import Final, NamedTuple
 
 from gateway.core.alarms import Cause, Facts, Kind, causes_of_moves, past, stopped, words
 from gateway.core.next_calls import ACKNOWLEDGE, LINE_STATE, STOP, NextCall
+from gateway.core.power_alarms import facts_of_power_loss
 from gateway.core.restore_alarms import causes_of_restores
 from gateway.rorze.bodies import Body
 from gateway.rorze.calls import (
@@ -164,28 +165,29 @@ BODIES: Final[Sequence[Kind[Body]]] = (
     Kind(
         "body.power_cycled",
         words(
-            "{address} has lost its power, or seems to have: {why}.",
-            "The motor has stopped. Its position, its position table and its settings are those of power-on.",
+            "{address} {lost}: {why}.",
+            "{so} motor has stopped. "
+            "Its position, its position table and its settings are those of power-on.",
             "See that its settings are right, then home it, or acknowledge the power cycle.",
         ),
         words(
-            "{address}の電源が切れた、または切れた可能性があります。",
-            "モータは停止しました。位置、位置テーブル、設定は電源投入時の値です。",
+            "{address}の電源が{lost_ja}。",
+            "{so_ja}モータは停止しました。位置、位置テーブル、設定は電源投入時の値です。",
             "設定を確認し、原点サーチを行うか、電源再投入を確認済みにしてください。",
         ),
         "RC-420 manual 5.4.2",
         (STATUS, HOME, ACKNOWLEDGE),
         lambda body: body.power.cycled,
+        facts=facts_of_power_loss,
         over=past(
             words(
-                "{address} had lost its power, or seemed to have; that was acknowledged, or it "
-                "was homed since.",
-                "The motor had stopped, and its position table and settings were those of power-on.",
+                "{address} {had_lost}; that was acknowledged, or it was homed since.",
+                "{so} motor had stopped, and its position table and settings were those of power-on.",
                 "See that its settings are right, if that was not done.",
             ),
             words(
-                "{address}の電源が切れた、または切れた可能性がありましたが、確認済みにするか原点復帰を行いました。",
-                "モータは停止し、位置テーブルと設定は電源投入時の値になりました。",
+                "{address}の電源が{had_lost_ja}が、確認済みにするか原点復帰を行いました。",
+                "{so_ja}モータは停止し、位置テーブルと設定は電源投入時の値になりました。",
                 "未確認の場合は設定を確認してください。",
             ),
         ),

@@ -120,6 +120,8 @@ class Body:
     """Held from when the speed of a move is written until the move has started."""
     slow_written: SpeedParameters | None = None
     """The speeds that were written last for a move with a speed of its own."""
+    companions: "list[Body]" = field(default_factory=list)
+    """The axes of the SCARA robot it belongs to, itself among them."""
     poll_due: asyncio.Event = field(default_factory=asyncio.Event)
     """Its state is to be read now, not at the next poll."""
     rest: MotorState | None = None

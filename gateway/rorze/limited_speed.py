@@ -7,7 +7,7 @@ they are.
 """
 
 import asyncio
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import astuple
 from typing import Annotated, Any, Final, Literal, TypeVar
@@ -49,6 +49,8 @@ MaxSpeed = Annotated[
         "to the body's `slow_pattern` (RAM only) before; neither `pattern` nor `low` goes with it."
     ),
 ]
+Wish = Callable[[Sequence[Body]], Awaitable[Sequence[SpeedParameters]]]
+"""Works out what is written to each body."""
 C = TypeVar("C", bound=RorzeCommand[Any])
 M = TypeVar("M", bound=RequestModel)
 
@@ -101,8 +103,13 @@ async def limited_parameters(body: Body, limit: Rate) -> SpeedParameters:
     top = round(counts * ratio)
     if top < 1:
         raise InvalidRequest("max_speed: it comes to less than one pulse a second; nothing was sent.")
+    return (await standard_of(body)).capped(top)
+
+
+async def standard_of(body: Body) -> SpeedParameters:
+    """The standard speed set, from which the ramps are taken; errors as of `limited_parameters`."""
     try:
-        return (await parameters_of(body, STANDARD)).capped(top)
+        return await parameters_of(body, STANDARD)
     except ProfileError as error:
         raise InvalidRequest(
             f"Speed set {STANDARD} of {body.address}, from which the ramps are taken, has no valid values: "
@@ -112,10 +119,10 @@ async def limited_parameters(body: Body, limit: Rate) -> SpeedParameters:
 
 
 @asynccontextmanager
-async def limited(target: Body | Group, limit: Rate) -> AsyncIterator[int]:
+async def limited(target: Body | Group, wish: Wish) -> AsyncIterator[int]:
     """Write a speed, and keep others from writing another one until the move has started; gives its pattern.
 
-    :raises InvalidRequest: as of `limited_parameters`, or somebody uses the pattern; nothing was changed.
+    :raises InvalidRequest: as of the wish, or somebody uses the pattern; nothing was changed.
     :raises BodyBusy: a body moves, or the group is being defined anew; nothing was sent.
     :raises StoppedFirst: a stop came meanwhile; the move must not start.
     :raises GatewayError: it was not written.
@@ -127,7 +134,8 @@ async def limited(target: Body | Group, limit: Rate) -> AsyncIterator[int]:
         for body in sorted(bodies, key=lambda it: it.number):  # in one order: two groups may share members
             await stack.enter_async_context(body.limiting)
         idle_bodies_of(target)  # another wish may have begun meanwhile
-        await asyncio.gather(*(_write(body, number, limit) for body in bodies))
+        wanted = await wish(bodies)
+        await asyncio.gather(*(_write(*it, number) for it in zip(bodies, wanted, strict=True)))
         if gate.epoch(target.number) != epoch:
             raise gate.overtaken(target.number)
         yield number
@@ -140,12 +148,15 @@ async def at_own_speed(target: Body | Group, request: M) -> AsyncIterator[M]:
     if limit is None:
         yield request
         return
-    async with limited(target, limit) as number:
+
+    async def wish(bodies: Sequence[Body]) -> Sequence[SpeedParameters]:
+        return await asyncio.gather(*(limited_parameters(body, limit) for body in bodies))
+
+    async with limited(target, wish) as number:
         yield request.model_copy(update={"pattern": number})
 
 
-async def _write(body: Body, number: int, limit: Rate) -> None:
-    wanted = await limited_parameters(body, limit)
+async def _write(body: Body, wanted: SpeedParameters, number: int) -> None:
     pattern, items = sets_item(number), list(items_of(number).values())
     made_of = {"acceleration_set": number, "deceleration_set": number}
     before = body.status_bits
@@ -153,8 +164,8 @@ async def _write(body: Body, number: int, limit: Rate) -> None:
     if body.slow_written == wanted and (found_sets, found) == (made_of, list(astuple(wanted))):
         return
     free = found_sets is None and found[1] == NEVER_SET
-    own = found_sets in (None, made_of) and _may_be_own(found, wanted, body.slow_written)
-    if body.slow_pattern is None and not free and not own:
+    own = free or (found_sets in (None, made_of) and await _may_be_own(body, found))
+    if body.slow_pattern is None and not own:
         raise _in_use(body, number)
     await change(body, [*zip(items, astuple(wanted), strict=True), (pattern, made_of)])
     await body.ask(SetSpeedChange(pattern=number))  # a change on the way could exceed the limit
@@ -163,11 +174,16 @@ async def _write(body: Body, number: int, limit: Rate) -> None:
     body.slow_written = wanted
 
 
-def _may_be_own(found: Sequence[int], wanted: SpeedParameters, written: SpeedParameters | None) -> bool:
-    """Whether a set is what was written last, or for another limit in an earlier life of the gateway."""
-    if written is not None and tuple(found) == astuple(written):
+async def _may_be_own(body: Body, found: Sequence[int]) -> bool:
+    """Whether a set is what was written last, or for another limit in an earlier life of the gateway.
+
+    Then it has the ramps of the body's standard set, or those of the robot that it is an axis of.
+    """
+    if body.slow_written is not None and tuple(found) == astuple(body.slow_written):
         return True
-    return list(found[2:]) == [wanted.acceleration, wanted.rising, wanted.falling] and found[0] <= found[1]
+    standards = await asyncio.gather(*(standard_of(it) for it in {body, *body.companions}))
+    ramps = {(it.acceleration, it.rising, it.falling) for it in standards}
+    return tuple(found[2:]) in ramps and found[0] <= found[1]
 
 
 def _in_use(body: Body, number: int) -> InvalidRequest:

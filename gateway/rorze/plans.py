@@ -21,7 +21,7 @@ from protocols.rorze.moves import (
     MoveToSlowly,
     RelativeMove,
 )
-from protocols.rorze.notation import PositionReference
+from protocols.rorze.notation import Bounds, PositionReference
 from protocols.rorze.patterns import GetPattern, GetSpeedChange
 from protocols.rorze.position import GetPosition
 from protocols.rorze.position_table import GetPositionEntry
@@ -140,6 +140,12 @@ class CrossedLimit(NamedTuple):
         """Say so, without a full stop."""
         return f"the target {self.target} lies beyond its {self.side} soft limit {self.limit} ({self.unit})"
 
+    @property
+    def ja(self) -> str:
+        """The same in Japanese, as a sentence."""
+        side = {"upper": "上限", "lower": "下限"}[self.side]
+        return f"目標位置 {self.target} が移動可能範囲の{side} {self.limit} を超えています。"
+
 
 async def crossed_limit(body: Body, target: int) -> CrossedLimit | None:
     """Give the soft limit that a target lies beyond; such a move is refused (RC-420 manual 14, EPS).
@@ -147,6 +153,11 @@ async def crossed_limit(body: Body, target: int) -> CrossedLimit | None:
     :raises GatewayError: the limits were not read.
     """
     limits, _ = await body.ask(GetSoftLimits())
+    return await crossed_of(body, limits, target)
+
+
+async def crossed_of(body: Body, limits: Bounds, target: int) -> CrossedLimit | None:
+    """Give that of a body's limits; errors as of `Body.know_mode`."""
     if limits.lower <= target <= limits.upper:
         return None
     unit = "encoder counts" if await body.know_mode() == "encoder" else "pulses"

@@ -787,6 +787,27 @@ def test_who_signs_out_cannot_go_on(guarded: Guarded, open_console: Open) -> Non
     expect(console.page.get_by_role("heading", level=1)).to_contain_text("line1.3F")
 
 
+def test_an_administrator_ends_a_session_and_reads_it_in_the_security_log(
+    guarded: Guarded, open_console: Open
+) -> None:
+    worker = open_console(guarded.url, key=guarded.key("shift", "operator"))
+    chief = open_console(guarded.url, "#/system", key=guarded.key("head", "admin"))
+    sessions = chief.page.get_by_role("region", name="Sessions", exact=True).first
+    row = sessions.get_by_role("row").filter(has_text="shift")
+    expect(row).to_contain_text("127.0.0.1")
+    row.get_by_role("button", name="End the session of shift", exact=False).first.click()
+    expect(row).to_have_count(0)
+    worker.shows("You are signed out")
+    chief.button("Read the log again").click()
+    log = chief.page.get_by_role("region", name="Security log", exact=True).first
+    ended = log.get_by_role("row").filter(has_text="session.ended").filter(has_text="shift")
+    expect(ended.first).to_contain_text("head")
+    assert chief.faults() == []
+    chief.button("日本語").click()
+    for title in ("セッション", "セキュリティログ"):
+        expect(chief.page.get_by_role("heading", name=title, exact=True)).to_be_visible()
+
+
 def test_two_users_have_one_lease(guarded: Guarded, open_console: Open) -> None:
     taro, jiro = (open_console(guarded.url, key=guarded.key(name, "operator")) for name in ("taro", "jiro"))
     for console in (taro, jiro):

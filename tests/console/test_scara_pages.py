@@ -20,6 +20,12 @@ def newest(demo: str) -> dict[str, Any]:
     return moves[0] if moves else {"status": None}
 
 
+def fastest(demo: str) -> int:
+    """The highest speed along the way that its moves by hand have now, in micrometres a second."""
+    sets = [httpx.get(f"{demo}/bodies/line1.{body}/speed-sets/29").json() for body in (10, 11, 12)]
+    return max(int(it["maximum_speed_pps"]) for it in sets)
+
+
 def test_a_scara_stands_on_the_plant_with_its_bodies(demo: str, open_console: Open) -> None:
     console = open_console(demo)
     frame = console.page.get_by_role("group", name="SCARA robot")
@@ -35,9 +41,15 @@ def test_a_scara_stands_on_the_plant_with_its_bodies(demo: str, open_console: Op
 def test_its_finger_goes_by_steps_and_to_places(demo: str, open_console: Open) -> None:
     console = open_console(demo, "#/scara/wafer")
     console.button("10").click()
-    console.button("Step X+ 10 mm").click()
+    step = console.button("Step X+ 10 mm")
+    expect(step).to_have_accessible_description("5 mm/s")
+    step.click()
     until(lambda: newest(demo)["status"] == "succeeded", "it is a step further")
-    assert newest(demo)["preparation"][-1].endswith("HXS10000\\r")
+    assert newest(demo)["preparation"][-1].endswith("HXSA[29],10000\\r")
+    assert fastest(demo) == 5_000
+    console.page.get_by_label("Speed by hand").select_option("20")
+    console.page.reload()
+    expect(console.button("Step X+ 1 mm")).to_have_accessible_description("20 mm/s")
     console.page.get_by_label("X (mm)").fill("0")
     expect(console.button("Move")).to_have_attribute("aria-disabled", "true")
     console.page.get_by_label("Y (mm)").fill("150")
@@ -46,6 +58,7 @@ def test_its_finger_goes_by_steps_and_to_places(demo: str, open_console: Open) -
     assert newest(demo)["kind"] == "offset"
     console.button("Move").click()
     until(lambda: newest(demo)["kind"] == "line" and newest(demo)["status"] == "succeeded", "it is there")
+    assert fastest(demo) == 20_000
     newest_row = console.page.get_by_role("region", name="Moves").locator("tbody tr").first
     expect(newest_row).to_contain_text("line")
     expect(newest_row).to_contain_text("succeeded")
@@ -56,6 +69,7 @@ def test_its_own_stop_ends_a_move(demo: str, open_console: Open) -> None:
     console = open_console(demo, "#/scara/wafer")
     console.page.get_by_label("Kind").select_option("finger")
     console.page.get_by_label("Direction").fill("-90")
+    expect(console.button("Move")).to_have_accessible_description("5 deg/s")
     console.button("Move").click()
     until(lambda: newest(demo)["status"] in ("sent", "moving"), "it moves")
     console.page.locator("main").get_by_role("button", name="Stop", exact=True).click()

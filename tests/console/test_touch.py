@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 import pytest
-from playwright.sync_api import CDPSession, expect
+from playwright.sync_api import CDPSession, ViewportSize, expect
 
 from tests.console.browser import Console, Plant
 from tests.console.test_pages import PAGES
@@ -75,6 +75,32 @@ def test_no_page_is_wider_than_a_tablet(plant: Plant, open_console: Open) -> Non
         expect(console.page.get_by_role("heading", level=1)).to_be_visible()
         beyond = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
         assert console.page.evaluate(beyond) == 0, path
+
+
+PHONE: ViewportSize = {"width": 390, "height": 844}
+ALL_PAGES = (
+    *("#/", "#/axis/line1.00", "#/axis/line1.10", "#/scara/wafer", "#/robot/r1", "#/positions/line1.00"),
+    *("#/motion/line1.00", "#/program/line1.00", "#/settings/line1.00", "#/events", "#/wire/line1"),
+    *("#/wire/cell1", "#/system"),
+)
+"""Of the demo, which has one thing of each kind."""
+READ = {"en": "Read", "ja": "読み出し"}
+"""Pressed where it is: what it shows is wide, too."""
+
+
+@pytest.mark.parametrize("language", ["en", "ja"])
+def test_no_page_is_wider_than_a_phone(demo: str, open_console: Open, language: str) -> None:
+    console = open_console(demo, "", language, tablet=True)
+    console.page.set_viewport_size(PHONE)
+    for path in ALL_PAGES:
+        console.go(path)
+        expect(console.page.get_by_role("heading", level=1)).to_be_visible()
+        console.page.wait_for_load_state("networkidle")
+        console.page.evaluate("document.querySelectorAll('details').forEach((it) => { it.open = true })")
+        for button in console.page.get_by_role("button", name=READ[language], exact=True).all():
+            button.click()
+            expect(console.page.locator(".spinning")).to_have_count(0)
+        assert console.page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"], path
 
 
 @pytest.mark.parametrize("size", [(390, 844), (844, 390), (800, 1000)])

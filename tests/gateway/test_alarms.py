@@ -126,13 +126,38 @@ async def test_an_alarm_whose_cause_is_over_is_told_in_the_past() -> None:
         assert "応答が復旧しました" in over.ja.happened
 
 
+@pytest.mark.parametrize(
+    ("certain", "en", "ja"),
+    [
+        (True, "line1.3F has lost its power: its mark is gone.", "line1.3Fの電源が切れました。"),
+        (False, "line1.3F seems to have lost its power: its", "line1.3Fの電源が切れた可能性があります。"),
+    ],
+)
+def test_a_loss_of_power_is_told_as_certain_or_as_likely_and_never_as_both(
+    certain: bool, en: str, ja: str
+) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with rig() as it:
+            it.body().power.lost(certain=certain)
+            lost = standing(it.plant)["body.power_cycled"]
+            assert lost.en.happened.startswith(en)
+            assert lost.ja.happened == ja
+            assert lost.en.motor.startswith("The motor" if certain else "If so, the motor")
+
+    story()
+
+
 @in_virtual_time
 async def test_a_burst_of_refusals_without_an_address_is_an_alarm_too() -> None:
     async with rig() as it:
         for _ in range(it.plant.security.keeping.refusals_per_minute + 1):
             it.plant.security.note(SIGN_IN_REFUSED, "/sign-in", why="The key is not good.")
         burst = standing(it.plant)["gateway.refusals.burst"]
-        assert "were refused within" in burst.en.happened
+        assert burst.en.happened.endswith(" s, the last from an unknown address.")
+        assert "（最後は不明なアドレスから）" in burst.ja.happened
+        assert burst.when_over is not None
+        assert "from an unknown address; that is over" in burst.when_over.en.happened
 
 
 @in_virtual_time

@@ -350,6 +350,7 @@ export const en = {
   },
 
   scara: {
+    turnSpeed: "Speed of turns",
     noScara: (id: string) => `There is no SCARA robot ${id}.`,
     place: "Where the finger ends",
     angle: "Direction",
@@ -511,7 +512,7 @@ export const en = {
     over: "over, not yet read",
     since: (raised: string) => `since ${raised}`,
     fromTo: (raised: string, ended: string) => `${raised} – ${ended}`,
-    resetAll: (count: number) => `Reset all ${count} that are over`,
+    resetAll: "Reset all that are over",
     noAlarms: "Nothing needs attention.",
     alarmCount: (count: number) => (count === 1 ? "1 alarm" : `${count} alarms`),
     about: "About",
@@ -765,5 +766,25 @@ export const en = {
     own: "You have signed in with it.",
     shownOnce: (name: string) => `The key of ${name}. It is shown this once: copy it now.`,
     copy: "Copy the key",
+  },
+
+  sessions: {
+    title: "Sessions",
+    none: "Nobody has signed in.",
+    address: "Address",
+    began: "Signed in",
+    end: (name: string, id: string) => `End the session of ${name} (${id})`,
+    endShort: "End",
+  },
+
+  security: {
+    title: "Security log",
+    none: "It has no entries.",
+    again: "Read the log again",
+    type: "What",
+    caller: "By",
+    target: "About",
+    more: "More",
+    times: (count: number) => `${count} times`,
   },
 };

@@ -350,6 +350,7 @@ export const ja: typeof en = {
   },
 
   scara: {
+    turnSpeed: "回転速度",
     noScara: (id) => `スカラロボット ${id} はありません。`,
     place: "フィンガ先端の位置",
     angle: "向き",
@@ -511,7 +512,7 @@ export const ja: typeof en = {
     over: "復旧済み・未確認",
     since: (raised) => `${raised} から`,
     fromTo: (raised, ended) => `${raised} – ${ended}`,
-    resetAll: (count) => `復旧済みの ${count} 件をすべて解除`,
+    resetAll: "復旧済みをすべて解除",
     noAlarms: "対処が必要なものはありません。",
     alarmCount: (count) => `アラーム ${count} 件`,
     about: "対象",
@@ -779,5 +780,25 @@ export const ja: typeof en = {
     own: "このキーでサインインしています。",
     shownOnce: (name) => `${name} のキーです。表示は一度だけです。今コピーしてください。`,
     copy: "キーをコピー",
+  },
+
+  sessions: {
+    title: "セッション",
+    none: "サインインしている人はいません。",
+    address: "アドレス",
+    began: "サインイン",
+    end: (name, id) => `${name} のセッション (${id}) を終了`,
+    endShort: "終了",
+  },
+
+  security: {
+    title: "セキュリティログ",
+    none: "記録はありません。",
+    again: "ログを読み直す",
+    type: "内容",
+    caller: "操作者",
+    target: "対象",
+    more: "詳細",
+    times: (count) => `${count} 回`,
   },
 };

@@ -35,6 +35,7 @@ from gateway.rorze.scaras.preparation import Plan, prepare, prove_power, weigh, 
 from gateway.rorze.scaras.record import PlannedScaraMove, ScaraAxisMove, ScaraMove, ScaraPlace
 from gateway.rorze.scaras.requests import ScaraMoveRequest
 from gateway.rorze.scaras.scara import Scara
+from gateway.rorze.scaras.speed import wish_of, with_own_pattern
 from gateway.rorze.stops import Stops
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.status import ControllerStatus, GetControllerStatus
@@ -138,7 +139,8 @@ class ScaraMoves:
         :raises InvalidRequest: the arm does not come there, or no path leads there.
         :raises GatewayError: the robot did not tell where it stands.
         """
-        return await weigh(await work_out(scara, request), request.pattern)
+        sent = with_own_pattern(scara, request)
+        return await weigh(await work_out(scara, sent), sent.pattern, wish_of(scara, request))
 
     async def begun(self) -> None:
         """Wait until every move that was asked for has been taken or refused."""

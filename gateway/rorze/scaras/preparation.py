@@ -8,19 +8,22 @@ from typing import Any
 from gateway.core.errors import ControllerRefused, InvalidRequest, PowerCycled
 from gateway.core.lanes import Lane
 from gateway.rorze.bodies import Body, Group
-from gateway.rorze.plans import parameters_of_pattern
+from gateway.rorze.limited_speed import Wish
+from gateway.rorze.plans import crossed_of, parameters_of_pattern
 from gateway.rorze.scaras import geometry, paths
 from gateway.rorze.scaras.record import PlannedScaraMove, ScaraPlace
 from gateway.rorze.scaras.requests import Course, Manoeuvre, MoveStart, ScaraMoveRequest
 from gateway.rorze.scaras.scara import Scara
+from gateway.rorze.soft_limits import REMEDY
 from protocols.rorze.interpolation import (
     SetPathPoint,
     SetStartPosition,
     StartInterpolation,
     TurnFinger,
 )
+from protocols.rorze.modes import GetSoftLimits
 from protocols.rorze.path import PathFault
-from protocols.rorze.profile import ProfileError
+from protocols.rorze.profile import ProfileError, SpeedParameters
 from protocols.rorze.profile import plan as profile
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.scara import OutOfReach
@@ -80,7 +83,7 @@ class Plan:
 async def work_out(scara: Scara, request: ScaraMoveRequest, lane: Lane | None = None) -> Plan:
     """Work out where a move leads from where the robot stands now; only reads are sent.
 
-    :raises InvalidRequest: the arm does not come there, or no path leads there.
+    :raises InvalidRequest: the arm does not come there, no path leads there, or it ends beyond a soft limit.
     :raises GatewayError: the controllers did not tell where they stand, or hold different paths.
     """
     pulses, _ = await scara.stand(lane)
@@ -102,18 +105,38 @@ async def work_out(scara: Scara, request: ScaraMoveRequest, lane: Lane | None = 
             "to turn too fast; nothing was moved.",
             "Align the arm with the target, and lead the path through the centre (RC-420 manual 13.10.6).",
         )
-    return Plan(scara, here, manoeuvre, course)
+    plan = Plan(scara, here, manoeuvre, course)
+    await _require_limits(plan, lane)
+    return plan
 
 
-async def weigh(plan: Plan, pattern: int | None) -> PlannedScaraMove:
+async def _require_limits(plan: Plan, lane: Lane | None) -> None:
+    """Refuse what would end beyond a soft limit (EPS): its axis alone would refuse, and the others start."""
+    scara = plan.scara
+    limits = await scara.ask(GetSoftLimits(), lane=lane)
+    for axis, (body, bounds, target) in enumerate(zip(scara.members, limits, plan.target, strict=True)):
+        crossed = await crossed_of(body, bounds, target) if body in plan.movers else None
+        if crossed is not None:
+            remedy, remedy_ja = REMEDY
+            raise InvalidRequest(
+                f"{scara.id} cannot do that: of axis {axis}, {body.address}, {crossed}. Nothing was moved.",
+                remedy,
+            ).in_japanese(
+                f"{scara.id}: 第{axis}軸 {body.address} の{crossed.ja}何も動いていません。", remedy_ja
+            )
+
+
+async def weigh(plan: Plan, pattern: int | None, wish: Wish | None = None) -> PlannedScaraMove:
     """Tell a move that is only planned, how long it would take, and why it would be refused.
+
+    `wish` is what would be written to the pattern before.
 
     :raises GatewayError: a controller did not tell its speeds.
     """
     told, course = plan.record(), plan.course
     try:
         _require_power(plan.scara)
-        ramps = [await parameters_of_pattern(body, pattern) for body in plan.movers]
+        ramps = await _ramps(plan, pattern, wish)
         if course.length_um is None:
             turned = dict(zip(plan.scara.members, course.turned, strict=True))
             lengths = [abs(turned[body]) for body in plan.movers]
@@ -125,6 +148,16 @@ async def weigh(plan: Plan, pattern: int | None) -> PlannedScaraMove:
     else:
         told.duration_s = max(it.duration_s or 0.0 for it in profiles)
     return told
+
+
+async def _ramps(
+    plan: Plan, pattern: int | None, wish: Wish | None
+) -> list[tuple[SpeedParameters, SpeedParameters]]:
+    if wish is None:
+        return [await parameters_of_pattern(body, pattern) for body in plan.movers]
+    members = plan.scara.members
+    wished = zip(members, await wish(members), strict=True)
+    return [(speeds, speeds) for body, speeds in wished if body in plan.movers]
 
 
 async def prepare(plan: Plan, note: Callable[[str], None]) -> None:

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Final, Literal, NamedTuple, Self
 from pydantic import Field, WithJsonSchema, model_validator
 
 from gateway.core.records import RequestModel, example
+from gateway.rorze.limited_speed import require_one_speed
 from gateway.rorze.move_requests import Pattern
 from gateway.rorze.scaras.paths import commands_for
 from gateway.rorze.scaras.record import ScaraMoveKind
@@ -42,7 +43,7 @@ class _Amount(RequestModel):
     @property
     def exactly(self) -> float:
         """In micrometres, or thousandths of a degree."""
-        return self.value * _IN_THOUSANDTHS[self.unit]
+        return self.value * _IN_THOUSANDTHS[self.unit.removesuffix("/s")]
 
     @property
     def thousandths(self) -> int:
@@ -66,6 +67,20 @@ class Angle(_Amount, json_schema_extra=example(value=90, unit="deg")):
     """An angle, counterclockwise from X."""
 
     unit: Literal["deg", "mdeg"]
+
+
+class PathSpeed(_Amount, json_schema_extra=example(value=5, unit="mm/s")):
+    """How fast the finger's end goes along its way."""
+
+    value: _Value = Field(gt=0, lt=1e6)
+    unit: Literal["mm/s", "um/s"]
+
+
+class TurnSpeed(_Amount, json_schema_extra=example(value=5, unit="deg/s")):
+    """How fast each axis turns."""
+
+    value: _Value = Field(gt=0, lt=1e6)
+    unit: Literal["deg/s", "mdeg/s"]
 
 
 class ViaPoint(
@@ -129,12 +144,23 @@ class Manoeuvre(NamedTuple):
     course: Callable[[Robot, Pose], Course]
 
 
+_MAX_SPEED: Final = Field(
+    description="The fastest it may get; the standard speed sets still bound it. The gateway writes it to "
+    "the `slow_pattern` of all axes (RAM only) before; `pattern` does not go with it."
+)
+
+
 class _ScaraMoveRequest(RequestModel):
     kind: ScaraMoveKind
     pattern: Pattern = None
+    max_speed: Annotated[PathSpeed | None, _MAX_SPEED] = None
     validate_only: bool = Field(
         default=False, description="Only say where it would lead and what would be sent; nothing moves."
     )
+
+    @model_validator(mode="after")
+    def _has_one_speed(self) -> Self:
+        return require_one_speed(self)
 
     @property
     def stored_path(self) -> int | None:
@@ -282,8 +308,12 @@ class ScaraRotateRequest(
         return _along(ways.about(radius, angle), row)
 
 
+class _AxesAlone(_ScaraMoveRequest):
+    max_speed: Annotated[TurnSpeed | None, _MAX_SPEED] = None  # type: ignore[assignment]  # axes turn alone
+
+
 class ScaraFingerRequest(
-    _ScaraMoveRequest, json_schema_extra=example(kind="finger", angle={"value": 90, "unit": "deg"})
+    _AxesAlone, json_schema_extra=example(kind="finger", angle={"value": 90, "unit": "deg"})
 ):
     """Turn the finger alone to a direction, at a speed in pulses per second (three axes)."""
 
@@ -300,7 +330,7 @@ class ScaraFingerRequest(
 
 
 class ScaraAlignRequest(
-    _ScaraMoveRequest,
+    _AxesAlone,
     json_schema_extra=example(kind="align", x={"value": 0, "unit": "mm"}, y={"value": 400, "unit": "mm"}),
 ):
     """Turn base and finger to the line of a place, or of the end of a stored path (RC-420 manual 13.10.6).

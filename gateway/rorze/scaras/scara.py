@@ -39,6 +39,10 @@ class Scara:
     move: ScaraMove | None = None
     """The move that is not over yet."""
 
+    def __post_init__(self) -> None:
+        for body in self.members:
+            body.companions = self.members
+
     @property
     def members(self) -> list[Body]:
         """The bodies of axes 0, 1 and 2."""

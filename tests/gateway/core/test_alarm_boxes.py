@@ -54,6 +54,23 @@ def test_bodies_and_their_moves_stand_in_the_box_of_their_line_while_it_lasts() 
     assert heads(line, body, move, later) == {"01": None, "02": "01", "03": "01", "04": None}
 
 
+def test_bodies_whose_silence_told_of_the_loss_of_their_line_stand_in_its_box() -> None:
+    first, second = alarm(1, "body.offline", LIFT), alarm(2, "body.offline", RAIL, 1.0)
+    line = alarm(3, "line.down", "/lines/line1", 9.0, over_after_s=20)
+    assert heads(first, second, line) == {"01": "03", "02": "03", "03": None}
+    back = alarm(1, "body.offline", LIFT, over_after_s=5.0)
+    assert heads(back, line) == {"01": None, "03": None}
+    ems = alarm(1, "body.ems_error", LIFT)
+    assert heads(ems, line) == {"01": None, "03": None}
+
+
+def test_a_silence_stands_in_the_box_of_the_loss_of_power_that_was_its_cause() -> None:
+    silent = alarm(1, "body.offline", LIFT, over_after_s=30.0)
+    assert heads(silent, alarm(2, "body.power_cycled", LIFT, 30.1)) == {"01": "02", "02": None}
+    assert heads(silent, alarm(2, "body.power_cycled", LIFT, 90.0)) == {"01": None, "02": None}
+    assert heads(silent, alarm(2, "body.power_cycled", RAIL, 30.1)) == {"01": None, "02": None}
+
+
 def test_bodies_that_lost_their_power_together_stand_in_one_box() -> None:
     one, other = alarm(1, "body.power_cycled", LIFT), alarm(2, "body.power_cycled", RAIL, 1)
     move = alarm(3, "body.move.lost", RAIL, 1)

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gateway.core.errors import ControllerRefused
 from gateway.fics.plans import PlannedRobotMove, plan_of, ride_over
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StepAxis
@@ -117,6 +118,67 @@ def test_a_stored_position_is_looked_up() -> None:
             assert planned.duration_s is not None
             missing = await plan(rig, MoveToPosition(position=8))
             assert missing.note == "It would be refused: position 8 is not set."
+
+    run_virtual(story())
+
+
+@pytest.mark.parametrize(
+    ("unit", "command", "says"),
+    [
+        (CARTESIAN, MoveAbsolute(coordinates=[300.5]), "the target 300.5 mm of axis X lies beyond its upper"),
+        (CARTESIAN, MoveRelative(coordinates=[None, -301]), "-301 mm of axis Y lies beyond its lower"),
+        (CARTESIAN, MoveMotorsAbsolute(coordinates=[None, None, 101]), "101 mm of axis Z lies beyond"),
+        (CARTESIAN, MoveMotorsRelative(coordinates=[-301]), "-301 mm of axis X lies beyond its lower"),
+        (CARTESIAN, MoveToPosition(position=7), "the target 400 mm of axis X lies beyond its upper"),
+        (SCARA, MoveAbsolute(coordinates=[301, -301]), "beyond its upper soft limit 300 mm, and the target"),
+        (SCARA, MoveMotorsAbsolute(coordinates=[121]), "the target 121 degree of axis A lies beyond its up"),
+    ],
+)
+def test_a_plan_names_the_soft_limit_that_the_move_is_then_refused_by(
+    unit: int, command: FicsCommand[Any], says: str
+) -> None:
+    async def story() -> None:
+        async with fics_rig(units=2) as rig:
+            await rig.move(HomeRobot(), unit)
+            await rig.robot.upload_positions([(7, [400.0, None, None])], unit)
+            planned = await plan(rig, command, unit)
+            assert (planned.note or "").startswith("It would be refused: the target")
+            assert says in (planned.note or "")
+            assert planned.target_position is not None
+            assert planned.duration_s is None
+            with pytest.raises(ControllerRefused) as refused:
+                await rig.start(command, unit)
+            assert says in refused.value.detail
+
+    run_virtual(story())
+
+
+def test_a_step_beyond_a_soft_limit_is_told_by_its_plan_and_by_its_refusal() -> None:
+    async def story() -> None:
+        async with fics_rig(units=2) as rig:
+            await rig.move(HomeRobot(), CARTESIAN)
+            await rig.move(MoveAbsolute(coordinates=[None, None, 99.5]), CARTESIAN)
+            assert "limit" not in ((await plan(rig, StepAxis(axis="Z", steps=50))).note or "")
+            step = StepAxis(axis="Z", steps=51)
+            says = "the target 100.01 mm of axis Z lies beyond its upper soft limit 100 mm"
+            assert (await plan(rig, step)).note == f"It would be refused: {says}."
+            with pytest.raises(ControllerRefused) as refused:
+                await rig.start(step, CARTESIAN)
+            assert says in refused.value.detail
+
+    run_virtual(story())
+
+
+def test_a_plan_of_converted_axes_says_that_the_limits_of_their_motors_are_the_robots_to_check() -> None:
+    async def story() -> None:
+        async with fics_rig(units=2) as rig:
+            await rig.move(HomeRobot(), SCARA)
+            planned = await plan(rig, MoveAbsolute(coordinates=[100]), SCARA)
+            assert "Only the robot knows whether the soft limits of its motors A and B" in (
+                planned.note or ""
+            )
+            alone = await plan(rig, MoveAbsolute(coordinates=[None, None, 10]), SCARA)
+            assert alone.note is None
 
     run_virtual(story())
 

@@ -4232,6 +4232,13 @@ class PathDefinition(TypedDict):
     """In their order; the last is the end."""
 
 
+class PathSpeed(TypedDict):
+    """How fast the finger's end goes along its way."""
+
+    value: float
+    unit: Literal["mm/s", "um/s"]
+
+
 class Pattern(TypedDict):
     """An acceleration pattern as the body holds it in RAM."""
 
@@ -6149,6 +6156,8 @@ class ScaraAlignRequest(TypedDict):
     kind: Literal["align"]
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    max_speed: NotRequired[TurnSpeed | None]
+    """The fastest it may get; the standard speed sets still bound it. The gateway writes it to the `slow_pattern` of all axes (RAM only) before; `pattern` does not go with it."""
     x: NotRequired[Distance | None]
     y: NotRequired[Distance | None]
     path: NotRequired[int | None]
@@ -6210,6 +6219,8 @@ class ScaraExtendRequest(TypedDict):
     kind: Literal["extend"]
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    max_speed: NotRequired[PathSpeed | None]
+    """The fastest it may get; the standard speed sets still bound it. The gateway writes it to the `slow_pattern` of all axes (RAM only) before; `pattern` does not go with it."""
     distance: Distance
 
 
@@ -6219,6 +6230,8 @@ class ScaraFingerRequest(TypedDict):
     kind: Literal["finger"]
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    max_speed: NotRequired[TurnSpeed | None]
+    """The fastest it may get; the standard speed sets still bound it. The gateway writes it to the `slow_pattern` of all axes (RAM only) before; `pattern` does not go with it."""
     angle: Angle
     """Between finger and X axis at the end."""
 
@@ -6264,6 +6277,8 @@ class ScaraLineRequest(TypedDict):
     kind: Literal["line"]
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    max_speed: NotRequired[PathSpeed | None]
+    """The fastest it may get; the standard speed sets still bound it. The gateway writes it to the `slow_pattern` of all axes (RAM only) before; `pattern` does not go with it."""
     x: Distance
     y: Distance
 
@@ -6486,6 +6501,8 @@ class ScaraOffsetRequest(TypedDict):
     kind: Literal["offset"]
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    max_speed: NotRequired[PathSpeed | None]
+    """The fastest it may get; the standard speed sets still bound it. The gateway writes it to the `slow_pattern` of all axes (RAM only) before; `pattern` does not go with it."""
     x: NotRequired[Distance | None]
     y: NotRequired[Distance | None]
 
@@ -6496,6 +6513,8 @@ class ScaraPathRequest(TypedDict):
     kind: Literal["path"]
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    max_speed: NotRequired[PathSpeed | None]
+    """The fastest it may get; the standard speed sets still bound it. The gateway writes it to the `slow_pattern` of all axes (RAM only) before; `pattern` does not go with it."""
     path: NotRequired[int | None]
     """Interpolation path 0-63."""
     points: NotRequired[list[ViaPoint] | None]
@@ -6517,6 +6536,8 @@ class ScaraRetractRequest(TypedDict):
     kind: Literal["retract"]
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    max_speed: NotRequired[PathSpeed | None]
+    """The fastest it may get; the standard speed sets still bound it. The gateway writes it to the `slow_pattern` of all axes (RAM only) before; `pattern` does not go with it."""
     distance: Distance
 
 
@@ -6526,6 +6547,8 @@ class ScaraRotateRequest(TypedDict):
     kind: Literal["rotate"]
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    max_speed: NotRequired[PathSpeed | None]
+    """The fastest it may get; the standard speed sets still bound it. The gateway writes it to the `slow_pattern` of all axes (RAM only) before; `pattern` does not go with it."""
     radius: Distance
     """From the third joint to the centre of the turn."""
     angle: Angle
@@ -7133,6 +7156,13 @@ class TraceRecord(TypedDict):
     """Who had it sent: an interface and a client's address, or `gateway: fence`."""
     request_id: NotRequired[str | None]
     """The X-Request-Id of the request behind it."""
+
+
+class TurnSpeed(TypedDict):
+    """How fast each axis turns."""
+
+    value: float
+    unit: Literal["deg/s", "mdeg/s"]
 
 
 class Unanswered(TypedDict):

@@ -13220,6 +13220,23 @@ export interface components {
             points: components["schemas"]["ViaPoint"][];
         };
         /**
+         * PathSpeed
+         * @description How fast the finger's end goes along its way.
+         * @example {
+         *       "unit": "mm/s",
+         *       "value": 5
+         *     }
+         */
+        PathSpeed: {
+            /** Value */
+            value: number;
+            /**
+             * Unit
+             * @enum {string}
+             */
+            unit: "mm/s" | "um/s";
+        };
+        /**
          * Pattern
          * @description An acceleration pattern as the body holds it in RAM.
          */
@@ -18015,6 +18032,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed sets still bound it. The gateway writes it to the `slow_pattern` of all axes (RAM only) before; `pattern` does not go with it. */
+            max_speed?: components["schemas"]["TurnSpeed"] | null;
             /**
              * Validate Only
              * @description Only say where it would lead and what would be sent; nothing moves. Left out: false.
@@ -18143,6 +18162,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed sets still bound it. The gateway writes it to the `slow_pattern` of all axes (RAM only) before; `pattern` does not go with it. */
+            max_speed?: components["schemas"]["PathSpeed"] | null;
             /**
              * Validate Only
              * @description Only say where it would lead and what would be sent; nothing moves. Left out: false.
@@ -18172,6 +18193,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed sets still bound it. The gateway writes it to the `slow_pattern` of all axes (RAM only) before; `pattern` does not go with it. */
+            max_speed?: components["schemas"]["TurnSpeed"] | null;
             /**
              * Validate Only
              * @description Only say where it would lead and what would be sent; nothing moves. Left out: false.
@@ -18274,6 +18297,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed sets still bound it. The gateway writes it to the `slow_pattern` of all axes (RAM only) before; `pattern` does not go with it. */
+            max_speed?: components["schemas"]["PathSpeed"] | null;
             /**
              * Validate Only
              * @description Only say where it would lead and what would be sent; nothing moves. Left out: false.
@@ -18846,6 +18871,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed sets still bound it. The gateway writes it to the `slow_pattern` of all axes (RAM only) before; `pattern` does not go with it. */
+            max_speed?: components["schemas"]["PathSpeed"] | null;
             /**
              * Validate Only
              * @description Only say where it would lead and what would be sent; nothing moves. Left out: false.
@@ -18873,6 +18900,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed sets still bound it. The gateway writes it to the `slow_pattern` of all axes (RAM only) before; `pattern` does not go with it. */
+            max_speed?: components["schemas"]["PathSpeed"] | null;
             /**
              * Validate Only
              * @description Only say where it would lead and what would be sent; nothing moves. Left out: false.
@@ -18921,6 +18950,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed sets still bound it. The gateway writes it to the `slow_pattern` of all axes (RAM only) before; `pattern` does not go with it. */
+            max_speed?: components["schemas"]["PathSpeed"] | null;
             /**
              * Validate Only
              * @description Only say where it would lead and what would be sent; nothing moves. Left out: false.
@@ -18954,6 +18985,8 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+            /** @description The fastest it may get; the standard speed sets still bound it. The gateway writes it to the `slow_pattern` of all axes (RAM only) before; `pattern` does not go with it. */
+            max_speed?: components["schemas"]["PathSpeed"] | null;
             /**
              * Validate Only
              * @description Only say where it would lead and what would be sent; nothing moves. Left out: false.
@@ -20243,6 +20276,23 @@ export interface components {
              * @description The X-Request-Id of the request behind it.
              */
             request_id?: string | null;
+        };
+        /**
+         * TurnSpeed
+         * @description How fast each axis turns.
+         * @example {
+         *       "unit": "deg/s",
+         *       "value": 5
+         *     }
+         */
+        TurnSpeed: {
+            /** Value */
+            value: number;
+            /**
+             * Unit
+             * @enum {string}
+             */
+            unit: "deg/s" | "mdeg/s";
         };
         /**
          * Unanswered

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import pytest
+from pydantic import ValidationError
 
 from gateway.core.errors import (
     BodyBusy,
@@ -18,11 +19,19 @@ from gateway.core.errors import (
 )
 from gateway.core.journal.intents import Intents
 from gateway.core.move_record import MoveStatus
+from gateway.core.origin import Origin
+from gateway.operations import moves, scaras
+from gateway.rorze.limited_speed import Rate
+from gateway.rorze.move_requests import Length, RelativeMoveRequest
 from gateway.rorze.scaras import paths
 from gateway.rorze.scaras.geometry import GeometryDiffers
+from gateway.rorze.scaras.record import ScaraMove
+from gateway.rorze.speed_sets import read_set
 from protocols.rorze.interpolation import PathPoint
+from protocols.rorze.modes import SetSoftLimits
 from protocols.rorze.path import Arc, Corner, Line, Segment, rounded
 from protocols.rorze.position import GetPosition
+from protocols.rorze.speeds import SetMaximumAcceleration
 from simulator.faults import Direction
 from simulator.rorze.rc400 import LinkSettings
 from simulator.rorze.world import CCW_LIMIT, EMS, STALL
@@ -201,9 +210,9 @@ async def test_from_the_positions_to_the_start_in_one_turn() -> None:
         asked = asyncio.create_task(robot.scara.members[1].ask(GetPosition()))
         started = await move
         told = [it for it in robot.frames()[before:] if "3ND" not in it and it[:3] != "&3F"]
-        assert told[:5] == ["&8A6PD", "&8AHPS0,-10149", "&8AHPS1,-10000", "&8AHPS2,-16666", "&8AHCD"]
-        assert told[5:7] == ["&8AHLD", "&8AHXSA[3],10000"]
-        between = told[7 : told.index("&8AHMM")]
+        assert told[:5] == ["&8A6PD", "&8AEPD", "&8AHPS0,-10149", "&8AHPS1,-10000", "&8AHPS2,-16666"]
+        assert told[5:8] == ["&8AHCD", "&8AHLD", "&8AHXSA[3],10000"]
+        between = told[8 : told.index("&8AHMM")]
         assert sorted(between) == sorted(f"&0{n}{it}" for n in (2, 3, 4) for it in ("9CD", "6PD", "9VD7"))
         await asked
         assert (await robot.ended(started)).status is MoveStatus.SUCCEEDED
@@ -263,6 +272,93 @@ async def test_a_plan_tells_why_it_would_be_refused() -> None:
         assert "would be refused: line1.02 refused SPD: The acceleration pattern is not set." in plan.note
 
 
+# A speed of its own
+
+
+async def fastest(robot: Cell, seconds: float) -> float:
+    """The greatest speed of the finger's end, in micrometres a second, seen over a time."""
+    most, before = 0.0, robot.place()
+    for _ in range(round(seconds / 0.1)):
+        await asyncio.sleep(0.1)
+        here = robot.place()
+        most, before = max(most, abs(complex(here.x - before.x, here.y - before.y)) / 0.1), here
+    return most
+
+
+ME = Origin("test")
+FIVE = {"value": 5, "unit": "mm/s"}
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        {"kind": "offset", "y": mm(30)},
+        {"kind": "line", "x": mm(10), "y": mm(145)},
+        {"kind": "extend", "distance": mm(30)},
+    ],
+)
+def test_the_finger_goes_no_faster_than_asked_for_and_the_plan_knows_it(request_: dict[str, Any]) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with cell() as robot:
+            slowly = read(**request_, max_speed=FIVE)
+            plan = await robot.moves.plan(robot.scara, slowly)
+            assert plan.duration_s is not None
+            assert plan.duration_s > (plan.length_um or 0.0) / 5_000
+            assert robot.frames_of("OHS") == []
+            move = await scaras.start_move(robot.rig.plant, ME, "wafer", slowly)
+            assert isinstance(move, ScaraMove)
+            assert "A[29]" in move.preparation[-1]
+            assert 4_000 < await fastest(robot, 4.0) < 5_300
+            assert (await robot.ended(move)).status is MoveStatus.SUCCEEDED
+            back = await robot.finished("offset", y=mm(-10))
+            assert back.status is MoveStatus.SUCCEEDED
+
+    story()
+
+
+@in_virtual_time
+async def test_axes_that_turn_alone_take_degrees_a_second() -> None:
+    async with cell() as robot:
+        wanted = read("finger", angle=deg(70), max_speed={"value": 10, "unit": "deg/s"})
+        move = await scaras.start_move(robot.rig.plant, ME, "wafer", wanted)
+        assert isinstance(move, ScaraMove)
+        await asyncio.sleep(1.0)
+        assert 78.0 < robot.place().direction / 1000 < 82.0
+        assert (await robot.ended(move)).status is MoveStatus.SUCCEEDED
+        with pytest.raises(ValidationError):
+            read("finger", angle=deg(70), max_speed=FIVE)
+        with pytest.raises(ValidationError, match="cannot be given together"):
+            read("offset", x=mm(1), max_speed=FIVE, pattern=3)
+
+
+@in_virtual_time
+async def test_axes_of_unlike_standard_speeds_get_the_gentlest_and_single_axes_go_on_with_their_own() -> None:
+    """After a restart, too: what it then finds has the ramps of one or of the other."""
+    async with cell() as robot:
+        base, arm, _ = robot.scara.members
+        for acceleration, body in ((300_000, base), (50_000, arm)):
+            await body.ask(SetMaximumAcceleration(acceleration=acceleration))
+        slowly = read("offset", y=mm(10), max_speed=FIVE)
+        alone = RelativeMoveRequest(
+            kind="relative",
+            direction="cw",
+            distance=Length(value=10, unit="pulse"),
+            max_speed=Rate(value=100, unit="pulse/s"),
+        )
+        for _ in range(2):
+            move = await scaras.start_move(robot.rig.plant, ME, "wafer", slowly, 30.0)
+            assert isinstance(move, ScaraMove)
+            assert move.status is MoveStatus.SUCCEEDED
+            assert {(await read_set(body, 29)).acceleration_pps_s for body in robot.scara.members} == {50_000}
+            base.slow_written = None
+            for back in ("cw", "ccw"):
+                one = alone.model_copy(update={"direction": back})
+                await moves.start(robot.rig.plant, ME, "/bodies/line1.02", one, 30.0)
+            assert (await read_set(base, 29)).acceleration_pps_s == 300_000
+            base.slow_written = None
+
+
 # What is refused
 
 
@@ -292,6 +388,49 @@ async def test_what_the_arm_cannot_do_is_not_tried(request_: dict[str, Any], mat
     async with cell() as robot:
         await refused(robot, InvalidRequest, match, **request_)
         assert robot.frames_of("HPS") == []
+
+
+LOWER = SetSoftLimits(lower=-10_100, upper=-9_900)
+"""Of axis 1, that stands at -10000."""
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        {"kind": "offset", "y": mm(50)},
+        {"kind": "line", "x": mm(0), "y": mm(215)},
+        {"kind": "path", "points": [{"x": mm(10), "y": mm(260)}]},
+        {"kind": "extend", "distance": mm(50)},
+        {"kind": "retract", "distance": mm(50)},
+        {"kind": "rotate", "radius": mm(150), "angle": deg(70)},
+    ],
+)
+def test_a_move_that_would_end_beyond_a_soft_limit_starts_no_axis_and_its_plan_is_refused_alike(
+    request_: dict[str, Any],
+) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with cell() as robot:
+            await robot.scara.members[1].ask(LOWER)
+            match = r"of axis 1, line1.03, the target -\d+ lies beyond its (upper|lower) soft limit"
+            with pytest.raises(InvalidRequest, match=match):
+                await robot.moves.plan(robot.scara, read(**request_, pattern=3))
+            await refused(robot, InvalidRequest, match, **request_)
+            assert robot.frames_of("HPS") == []
+
+    story()
+
+
+@in_virtual_time
+async def test_a_limit_of_an_axis_that_does_not_turn_refuses_no_turn_of_the_finger() -> None:
+    async with cell() as robot:
+        await robot.scara.members[1].ask(SetSoftLimits(lower=0, upper=10))
+        assert (await robot.finished("finger", angle=deg(70))).status is MoveStatus.SUCCEEDED
+        await robot.scara.members[2].ask(SetSoftLimits(lower=-20_000, upper=0))
+        with pytest.raises(
+            InvalidRequest, match=r"of axis 2, line1\.04, the target -\d+ lies beyond its lower"
+        ):
+            await robot.start("finger", angle=deg(-179))
 
 
 @in_virtual_time
