@@ -127,6 +127,7 @@ class MoveProof:
             move.start_position = move.position = self.before.position
             move.target_position = await self._target(command, self.before.position)
             self.tolerance = await self._tolerance()
+            await body.know_pattern(command)
             await self._prove_power(command)
         except NoReply as error:
             raise NotSent(

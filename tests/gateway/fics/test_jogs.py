@@ -500,3 +500,15 @@ async def test_the_stop_of_an_axis_whose_session_was_not_seen_to_end_says_so() -
         rig.cable.lost_answer = "ACD"
         with pytest.raises(RobotBusy, match=r"JOG Z was sent .* not seen to stand still"):
             await rig.robot.jogs.stop(1, "Z")
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_an_axis_on_its_ramp_does_not_make_the_whole_robot_stop(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with jogging_that_brakes_slowly(mode) as (rig, session):
+            assert (await rig.robot.jogs.end(session.id)).state == "ended"
+            assert rig.types("robot.jog") == ENDED
+            assert rig.types("robot.stop") == []
+
+    story()
