@@ -51,8 +51,8 @@ BACKLOG = 2048
 """Connections that may wait to be accepted."""
 REQUESTS_S = 2.0
 """How long requests may take to end; then the lines are closed, which answers all that wait."""
-
-
+YOUNG = 250
+"""Objects after which the youngest are looked through: more of them would hold up every line for longer."""
 _HSTS = [("Strict-Transport-Security", "max-age=31536000")]
 """A browser that was here over TLS never asks in plain text; a proxy with TLS of its own says so itself."""
 
@@ -153,6 +153,7 @@ def _freeze() -> None:
     """Let what has been made by now stay: looking it through again would hold up every line for 50 ms."""
     gc.collect()
     gc.freeze()
+    gc.set_threshold(YOUNG, 10, 10)
     gc.enable()
 
 
