@@ -36,7 +36,7 @@ class Ramps:
     def note(self, unit: UnitAxes, command: FicsCommand[Any], reply: AxisTimes) -> None:
         """Note what a unit has told, whoever has asked."""
         if command.code in _CODES:
-            self._times_ms[unit.number, command.code] = [time for time in reply.times_ms if time is not None]
+            self._times_ms[unit.number, command.code] = reply.times_ms
 
     def forget(self) -> None:
         """Believe them no more: settings that were not stored are lost with the power."""
