@@ -331,6 +331,7 @@ class Jogs:
 
     def _rested(self, session: JogSession) -> None:
         if session.id in self._running:
+            session.note_end("came to rest without a stop, as at a limit")
             self._stop_session(session, "ended")
 
     def _end(self, session: JogSession, ends_as: JogEnd) -> None:

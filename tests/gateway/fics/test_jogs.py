@@ -252,7 +252,7 @@ def test_an_axis_that_has_come_to_its_limit_jogs_no_more(mode: int) -> None:
         async with fics_rig(mode=mode) as rig:
             await rig.move(HomeRobot())
             session = await rig.robot.jogs.start(1, "Z", "+")
-            with pytest.raises(JogOver, match="ended"):
+            with pytest.raises(JogOver, match=r"\(ended\): it came to rest without a stop, as at a limit"):
                 await keep_jogging(rig.robot, session.id, 120.0)
             assert rig.types("robot.jog") == ENDED
             await asyncio.sleep(0.5)
