@@ -679,9 +679,15 @@ def _lost_on_its_way(body: Body, move: Move, *, resumed: bool) -> NotExecuted:
     )
 
 
+def _counted(move: Move) -> str:
+    """The word for what its positions are counted in."""
+    return "encoder counts" if move.counted_in == "encoder_counts" else "pulses"
+
+
 def _missed(body: Body, move: Move) -> MoveFailed:
     return MoveFailed(
-        f"{body.address} stands at {move.position} pulses, not at {move.target_position} as was asked.",
+        f"{body.address} stands at {move.position} {_counted(move)}, not at {move.target_position} as was "
+        "asked.",
         "The command may have been garbled on the line, or the controller has lost its power: "
         "check the position before the next move.",
     )
