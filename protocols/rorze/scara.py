@@ -203,8 +203,8 @@ class BeltLinked(Robot):
         if abs(along.imag) > 1 + abs(end) * TURN / self.pulses_per_turn[0]:
             told = phase(end) / TURN * 360_000
             raise OutOfReach(
-                f"angle: belts keep the finger on the line through the origin; there it points to {told:.3f} or "
-                f"the opposite, not to {place.direction:.3f} mdeg."
+                f"angle: belts keep the finger on the line through the origin; there it points to {told:.3f} "
+                f"or the opposite, not to {place.direction:.3f} mdeg."
             )
         return self.counted(self.angles(Pose(along.real - self.finger, heading, heading)))
 
