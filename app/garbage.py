@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, Final
 
-THRESHOLDS: Final = (700, 5, 3)
+THRESHOLDS: Final = (250, 10, 5)
 """A full collection comes after some 20,000 objects that were made and kept: 12 ms."""
 FULL: Final = 2
 

@@ -51,8 +51,6 @@ BACKLOG = 2048
 """Connections that may wait to be accepted."""
 REQUESTS_S = 2.0
 """How long requests may take to end; then the lines are closed, which answers all that wait."""
-
-
 _HSTS = [("Strict-Transport-Security", "max-age=31536000")]
 """A browser that was here over TLS never asks in plain text; a proxy with TLS of its own says so itself."""
 

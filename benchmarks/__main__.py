@@ -17,6 +17,7 @@ from benchmarks import (
     fan_out,
     first_byte,
     full_line,
+    garbage,
     http_cost,
     http_read,
     key_cost,
@@ -51,6 +52,7 @@ class Benchmark(StrEnum):
     BUSY_LINE = "busy-line"
     TLS_CROWD = "tls-crowd"
     PAGES = "pages"
+    GARBAGE = "garbage"
     FLOODS = "floods"
     ECHOING_LINE = "echoing-line"
 
@@ -73,6 +75,7 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.BUSY_LINE: busy_line.run,
     Benchmark.TLS_CROWD: tls_crowd.run,
     Benchmark.PAGES: pages.run,
+    Benchmark.GARBAGE: garbage.run,
     Benchmark.FLOODS: under_flood.run,
     Benchmark.ECHOING_LINE: echoing_line.run,
 }

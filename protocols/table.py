@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from protocols.members import at_hand
 from protocols.wording import sentence
 
-READINGS_KEPT = 4096
+READINGS_KEPT = 512
 """Texts whose decoded models are kept: axes at rest and their status answer the same again and again."""
 
 

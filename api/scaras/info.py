@@ -87,7 +87,8 @@ class WantedPlace(
     x: Distance
     y: Distance
     angle: Angle | None = Field(
-        None, description="Between finger and X axis; belt-linked robots need none, others take 0."
+        None,
+        description="Between finger and X axis; left out, 0, or the only one of a belt-linked robot.",
     )
 
     def place(self) -> Place:
@@ -170,7 +171,9 @@ async def calculate_positions(request: Request, scara_id: ScaraId, wanted: Wante
     Pulses are cut towards zero, as HLS answers them; the place in the answer is that of the whole pulses.
     Nothing is sent; 422 where the arm does not come.
     """
-    return _kinematics(request, scara_id, scaras.inverse(plant_of(request), scara_id, wanted.place()))
+    plant, is_turned = plant_of(request), wanted.angle is not None
+    pulses = scaras.inverse(plant, scara_id, wanted.place(), is_turned=is_turned)
+    return _kinematics(request, scara_id, pulses)
 
 
 @router.get("/scaras/{scara_id}/geometry", Right.VIEW, response_model=ScaraGeometry)

@@ -106,6 +106,8 @@ def _jog(client: Client, path: str, content: dict[str, Any]) -> None:
         ) from None
     typer.echo(json_text(over))
     if over["state"] == "ended":
+        if trouble is not None:
+            typer.echo(str(trouble), err=True)
         raise typer.Exit(exits.DONE)
     raise Failure(_ENDS[over["state"]], exits.UNKNOWN if over["state"] == "stopping" else exits.REFUSED)
 

@@ -25,7 +25,7 @@ def move(
     ],
     output: Output,
     target: Annotated[
-        str | None, typer.Option("--of", help="Whose move it is; left out, everybody is looked through.")
+        str | None, typer.Option("--of", help="Whose move it is; left out, all are looked through.")
     ] = None,
     url: Url = LOCAL,
     key_file: KeyFile = None,
@@ -34,19 +34,58 @@ def move(
     require_drawable(output)
     client = Client.at(url, key_file)
     path = _path_of(client, move_id, target)
-    told = client.request("GET", f"{path}/samples")
-    panels = panels_of_body(told) if "body_id" in told else panels_of_unit(told)
+    told = _samples_of(client, path)
+    panels = _panels_of(told)
     if not panels:
         raise Failure(f"The move {move_id} has too few samples to be drawn.", exits.REFUSED)
     if told.get("note"):
         typer.echo(f"No plan is drawn: {told['note']}", err=True)
-    whose = told.get("body_id") or f"{told['robot_id']}/units/{told['unit']}"
-    write(output, chart(f"{whose}, move {move_id}", panels))
+    write(output, chart(f"{_whose(told)}, move {move_id}", panels))
+
+
+def _samples_of(client: Client, path: str) -> dict[str, Any]:
+    """Ask for the samples of a move; a SCARA robot's are those of its axes, each with its target."""
+    if not path.startswith("/scaras/"):
+        return client.request("GET", f"{path}/samples")
+    move = client.request("GET", path)
+    axes = [
+        (axis, client.request("GET", f"/bodies/{axis['body_id']}/moves/{axis['move_id']}/samples"))
+        for axis in move["axes"]
+        if axis["move_id"] is not None
+    ]
+    return {"scara_id": move["scara_id"], "axes": axes}
+
+
+def _panels_of(told: dict[str, Any]) -> list[Panel]:
+    if "scara_id" in told:
+        return panels_of_scara(told["axes"])
+    return panels_of_body(told) if "body_id" in told else panels_of_unit(told)
+
+
+def _whose(told: dict[str, Any]) -> str:
+    return told.get("scara_id") or told.get("body_id") or f"{told['robot_id']}/units/{told['unit']}"
+
+
+def panels_of_scara(axes: Sequence[tuple[dict[str, Any], dict[str, Any]]]) -> list[Panel]:
+    """Speed and position of each axis, in its body's unit; its target is where the gateway calculated it."""
+    panels = []
+    for axis, told in axes:
+        unit, per_unit = _unit_of(told)
+        seen = [(it["time_s"], it["pulses"] / per_unit) for it in told["samples"]]
+        if speeds := speeds_of(seen):
+            name, target = f"axis {axis['axis']}", axis["target_position"] / per_unit
+            ends = [(seen[0][0], target), (seen[-1][0], target)]
+            position = [Line("target", ends), Line("measured", seen)]
+            panels += [
+                Panel(f"Speed of {name} [{unit}/s]", [Line("measured", speeds)]),
+                Panel(f"Position of {name} [{unit}]", position),
+            ]
+    return panels
 
 
 def panels_of_body(told: dict[str, Any]) -> list[Panel]:
     """Speed and position, in the body's unit where it has one; none where too little was seen."""
-    unit, per_unit = (told["unit"], told["pulses_per_unit"]) if told["unit"] else ("pulses", 1.0)
+    unit, per_unit = _unit_of(told)
     seen = [(it["time_s"], it["pulses"] / per_unit) for it in told["samples"]]
     speeds = speeds_of(seen)
     if not speeds:
@@ -58,6 +97,11 @@ def panels_of_body(told: dict[str, Any]) -> list[Panel]:
         Panel(f"Speed [{unit}/s]", list(_over(speed, speeds))),
         Panel(f"Position [{unit}]", list(_over(position, seen))),
     ]
+
+
+def _unit_of(told: dict[str, Any]) -> tuple[str, float]:
+    """The unit of a body's positions, and how many pulses it has."""
+    return (told["unit"], told["pulses_per_unit"]) if told["unit"] else ("pulses", 1.0)
 
 
 def panels_of_unit(told: dict[str, Any]) -> list[Panel]:
@@ -107,11 +151,17 @@ def _path_of(client: Client, move_id: str, target: str | None) -> str:
         with suppress(Failure):
             client.request("GET", f"{place}/moves/{name}")
             return f"{place}/moves/{name}"
-    raise Failure(f"Nobody has a move {move_id}; finished moves are forgotten some day.", exits.USAGE)
+    raise Failure(
+        f"No body, SCARA robot or unit has a move {move_id} that is kept: of those that are over the newest "
+        "1,000 are.",
+        exits.USAGE,
+    )
 
 
 def _places(client: Client) -> Iterator[str]:
     for body in client.request("GET", "/bodies")["bodies"]:
         yield f"/bodies/{body['body_id']}"
+    for scara in client.request("GET", "/scaras")["scaras"]:
+        yield f"/scaras/{scara['scara_id']}"
     for robot in client.request("GET", "/robots")["robots"]:
         yield from (f"/robots/{robot['robot_id']}/units/{it['number']}" for it in robot["units"])

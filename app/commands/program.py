@@ -14,7 +14,7 @@ from app.targets import find
 from protocols.rorze.programs import LAST_ADDRESS, STEPS
 
 if TYPE_CHECKING:
-    from protocols.rorze.user_program.assembler import Assembled
+    from protocols.rorze.user_program.assembler import Assembled, Fault
 
 CHECK_S = 10
 """While an upload runs, its progress is printed at least this often."""
@@ -33,6 +33,8 @@ Body = Annotated[
 def check(file: Source) -> None:
     """Tell what is wrong with a program, or how much room it takes; no gateway is needed."""
     _, assembled = _read(file)
+    if (fault := assembled.missing_end()) is not None:
+        raise Failure(_printed(file, fault), exits.REFUSED)
     labels = ", ".join(assembled.labels) or "none"
     typer.echo(f"{len(assembled.instructions)} instructions, {assembled.steps} of {STEPS} steps.")
     typer.echo(f"Labels: {labels}.")
@@ -47,7 +49,9 @@ def upload(
     key_file: KeyFile = None,
 ) -> None:
     """Replace a body's program, and see that it holds the new one."""
-    source, _ = _read(file)
+    source, assembled = _read(file)
+    if (fault := assembled.missing_end()) is not None:
+        typer.echo(f"{_printed(file, fault)} It is uploaded nevertheless.", err=True)
     client = Client.at(url, key_file)
     path = _path(client, body)
     with going_on_after("the upload"):
@@ -118,7 +122,9 @@ def _read(file: Path) -> "tuple[str, Assembled]":
         raise Failure(f"{file} is not UTF-8 text.", exits.USAGE) from None
     assembled = assemble(source)
     if not isinstance(assembled, Assembled):
-        raise Failure(
-            "\n".join(f"{file}:{it.line}:{it.column}: {it.reason}" for it in assembled), exits.REFUSED
-        )
+        raise Failure("\n".join(_printed(file, it) for it in assembled), exits.REFUSED)
     return source, assembled
+
+
+def _printed(file: Path, fault: "Fault") -> str:
+    return f"{file}:{fault.line}:{fault.column}: {fault.reason}"

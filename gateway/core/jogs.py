@@ -3,7 +3,7 @@
 import secrets
 from typing import Final, Literal
 
-from pydantic import Field
+from pydantic import Field, PrivateAttr
 
 from gateway.core.errors import GatewayError, NotFound
 from gateway.core.records import Record
@@ -34,6 +34,16 @@ class Jog(Record):
     heartbeat_within_ms: int = Field(
         default=int(HEARTBEAT_S * 1000), description="The next heartbeat has to come within this."
     )
+    _why_ended: str | None = PrivateAttr(None)
+
+    @property
+    def why_ended(self) -> str | None:
+        """How it ended without a request: a sentence without subject and full stop; None where it did not."""
+        return self._why_ended
+
+    def note_end(self, why: str) -> None:
+        """Its motor stands still though nobody has stopped it."""
+        self._why_ended = why
 
 
 class JogOutOfReach(GatewayError):
@@ -66,8 +76,9 @@ class JogOver(GatewayError):
                 "Wait until it stands still; start a new JOG then if it is still wanted.",
             )
         else:
+            why = "" if jog.why_ended is None else f": it {jog.why_ended}"
             super().__init__(
-                f"The JOG of {what} is over ({jog.state}); the axis stands still.",
+                f"The JOG of {what} is over ({jog.state}){why}; the axis stands still.",
                 "Start a new JOG if it is still wanted.",
             )
 

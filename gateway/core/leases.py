@@ -64,6 +64,16 @@ class Holder:
 
     name: str
     id: str
+    """Empty where all who ask are one, as without access control."""
+
+    @property
+    def told_as(self) -> tuple[str, str]:
+        """The name in sentences, in English and Japanese."""
+        return (
+            (self.name, self.name)
+            if self.id
+            else ("another caller without a key", "キーのない別の呼び出し元")
+        )
 
 
 @dataclass
@@ -249,13 +259,13 @@ class Leases:
 
     def _is_leased(self, held: _Held) -> LeaseRefused:
         rest_s = max(0.0, held.until - self.clock())
+        holder, holder_ja = held.holder.told_as
         return LeaseRefused(
-            f"{held.scope} is leased to {held.holder.name} for {rest_s:.1f} s; nothing was sent.",
+            f"{held.scope} is leased to {holder} for {rest_s:.1f} s; nothing was sent.",
             "If it is your lease, send its token as Lease-Token. If not, wait for its end, or let an admin "
             "take it over. A stop needs none.",
         ).in_japanese(
-            f"{held.scope} は {held.holder.name} がリース中です（残り {rest_s:.1f} 秒）。"
-            "何も送信していません。",
+            f"{held.scope} は {holder_ja} がリース中です（残り {rest_s:.1f} 秒）。何も送信していません。",
             "自分のリースであれば、トークンを Lease-Token で送信してください。"
             "他者のリースであれば、終了を待つか、管理者が引き継いでください。停止にリースは不要です。",
         )

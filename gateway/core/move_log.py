@@ -24,9 +24,13 @@ class MoveLog(Generic[M]):
     """Moves by their ids, and who waits for their ends."""
 
     def __init__(self) -> None:
-        self._moves: OrderedDict[str, M] = OrderedDict()
+        self._moves: OrderedDict[str, M | tuple[str, bytes]] = OrderedDict()
+        """Those that are over are the address of what moved and the record as text: the garbage collector has
+        nothing to look through in them."""
+        self._kind: type[M]
+        """Of the records."""
         self._over: dict[str, asyncio.Event] = {}
-        """Set at the end, of those under way alone: what is over costs the garbage collector less then."""
+        """Set at the end, of those under way alone."""
         self.on_change: Callable[[M], object] = lambda _: None
         """Called with a move that is new or has another status."""
 
@@ -39,16 +43,18 @@ class MoveLog(Generic[M]):
 
     def add(self, move: M) -> None:
         """Remember a new move; the oldest that are over may be forgotten for it."""
-        self._moves[move.id] = move
+        self._moves[move.id], self._kind = move, type(move)
         self._over[move.id] = asyncio.Event()
         # Only what still runs stands before the oldest that is over.
-        over = (it.id for it in self._moves.values() if it.status.final)
+        over = (move_id for move_id, it in self._moves.items() if isinstance(it, tuple) or it.status.final)
         for move_id in list(islice(over, max(0, len(self._moves) - HISTORY))):
             del self._moves[move_id]
             self._over.pop(move_id, None)
 
     def end(self, move: M) -> None:
-        """The move is over: tell who waits."""
+        """The move is over and its record complete: tell who waits."""
+        if move.id in self._moves:
+            self._moves[move.id] = (move.body_id, move.model_dump_json().encode())
         if over := self._over.pop(move.id, None):
             over.set()
 
@@ -69,15 +75,21 @@ class MoveLog(Generic[M]):
                 f"finished moves are kept until {HISTORY} newer ones exist.",
                 "The list of moves of the same body or unit has those that are kept.",
             )
-        return move
+        return self._record(move)
 
     def under_way(self) -> list[M]:
         """The moves that are not over."""
-        return [move for move in self._moves.values() if not move.status.final]
+        return [it for it in self._moves.values() if not isinstance(it, tuple) and not it.status.final]
 
-    def of(self, address: str) -> list[M]:
-        """The moves of a body or a unit, newest first."""
-        return [move for move in reversed(self._moves.values()) if move.body_id == address]
+    def of(self, address: str, limit: int | None = None) -> list[M]:
+        """The moves of a body or a unit, newest first; no more than a limit."""
+        own = (it for it in reversed(self._moves.values()) if _body_of(it) == address)
+        return [self._record(it) for it in islice(own, limit)]
+
+    def _record(self, kept: M | tuple[str, bytes]) -> M:
+        if isinstance(kept, tuple):
+            return self._kind.model_validate_json(kept[1])
+        return kept
 
     async def wait(self, move_id: str, timeout_s: float) -> M:
         """Give the move when it is over, or as it is when the time is up."""
@@ -85,6 +97,10 @@ class MoveLog(Generic[M]):
         if not move.status.final and timeout_s > 0:
             await happens(self._over[move_id], timeout_s)
         return move
+
+
+def _body_of(kept: MoveRecord | tuple[str, bytes]) -> str:
+    return kept[0] if isinstance(kept, tuple) else kept.body_id
 
 
 def new_id(now: datetime) -> str:

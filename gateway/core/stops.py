@@ -22,6 +22,10 @@ HURRY_S = 60.0
 REPEAT_SLOWLY_S = 1.0
 CONFIRM_WITHIN_S = 2.0
 """After this time without standstill an event calls for the hardware stop; the stop is still repeated."""
+PROVED_WITHIN_S = 1.0
+"""A motor that tells that it runs has this time from when its ramp can be over, if that is later."""
+RAMP_ASKED_AFTER_S = 1.5
+"""A motor that still runs so long after its decelerating stop is asked how long its ramp may take."""
 RECORD_WITHIN_S = 1.0
 """A move that was stopped is recorded within this; if not, the next one does not wait any longer."""
 CLOCK_S = 0.001
@@ -92,6 +96,11 @@ class Stopping(ABC):
         self._held_s = held_s
         """For how long the event loop was held until a time of its clock."""
         self._held_before_s = held_s(self._began_at)
+        self._taken_s = 0.0
+        """Its age when its controller took it."""
+        self._ramp_s: float | None = None
+        """How long its ramp may take by the controller's settings; None where that is not known."""
+        self._repeated_at = self._began_at
         self._overdue = False
         self._was_being_proved = False
         """Whether the proof that is, or was, under way last began before the call for the hardware stop."""
@@ -121,6 +130,14 @@ class Stopping(ABC):
     def publish(self, what: str) -> None:
         """Tell everybody how far it has come."""
 
+    def tells_of_motion(self) -> bool:
+        """Whether its controller has taken it, and said when it was last asked that its motor runs."""
+        return False
+
+    def asks_for_s(self) -> float:
+        """How long its controller may take to tell how long the ramp takes; 0 where it is not asked now."""
+        return 0.0
+
     # time
 
     @property
@@ -131,7 +148,25 @@ class Stopping(ABC):
 
     def is_late(self) -> bool:
         """Whether its motor was to stand by now."""
-        return self.waited_s >= CONFIRM_WITHIN_S - CLOCK_S
+        return self.waited_s >= self.due_s - CLOCK_S
+
+    @property
+    def due_s(self) -> float:
+        """Its age when its motor is to stand: silence is no ramp."""
+        if not self.tells_of_motion():
+            return CONFIRM_WITHIN_S
+        if self._ramp_s is None:
+            return CONFIRM_WITHIN_S + self.asks_for_s()
+        return max(CONFIRM_WITHIN_S, self._taken_s + self._ramp_s + PROVED_WITHIN_S)
+
+    def asks_for_ramp(self) -> bool:
+        """Whether it has lasted so long that the ramp of its motor is to be known."""
+        decelerates = self.mode == "decelerate" and self._ramp_s is None
+        return decelerates and self.waited_s >= RAMP_ASKED_AFTER_S and self.tells_of_motion()
+
+    def note_ramp(self, seconds: float) -> None:
+        """Its ramp may take so long."""
+        self._ramp_s = seconds
 
     @property
     def disproves_its_alarm(self) -> bool:
@@ -180,9 +215,12 @@ class Stopping(ABC):
         return REPEAT_S if hurries else max(REPEAT_SLOWLY_S - took_s, took_s)
 
     def _repeat(self) -> None:
-        """Send it once more; a motor that decelerates is given its time."""
+        """Send it once more; a motor that decelerates has its time, and is told now and then after that."""
+        now = asyncio.get_running_loop().time()
         decelerates = self.mode == "decelerate" and self._report.state == "acknowledged"
-        if self._overdue or not decelerates:
+        is_long = self.waited_s >= CONFIRM_WITHIN_S and now - self._repeated_at >= REPEAT_SLOWLY_S
+        if self._overdue or is_long or not decelerates:
+            self._repeated_at = now
             self.submit()
 
     def has_had_no_turn(self) -> bool:
@@ -190,8 +228,12 @@ class Stopping(ABC):
         return False
 
     def may_still_be_asked(self) -> bool:
-        """Whether it is too early to call for the hardware stop."""
-        return not self._overdue and self.has_had_no_turn()
+        """Whether it is too early to say how far it has come; a long ramp is not waited for."""
+        return not self._overdue and not self._takes_long() and self.has_had_no_turn()
+
+    def _takes_long(self) -> bool:
+        """Whether its motor may still be on its ramp when people are told how far it has come."""
+        return self.due_s > CONFIRM_WITHIN_S
 
     def _warn_in(self, seconds: float) -> None:
         loop, what = asyncio.get_running_loop(), "the call for the hardware stop"
@@ -201,7 +243,7 @@ class Stopping(ABC):
         if self._report.state == "confirmed":
             return
         if not self.is_late():
-            self._warn_in(CONFIRM_WITHIN_S - self.waited_s)
+            self._warn_in(min(self.due_s - self.waited_s, REPEAT_S))
             return
         if self.has_had_no_turn():
             self._warn_in(REPEAT_S)
@@ -218,6 +260,12 @@ class Stopping(ABC):
         if self._report.state in ("requested", "not_sent"):
             self._report.state = "sent"
 
+    def note_acknowledged(self) -> None:
+        """Its controller has taken it."""
+        if self._report.state != "acknowledged":
+            self._taken_s = self.waited_s
+        self._report.state = "acknowledged"
+
     def note_not_sent(self, error: GatewayError) -> None:
         """It could not be put on the wire; what was sent before stays sent."""
         if self._report.state in ("requested", "not_sent"):
@@ -232,6 +280,8 @@ class Stopping(ABC):
     def tell(self) -> None:
         """Write into the report why it is not confirmed."""
         reasons = [self._trouble] if self._trouble else [*self.why_not()]
+        if self._ramp_s is not None and self._takes_long() and not self._overdue:
+            reasons.append(_ramp_takes(self._ramp_s))
         if self.calls_for_hardware():
             reasons.append(Said(UNCONFIRMED, UNCONFIRMED_JA))
         self._explain(reasons)
@@ -239,6 +289,13 @@ class Stopping(ABC):
     def _explain(self, reasons: Sequence[Said]) -> None:
         self._report.detail = " ".join(it.en for it in reasons) or None
         self._report.note_japanese("".join(it.ja for it in reasons) or None)
+
+
+def _ramp_takes(seconds: float) -> Said:
+    return Said(
+        f"By the controller's settings it may take up to {seconds:.1f} s to come to rest.",
+        f"コントローラの設定では、停止までに最大{seconds:.1f}秒かかります。",
+    )
 
 
 S = TypeVar("S", bound=Stopping)

@@ -18,7 +18,7 @@ from gateway.fics.read_back import read_back
 from gateway.fics.selection import Selection
 from gateway.fics.system_errors import SystemErrors
 from protocols.fics.alarms import DetailKind, ResetErrors
-from protocols.fics.axis_settings import AxisSetting, SpeedPercents
+from protocols.fics.axis_settings import AxisSetting, AxisTimes, SpeedPercents
 from protocols.fics.commands import of_the_robot
 from protocols.fics.errors import ErrorKind, lookup
 from protocols.fics.link import Failure
@@ -94,6 +94,7 @@ class Asking:
             AxisCoordinates: [power.origins.note],
             AxisStatuses: [power.origins.note, edges.note_status],
             SensorStates: [edges.note_sensors],
+            AxisTimes: [self._motion.ramps.note],
             SpeedPercents: [power.note_speeds],
         }
         """Who learns from which reply of a unit."""

@@ -8,6 +8,7 @@ from gateway.core.lanes import Lane
 from gateway.fics.asking import Asking
 from gateway.fics.axes import Coordinates, Places
 from gateway.fics.commander import STATE_FORBIDS
+from gateway.fics.ramps import SMOOTH
 from gateway.fics.units import RobotUnit
 from protocols.fics import motor_axes, speeds
 from protocols.fics.notation import AxisSystem
@@ -15,8 +16,6 @@ from protocols.fics.row import FicsCommand
 
 PER_SECOND = {AxisSystem.MILLIMETRE: 1.0, AxisSystem.PULSE: 1000.0, AxisSystem.DEGREE: 6.0}
 """Units of position a second in mm/s, kpps and rpm (C-HOST manual 1-5)."""
-SMOOTH = 2.0
-"""An S-curve takes up to so many times as long as a straight ramp: an assumption."""
 PATIENCE, PATIENCE_S = 1.5, 5.0
 """A move that takes longer than so many times its reckoning, and so much more, is told to be overdue."""
 

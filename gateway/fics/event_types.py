@@ -186,7 +186,7 @@ TYPES = (
         ended="it was ended by request or at a limit, and the axis stands still",
         lost="its heartbeat stayed away, and the axis stands still",
         stopped="a stop or the end of the gateway has ended it, and the axis stands still",
-        not_stopped="the axis did not stand still within a second: the whole robot is being stopped",
+        not_stopped="the axis did not stand still in time: the whole robot is being stopped",
     ),
     *backup_types("robot", ROBOT),
     *restore_types("robot", ROBOT, Restore),

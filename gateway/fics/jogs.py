@@ -31,7 +31,10 @@ from protocols.fics.status import AxisStatus
 from protocols.fics.system import HostMode
 
 STILL_WITHIN_S = 1.0
-"""An axis that still moves after this time since the end of its JOG makes the whole robot stop."""
+"""An axis that still moves after this time since the end of its JOG makes the whole robot stop; one that says
+so has the time of its ramp."""
+AFTER_RAMP_S = 0.5
+"""So much later than its ramp can be over it is to be seen to stand still."""
 RECHECK_S = 0.1
 STILL_LOOKS = 2
 """An axis seen to stand still so often in turn jogs no more; a single look may come before it begins."""
@@ -328,6 +331,7 @@ class Jogs:
 
     def _rested(self, session: JogSession) -> None:
         if session.id in self._running:
+            session.note_end("came to rest without a stop, as at a limit")
             self._stop_session(session, "ended")
 
     def _end(self, session: JogSession, ends_as: JogEnd) -> None:
@@ -381,11 +385,14 @@ class Jogs:
         That stop is never given up.
         """
         try:
-            async with asyncio.timeout(STILL_WITHIN_S):
+            began_at = asyncio.get_running_loop().time()
+            async with asyncio.timeout(STILL_WITHIN_S) as patience:
                 while session.id in self._unsettled:  # or else the stop of the whole robot sees to it
-                    if await self._stands_still(session.unit, session.axis):
+                    still = await self._stands_still(session.unit, session.axis)
+                    if still:
                         self._settle(session)
                         return
+                    patience.reschedule(began_at + self._patience_s(tells=still is not None))
                     await asyncio.sleep(RECHECK_S)
                     if session.id in self._unsettled:
                         self._send_stop(session)
@@ -393,6 +400,11 @@ class Jogs:
             stop = self._stop_robot()
             self._tell("robot.jog.not_stopped", session.model_dump())
             await stop
+
+    def _patience_s(self, *, tells: bool) -> float:
+        """How long an axis may take to stand still; one that `tells` that it moves may be on its ramp."""
+        ramp_s = self._motions.state.ramps.longest_s if tells else None
+        return STILL_WITHIN_S if ramp_s is None else max(STILL_WITHIN_S, ramp_s + AFTER_RAMP_S)
 
     def _settle(self, session: JogSession) -> None:
         """The axis of a session stands still, or was never told to move."""
@@ -408,7 +420,8 @@ class Jogs:
     def _was_sent(self, session: JogSession) -> bool:
         return session.id in self._running or session.state != "jogging"
 
-    async def _stands_still(self, unit: int, axis: str) -> bool:
+    async def _stands_still(self, unit: int, axis: str) -> bool | None:
+        """Whether an axis stands still; None where the robot did not tell."""
         jogged = unit_of(self._units, unit)
         try:
             axes = await jogged.status(Lane.VERIFY)  # no read of others wears out patience
@@ -418,7 +431,7 @@ class Jogs:
             alone = [it.axis for it in self._unsettled.values() if it.unit == unit] == [axis]
             return not alone and await self._stays(jogged, axis, motors)
         except GatewayError:
-            return False
+            return None
 
     async def _stays(self, unit: RobotUnit, axis: str, motors: Mapping[str, AxisStatus]) -> bool:
         """Whether an axis stands still while others of the unit jog: its motors are where they were before.

@@ -6,6 +6,7 @@ from typing import Any
 
 from gateway.fics.errors import RobotBusy
 from gateway.fics.move_record import RobotMove
+from gateway.fics.ramps import Ramps
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StartJog
 from protocols.fics.macros import RunMacro
@@ -42,6 +43,7 @@ class MotionState:
         """The units that stood still when last asked; nothing was sent since that could move them."""
         self.tables_change = asyncio.Lock()
         """Held from a change of a table of positions until it is read back: nothing moves meanwhile."""
+        self.ramps = Ramps()
         self.stops = 0
         """How many are not confirmed yet, or not recorded."""
 

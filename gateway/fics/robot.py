@@ -241,7 +241,7 @@ class Robot:
         survived(f"{what} of {self.id}", *doubts)
         if what == "robot.power_cycled":
             lost = partial(self.power.lost, certain=True)
-            deeds: list[Callable[[], None]] = [self.selection.forget, lost]
+            deeds: list[Callable[[], None]] = [self.selection.forget, self.motion.ramps.forget, lost]
             all_of(deeds)
         elif what.startswith("robot."):
             self.publish(what, dict(facts))

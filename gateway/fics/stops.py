@@ -15,6 +15,7 @@ from gateway.core.records import request_id_field
 from gateway.core.stops import (
     CONFIRM_WITHIN_S,
     RECORD_WITHIN_S,
+    REPEAT_S,
     BilingualReport,
     Said,
     StopMode,
@@ -31,6 +32,7 @@ from gateway.fics.jogs import Jogs
 from gateway.fics.line import FicsLine
 from gateway.fics.motion_state import Tell
 from gateway.fics.motions import Motions
+from gateway.fics.ramps import Ramps
 from gateway.fics.system_errors import SystemErrors
 from gateway.fics.units import RobotUnit
 from protocols.fics.link import Failure, Refusal
@@ -42,6 +44,8 @@ STOPPING_ALREADY = "E04"
 """The refusal of a stop while another is under way (C-HOST manual 2-12)."""
 REFUSALS = (BLOCK_ERRORS[Block.TERMINAL_EDITS], UPLOAD_ERROR, STOPPING_ALREADY)
 """How a stop can be refused; any other error is that of something else (C-HOST manual 1-7, 2-12)."""
+TOLD_TIMEOUTS = 2
+"""A robot that has not told for so many times as long as a reply may take tells no more that it moves."""
 BRAKES_FOR_S = 0.05
 """Between two looks at motors that may brake: in less, a slow one would not change what it displays."""
 
@@ -67,7 +71,8 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
         super().__init__()
         self._motion, self._errors, self._line = motions.state, motions.errors, motions.line
         self._jogs = jogs
-        self._new = partial(_RobotStop, units, motions.line, motions.errors, motions.commander.bits, tell)
+        bits, ramps = motions.commander.bits, motions.state.ramps
+        self._new = partial(_RobotStop, units, motions.line, motions.errors, bits, ramps, tell)
         self._running: dict[StopMode, _RobotStop] = {}
         self.was_proved = False
         """Whether the last stop was being proved already when it was called late."""
@@ -148,11 +153,18 @@ class _RobotStop(Stopping):
         line: FicsLine,
         errors: SystemErrors,
         bits: Bits,
+        ramps: Ramps,
         tell: Tell,
         mode: StopMode,
     ) -> None:
         self.report = RobotStopReport(robot_id=units[0].robot_id)
         super().__init__(mode, self.report, line.admission.held_s)
+        if mode == "decelerate" and ramps.longest_s is not None:
+            self.note_ramp(ramps.longest_s)
+        self._run: set[int] = set()
+        """Units that have told when they were last asked that they move."""
+        self._told_at = 0.0
+        """Its age when one has told so."""
         self._units, self._line, self._errors, self._bits, self._tell = units, line, errors, bits, tell
         self._refusal: str | None = None
         """The error the robot refused it with, last."""
@@ -197,7 +209,8 @@ class _RobotStop(Stopping):
             self.note_not_sent(outcome)
 
     def _acknowledged(self) -> None:
-        self.report.state, self._refusal = "acknowledged", None
+        self.note_acknowledged()
+        self._refusal = None
 
     def _refused(self, error: str) -> None:
         stops = self.mode == "decelerate" or self.report.state == "acknowledged"
@@ -273,11 +286,22 @@ class _RobotStop(Stopping):
         except UnitMissing:
             return None  # the robot itself says that nothing is there to move
         except GatewayError as error:
+            self._run.discard(unit.number)
             said = Said.unknown(Said(f"unit {unit.number}", f"ユニット{unit.number} "), error)
             return _once_still(said) if unit.stood_still else said
         stood = self._places.get(unit.number, places) == places
         self._places[unit.number] = places
-        return None if stood and at_rest(axes) else _not_at_rest(unit)
+        if stood and at_rest(axes):
+            return None
+        self._run.add(unit.number)
+        self._told_at = self.waited_s
+        return _not_at_rest(unit)
+
+    def tells_of_motion(self) -> bool:
+        """Every unit that was not seen to stand still has told of motion; a refused stop brakes nothing."""
+        taken = self.report.state == "acknowledged" and self._refusal is None
+        is_heard = self.waited_s - self._told_at < TOLD_TIMEOUTS * self._line.reply_timeout_s + REPEAT_S
+        return taken and is_heard and bool(self._not_still) and self._run >= self._not_still.keys()
 
     def reply_count(self) -> int:
         """All of its line, which is the robot's alone."""

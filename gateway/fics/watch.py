@@ -59,11 +59,19 @@ async def _moves(robot: Robot) -> bool | None:
         statuses = await unit.status()
         if robot.line.mode == HostMode.VER_2:
             await _see_signs(robot, unit, still=at_rest(statuses.values()))
+        if at_rest(statuses.values()):
+            await _know_ramps(robot, unit)
         with suppress(GatewayError):  # its sensors and places are asked for again
             await _compare_bits(robot, unit, statuses, await unit.sensors())
     except ControllerRefused as refused:
         return True if refused.error_code == IN_MOTION else None
     return not at_rest(statuses.values())
+
+
+async def _know_ramps(robot: Robot, unit: RobotUnit) -> None:
+    """Ask once how long its axes may take to come to rest: in motion, when it counts, it does not tell."""
+    for question in robot.motion.ramps.unknown_of(unit):
+        await unit.read(question)
 
 
 async def _see_signs(robot: Robot, unit: RobotUnit, *, still: bool) -> None:

@@ -38,7 +38,7 @@ def newest(plant: Plant, target: str, limit: int) -> list[Any]:
     """The moves of a body or a unit, newest first."""
     require(plant, Right.VIEW, target)
     addressed = plant.target(target)
-    return addressed.log.of(addressed.address)[:limit]
+    return addressed.log.of(addressed.address, limit)
 
 
 @needs(Right.OPERATE)

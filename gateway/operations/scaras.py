@@ -27,9 +27,9 @@ def forward(plant: Plant, scara_id: str, pulses: Sequence[float]) -> Place:
     return _scara(plant, scara_id).place_of(pulses)
 
 
-def inverse(plant: Plant, scara_id: str, place: Place) -> tuple[int, ...]:
-    """Calculate the positions of the axes; nothing is sent. Errors as of `Scara.pulses_of`."""
-    return _scara(plant, scara_id).pulses_of(place)
+def inverse(plant: Plant, scara_id: str, place: Place, *, is_turned: bool) -> tuple[int, ...]:
+    """Calculate the positions of the axes; nothing is sent. Parameters and errors as of `Scara.pulses_of`."""
+    return _scara(plant, scara_id).pulses_of(place, is_turned=is_turned)
 
 
 @needs(Right.VIEW)

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf
@@ -28,6 +29,7 @@ from protocols.rorze.interpolation import Preparation, SetStartPosition
 from protocols.rorze.link import Refusal
 from protocols.rorze.modes import GetOperatingMode, OperatingMode, SetOperatingMode
 from protocols.rorze.origin import GetHomingDistance
+from protocols.rorze.patterns import GetPattern, PatternSpeedSets, SetPattern
 from protocols.rorze.position import GetPosition, SetPosition, SignedPulses
 from protocols.rorze.profile import SpeedParameters
 from protocols.rorze.programs import (
@@ -138,6 +140,12 @@ class Body:
     """Its operating mode; None where it may have changed since it was read."""
     prepared: bool | None = None
     """Whether an interpolated move was prepared since it got positions or moved; None: not known."""
+    prepared_pattern: int | None = None
+    """The acceleration pattern of the interpolated move that was prepared last; None: the standard one."""
+    pattern: int | None = None
+    """The acceleration pattern of its move; None: the standard one, or not known."""
+    pattern_sets: dict[int, PatternSpeedSets] = field(default_factory=dict)
+    """The speed sets of its patterns, as it has told them: in motion it does not."""
     sent_count: int = 0
     """Counts the commands sent to it that are no reads: a poll around one of these has seen two states."""
     no_program_at: float | None = None
@@ -402,6 +410,7 @@ class Body:
             self.prepared = False
         self.no_program_at = self.mode = None
         self.program_ends = False
+        self.pattern_sets.clear()
         self.poll_due.set()
         self.on_news(kind, facts)
 
@@ -438,6 +447,8 @@ class Body:
             self.mode = None
         if row in CHANGE_PROGRAM or not is_known:
             self.program_ends = False
+        if row is SetPattern or not is_known:
+            self.pattern_sets.clear()
         if row in RENAMING:
             self.position = self.position_at = None
             self.poll_due.set()
@@ -485,7 +496,7 @@ class Body:
     def _note_preparation(self, command: RorzeCommand[Any], *, certain: bool) -> None:
         """What was prepared counts from the positions told before it (HPS; RC-420 manual 13.10.7)."""
         if isinstance(command, Preparation):
-            self.prepared = certain
+            self.prepared, self.prepared_pattern = certain, command.pattern
         elif type(command) is SetStartPosition:
             self.prepared = False
 
@@ -495,6 +506,10 @@ class Body:
         self.position_flash.note_read(reply)
         if type(reply) is OperatingMode:
             self.mode = reply.mode
+        elif type(reply) is PatternSpeedSets:
+            number = getattr(question, "pattern", None)
+            if number is not None:
+                self.pattern_sets[number] = reply
         if self.power.changed is not None:
             self.poll_due.set()
 
@@ -529,12 +544,26 @@ class Body:
         if is_news:
             self.on_news("body.motion.foreign", {})
 
-    def was_set_going(self) -> None:
-        """A motion command is on the wire."""
+    def was_set_going(self, command: RorzeCommand[Any]) -> None:
+        """A motion command is on the wire; an interpolated one has the pattern of its preparation."""
+        self.pattern = self._pattern_of(command)
         self.moving, self.went_silent, self.stopped_at = True, False, None
         self.prepared = False
         self.move_ended.clear()
         self.end_due.clear()
+
+    def _pattern_of(self, command: RorzeCommand[Any]) -> int | None:
+        """The acceleration pattern of a motion command; None: the standard one, or not known."""
+        prepared = None if self.prepared is False else self.prepared_pattern
+        pattern: int | None = getattr(command, "pattern", prepared)
+        return pattern
+
+    async def know_pattern(self, command: RorzeCommand[Any]) -> None:
+        """Know the speed sets of a motion's pattern, for its stop: in motion it does not tell them."""
+        pattern = self._pattern_of(command)
+        if pattern is not None and pattern not in self.pattern_sets:
+            with suppress(GatewayError):  # the motion does not hang on it
+                await self.ask(GetPattern(pattern=pattern), lane=Lane.VERIFY)
 
     def announced(self) -> None:
         """The link master has announced the end of its move: a reason to ask now, never a proof."""

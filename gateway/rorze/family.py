@@ -596,7 +596,7 @@ class Rorze(Family):
 
     def _never_ends(self, body: Body) -> bool:
         """Whether its last move must not go on unattended, and nobody has seen its end."""
-        move = next(iter(self.moves.of(body)), None)
+        move = next(iter(self.moves.log.of(body.address, 1)), None)
         if move is None or move.kind not in UNATTENDED or move.sent_at is None:
             return False
         unseen = move.status in (MoveStatus.LOST, MoveStatus.UNKNOWN) and body.moving is not False

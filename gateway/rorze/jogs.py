@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Final, Literal, cast
+from typing import Final, Literal, NamedTuple, cast
 
 from pydantic import Field, model_validator
 
@@ -40,6 +40,14 @@ STILL_WITHIN_S: Final = CONFIRM_WITHIN_S + RECORD_WITHIN_S
 
 Turn = Literal["cw", "ccw"]
 _TURNS: Final[dict[str, Turn]] = {"+": "cw", "-": "ccw", "cw": "cw", "ccw": "ccw"}
+_CAUSES: Final = {
+    "cw_limit": "ran into its cw limit sensor",
+    "ccw_limit": "ran into its ccw limit sensor",
+    "ems": "was ended by its EMS input",
+    "stall": "stalled",
+    "stop_command": "was stopped by a stop command that the gateway has not sent",
+}
+"""How a jog ended that did not come as far as it might, by what its controller says (RC-420 manual 9MD)."""
 _UNSEEN: Final = (MoveStatus.LOST, MoveStatus.UNKNOWN)
 """Moves whose ends nobody has seen."""
 
@@ -80,6 +88,8 @@ class _Session:
     jog: BodyJog
     body: Body
     move: Move
+    bound: str
+    """Where it ends if it comes as far as it may."""
     until: float = 0.0
     """Deadline of the next heartbeat, on the event loop's clock."""
     alarm: asyncio.TimerHandle | None = None
@@ -108,14 +118,14 @@ class BodyJogs:
         loop = asyncio.get_running_loop()
         late_at, epoch = loop.time() + START_WITHIN_S, line.gate.epoch(number)
         async with at_own_speed(body, request) as ready:
-            distance = await _distance(body, ready)
+            distance, bound = await _reach(body, ready)
             if line.gate.epoch(number) != epoch:
                 raise line.gate.overtaken(number)
             command = relative_command(ready.turn, ready.speed, distance, ready.pattern)
             within_s = max(0.0, late_at - loop.time())
 
             def begun(move: Move) -> None:
-                self._begun(body, move, ready, distance)
+                self._begun(body, move, ready, distance, bound)
 
             try:
                 [move] = await self._moves.start(body, command, within_s, on_sent=begun, kind="jog")
@@ -126,12 +136,12 @@ class BodyJogs:
                 self._stops.stop([body], "decelerate")
                 raise
 
-    def _begun(self, body: Body, move: Move, request: BodyJogRequest, distance: int) -> None:
+    def _begun(self, body: Body, move: Move, request: BodyJogRequest, distance: int, bound: str) -> None:
         """The motor may move from now on, answered or not."""
         jog = BodyJog(
             id=move.id, body_id=body.address, direction=request.turn, speed=request.speed, distance=distance
         )
-        it, what = _Session(jog, body, move), f"the jog of {body.address}"
+        it, what = _Session(jog, body, move, bound), f"the jog of {body.address}"
         it.over = asyncio.create_task(carry_on(what, partial(self._see_over, it)), name=what)
         self._await_heartbeat(it)
         self._sessions[jog.id] = it
@@ -230,6 +240,7 @@ class BodyJogs:
         """Wait until the motor stands still: its move has ended, or else a stop is confirmed."""
         await it.body.free.wait()
         if it.jog.state == "jogging":
+            it.jog.note_end(_why_ended(it.move, it.bound))
             self._leave(it, "ended")
         while it.move.status in _UNSEEN:
             [report] = await self._stops.stop([it.body], "decelerate")
@@ -239,15 +250,29 @@ class BodyJogs:
         self._tell(it.jog.state, it.body, it.jog)
 
 
-async def _distance(body: Body, request: BodyJogRequest) -> int:
-    """How far a jog may go, in the unit of the operating mode.
+def _why_ended(move: Move, bound: str) -> str:
+    """Say how a jog ended that nobody has stopped, as a sentence without its subject."""
+    if move.status is MoveStatus.SUCCEEDED:
+        return f"came to {bound}"
+    told = [_CAUSES[cause] for cause in (move.end_cause or "").split("+") if cause in _CAUSES]
+    return " and ".join(told) or f"ended as its move did ({move.status})"
+
+
+class _Reach(NamedTuple):
+    distance: int
+    bound: str
+    """Where it ends then."""
+
+
+async def _reach(body: Body, request: BodyJogRequest) -> _Reach:
+    """How far a jog may go, in the unit of the operating mode, and what bounds it.
 
     :raises InvalidRequest: it stands at its soft limit, or the length is in another unit.
     """
     reach = round(LONGEST_S * await top_speed_of(body, request.speed, request.pattern))
-    reach = await amount_of(body, reach)
-    if request.at_most is not None:
-        reach = min(reach, request.at_most.pulses(body.scale))
+    reach, bound = await amount_of(body, reach), f"the furthest that a jog goes, {LONGEST_S:.0f} s"
+    if request.at_most is not None and (at_most := request.at_most.pulses(body.scale)) < reach:
+        reach, bound = at_most, "the end of its at_most"
     limits, _ = await body.ask(GetSoftLimits())
     here = (await body.where_it_rests()).position
     room = limits.upper - here if request.turn == "cw" else here - limits.lower
@@ -258,4 +283,7 @@ async def _distance(body: Body, request: BodyJogRequest) -> int:
             if room < 1
             else "at_most: it comes to less than one pulse; nothing was sent."
         )
-    return min(reach, room, BILLION - 1)
+    if room <= reach:
+        side, limit = ("upper", limits.upper) if request.turn == "cw" else ("lower", limits.lower)
+        return _Reach(min(room, BILLION - 1), f"its {side} soft limit at {limit}")
+    return _Reach(min(reach, BILLION - 1), bound)

@@ -127,6 +127,7 @@ class MoveProof:
             move.start_position = move.position = self.before.position
             move.target_position = await self._target(command, self.before.position)
             self.tolerance = await self._tolerance()
+            await body.know_pattern(command)
             await self._prove_power(command)
         except NoReply as error:
             raise NotSent(
@@ -678,9 +679,15 @@ def _lost_on_its_way(body: Body, move: Move, *, resumed: bool) -> NotExecuted:
     )
 
 
+def _counted(move: Move) -> str:
+    """The word for what its positions are counted in."""
+    return "encoder counts" if move.counted_in == "encoder_counts" else "pulses"
+
+
 def _missed(body: Body, move: Move) -> MoveFailed:
     return MoveFailed(
-        f"{body.address} stands at {move.position} pulses, not at {move.target_position} as was asked.",
+        f"{body.address} stands at {move.position} {_counted(move)}, not at {move.target_position} as was "
+        "asked.",
         "The command may have been garbled on the line, or the controller has lost its power: "
         "check the position before the next move.",
     )

@@ -237,7 +237,7 @@ class Moves:
     async def _write(self, run: "_MoveRun", expires_at: float) -> "_Results":
         def written(at: float) -> None:
             for proof in run.proofs:
-                proof.body.was_set_going()
+                proof.body.was_set_going(run.command)
                 self._advance(proof.body, proof.move, MoveStatus.SENT)
                 run.on_sent(proof.move)
                 proof.body.trajectory = BodyTrajectory(proof.body, proof.move, run.command, at)

@@ -25,7 +25,15 @@ from protocols.rorze.notation import Bounds, PositionReference
 from protocols.rorze.patterns import GetPattern, GetSpeedChange
 from protocols.rorze.position import GetPosition
 from protocols.rorze.position_table import GetPositionEntry
-from protocols.rorze.profile import Profile, ProfileError, SpeedChange, SpeedParameters, plan, plan_slow
+from protocols.rorze.profile import (
+    Profile,
+    ProfileError,
+    SpeedChange,
+    SpeedParameters,
+    plan,
+    plan_slow,
+    ramp_time_s,
+)
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.speeds import (
     GetFallingAccelerationShare,
@@ -34,6 +42,7 @@ from protocols.rorze.speeds import (
     GetRisingAccelerationShare,
     GetStartSpeed,
 )
+from protocols.rorze.stops import GetStopSpeedSet
 from protocols.table import Ack
 
 SPEED_CHANGES = 16
@@ -273,12 +282,36 @@ async def parameters_of_pattern(body: Body, pattern: int | None) -> tuple[SpeedP
     return await _speed_parameters(body, sets.acceleration), await _speed_parameters(body, sets.deceleration)
 
 
-async def _speed_parameters(body: Body, speed_set: int | None) -> SpeedParameters:
-    low, _ = await body.ask(GetStartSpeed(speed_set=speed_set))
-    high, _ = await body.ask(GetMaximumSpeed(speed_set=speed_set))
-    acceleration, _ = await body.ask(GetMaximumAcceleration(speed_set=speed_set))
-    rising, _ = await body.ask(GetRisingAccelerationShare(speed_set=speed_set))
-    falling, _ = await body.ask(GetFallingAccelerationShare(speed_set=speed_set))
+async def longest_ramp_s(body: Body, pattern: int | None, lane: Lane) -> float | None:
+    """Work out how many seconds a decelerating stop may take from the highest speed of a move by a pattern.
+
+    It goes by the speed set of stops, or else by that of the pattern's deceleration (RC-420 manual 13.3.3 and
+    5MD in 14); None where that is not known. A speed that was changed on the way (5CS) is not known.
+
+    :raises ProfileError: the settings make no ramp.
+    :raises GatewayError: they were not read.
+    """
+    rising = falling = None
+    if pattern is not None:
+        if (sets := body.pattern_sets.get(pattern)) is None:
+            return None
+        rising, falling = sets.acceleration, sets.deceleration
+    of_stops, _ = await body.ask(GetStopSpeedSet(), lane=lane)
+    falling = falling if of_stops.speed_set is None else of_stops.speed_set
+    down = await _speed_parameters(body, falling, lane)
+    top = down.high
+    if rising != falling:
+        high, _ = await body.ask(GetMaximumSpeed(speed_set=rising), lane=lane)
+        top = max(top, high.speed)
+    return ramp_time_s(down, top, down.low)
+
+
+async def _speed_parameters(body: Body, speed_set: int | None, lane: Lane = Lane.READ) -> SpeedParameters:
+    low, _ = await body.ask(GetStartSpeed(speed_set=speed_set), lane=lane)
+    high, _ = await body.ask(GetMaximumSpeed(speed_set=speed_set), lane=lane)
+    acceleration, _ = await body.ask(GetMaximumAcceleration(speed_set=speed_set), lane=lane)
+    rising, _ = await body.ask(GetRisingAccelerationShare(speed_set=speed_set), lane=lane)
+    falling, _ = await body.ask(GetFallingAccelerationShare(speed_set=speed_set), lane=lane)
     return SpeedParameters(
         low=low.speed,
         high=high.speed,

@@ -1,12 +1,13 @@
 """Where a body was seen during a move, beside where the speed curve of its settings leads."""
 
+from collections.abc import Mapping
 from datetime import datetime
-from typing import Any
+from typing import Any, Final
 
 from pydantic import Field
 
 from gateway.core.errors import ControllerRefused, GatewayError
-from gateway.core.move_record import Move
+from gateway.core.move_record import Move, MoveKind
 from gateway.core.records import Record
 from gateway.core.trajectories import Trajectory
 from gateway.rorze.bodies import Body
@@ -16,6 +17,12 @@ from protocols.rorze.row import RorzeCommand
 
 PLAN_POINTS = 200
 """Moments of a plan that are told, besides those where a part of its curve begins."""
+
+
+_WHY_NONE: Final[Mapping[MoveKind, str]] = {
+    "interpolated": "It goes along a path with the other axes of its group, at the speed of the path, to the "
+    "target in its record."
+}
 
 
 class BodySample(Record):
@@ -82,7 +89,7 @@ class BodyTrajectory(Trajectory[int]):
             return f"The settings make no plan: {error}"
         if body.settings != self._settings:
             return "Settings of the body may have changed since the move began."
-        return plan or "How far it goes was only known when it was done."
+        return plan or _WHY_NONE.get(move.kind, "How far it goes was only known when it was done.")
 
 
 async def samples_of(trajectory: BodyTrajectory) -> BodySamples:

@@ -1,8 +1,8 @@
 """The session with an RC-400: bodies that fall silent, witnesses for a fence, and replies that come twice."""
 
 import random
-from collections.abc import Callable, Iterable, Mapping
-from functools import lru_cache
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache
 from itertools import cycle
 from math import inf
 from typing import Any
@@ -87,6 +87,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         self.on_given_up: Callable[[], None] = lambda: None
         """Called when a body is not asked any more, but by probes."""
         dice = rng or random.Random()  # noqa: S311  # against mix-ups, not against people
+        self._questions = _questions()
         self._nonces = cycle(dice.sample(range(NONCES), NONCES))
         self._fence_for = self._fence_body = 0
         """Whose copies the fence rules out, and who is asked: others stand for groups and the dead."""
@@ -127,7 +128,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     def self_identifying_read(self, body: int) -> RorzeExchange:
         """Build a read whose reply nothing else can be mistaken for: its number is used once in 2048."""
-        exchange = self.exchange(body, _question_of(next(self._nonces)), Lane.READ)
+        exchange = self.exchange(body, self._questions[next(self._nonces)], Lane.READ)
         exchange.self_identifying = True
         exchange.repeats = 0
         return exchange
@@ -423,6 +424,7 @@ def _evades(frame: ReplyFrame) -> bool:
     return isinstance(frame, Refusal) and is_evasive(frame.error)
 
 
-@lru_cache(NONCES)
-def _question_of(nonce: int) -> GetNumberedPositionEntry:
-    return GetNumberedPositionEntry(entry=PositionReference(position=nonce))
+@cache
+def _questions() -> Sequence[GetNumberedPositionEntry]:
+    """One of each number; they stand before the gateway runs, so that garbage is not looked for in them."""
+    return [GetNumberedPositionEntry(entry=PositionReference(position=it)) for it in range(NONCES)]

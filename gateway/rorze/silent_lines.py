@@ -57,6 +57,11 @@ def is_heard(line: Line) -> bool:
     return _quiet_timeouts(line) <= 1
 
 
+def is_quiet(line: Line) -> bool:
+    """Whether nobody on a line was heard for so long that it may be silent."""
+    return _quiet_timeouts(line) >= QUIET_TIMEOUTS
+
+
 def _quiet_timeouts(line: Line) -> float:
     """For how many times as long as a reply may take nobody has been heard."""
     now = _now()
@@ -84,13 +89,12 @@ class SilentLines:
         if is_heard(line) or is_silent(line):
             return False
         if self._many_are_due(line):
-            return _quiet_timeouts(line) < QUIET_TIMEOUTS
+            return not is_quiet(line)
         return sum(stop.is_late() for stop in self._stops_on(line)) > MORE_THAN_A_FUSE
 
     def note_overdue(self, line: Line) -> None:
         """A stop on this line is not confirmed in time: tell the line where that is the cause."""
-        quiet = _quiet_timeouts(line) >= QUIET_TIMEOUTS
-        if line.tells_of_stops or not quiet or not self._many_are_due(line):
+        if line.tells_of_stops or not is_quiet(line) or not self._many_are_due(line):
             return
         line.tells_of_stops = True
         listening = asyncio.create_task(self._listen(line), name=f"silent line {line.id}")

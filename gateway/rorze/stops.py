@@ -30,10 +30,12 @@ from gateway.core.waiting import happens
 from gateway.rorze.bodies import PROGRAM_RUNS, Body, Group, R
 from gateway.rorze.exchange import Answered, Outcome
 from gateway.rorze.line import Line
+from gateway.rorze.plans import longest_ramp_s
 from gateway.rorze.poll_intervals import is_prompt, wire_s
-from gateway.rorze.silent_lines import SilentLines, is_heard, is_silent, proofs_s
+from gateway.rorze.silent_lines import SilentLines, is_heard, is_quiet, is_silent, proofs_s
 from gateway.rorze.sweep import Sweep
 from protocols.rorze.position import GetPosition
+from protocols.rorze.profile import ProfileError
 from protocols.rorze.programs import EndProgram, GetProgramStatus
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import GetControllerStatus
@@ -197,6 +199,7 @@ class Stops(StopsUnderWay["_BodyStop"]):
     def _over(self, stop: "_BodyStop") -> None:
         """Forget a stop, which a gateway that closes may not even have begun to see through."""
         self._tasks.pop(stop, None)
+        stop.end_asking()
         self._forget(stop)
         stop.body.being_stopped = self.under_way(stop.body)
 
@@ -252,6 +255,10 @@ class _BodyStop(Stopping):
         """Of the program."""
         self._answers = True
         """If not, the body may be dead, and nobody else need wait for it."""
+        self._ramp: asyncio.Task[None] | None = None
+        """Asks how long its ramp may take."""
+        self._runs = False
+        """Whether its motor ran when it was last asked, and has told so."""
         self._why: Said | None = Said(
             f"{body.address} has not told yet whether its motor stands still.",
             f"{body.address} は、モータが静止しているかどうかをまだ返答していません。",
@@ -295,7 +302,7 @@ class _BodyStop(Stopping):
             self._why = Said(f"{address} does not answer the stop.", f"{address} が停止に応答しません。")
             self.tell()
         if isinstance(outcome, Answered):
-            self.report.state = "acknowledged"
+            self.note_acknowledged()
         if isinstance(outcome, NotSent):
             self.note_not_sent(outcome)
         elif isinstance(outcome, NoReply) and lane is Lane.STOP:
@@ -312,6 +319,11 @@ class _BodyStop(Stopping):
             self._end = self._send(
                 EndProgram(motor="stop_immediately" if immediately else "stop_decelerating")
             )
+
+    def end_asking(self) -> None:
+        """Want to know no more how long its ramp may take."""
+        if self._ramp is not None:
+            self._ramp.cancel()
 
     def withdraw(self) -> None:
         """Take back what still waits: it would stop the next move."""
@@ -353,11 +365,35 @@ class _BodyStop(Stopping):
             address = self.body.address
             self._why = Said.unknown(Said(f"the motor of {address}", f"{address} のモータ"), error)
             self._refuted_at = inf if is_heard(self.body.line) else None
+            self._runs = False
         else:
             self._answers = True
+            self._runs = self._why is NOT_AT_REST
             self._refuted_at = None if self._why is None else asked_at
+        if self.asks_for_ramp() and (self._ramp is None or self._ramp.done()):
+            self._ramp = asyncio.create_task(self._learn_ramp(), name=f"ramp of {self.body.address}")
         self.tell()
         return self._why is None
+
+    async def _learn_ramp(self) -> None:
+        """Ask how long its ramp may take, beside the proofs; what it does not tell is asked again."""
+        pattern = None if self.body.move is None else self.body.pattern
+        try:
+            self.note_ramp(await longest_ramp_s(self.body, pattern, Lane.VERIFY) or 0.0)
+        except ProfileError:
+            self.note_ramp(0.0)  # nothing moves by such settings
+        except GatewayError:
+            return
+
+    def asks_for_s(self) -> float:
+        """As long as the wire needs for the proofs of all, which takes about as many frames."""
+        asks = self._ramp is not None and not self._ramp.done()
+        return self.body.line.reply_timeout_s + proofs_s(self.body.line, self._most) if asks else 0.0
+
+    def tells_of_motion(self) -> bool:
+        """Its motor ran when it was last asked; what has not answered since is silent."""
+        told = self._runs and self._answers and self.report.state == "acknowledged"
+        return told and not is_quiet(self.body.line)
 
     def has_had_no_turn(self) -> bool:
         """Whether nothing speaks against it yet, for as long as the wire needs for the proofs of all.
@@ -371,7 +407,7 @@ class _BodyStop(Stopping):
 
     def _is_refuted(self) -> bool:
         """Whether it was to stand when it was last asked, and did not say that it does."""
-        return self._refuted_at is not None and self._refuted_at >= CONFIRM_WITHIN_S - LAST_LOOK_S
+        return self._refuted_at is not None and self._refuted_at >= self.due_s - LAST_LOOK_S
 
     def goes_first(self) -> bool:
         """Whether its body answers, and is asked before those who do not; not for ever, for they may live."""
@@ -381,7 +417,7 @@ class _BodyStop(Stopping):
     def _in_time(self, times: int = 1) -> bool:
         """Whether it began no longer ago than the wire needs for the proofs of all, or so many times that."""
         line = self.body.line
-        needed_s = CONFIRM_WITHIN_S + line.reply_timeout_s + proofs_s(line, self._most)
+        needed_s = self.due_s + line.reply_timeout_s + proofs_s(line, self._most)
         return self.waited_s < times * needed_s
 
     @property

@@ -21,7 +21,7 @@ from protocols.rorze.row import (
     RorzeCommand,
 )
 
-LINES_KEPT = 1024
+LINES_KEPT = 512
 """Decoded lines that are kept, in either direction: who polls hears the same again and again."""
 INTRODUCERS = "&$#"
 """`&` is followed by two digits of body number, `$` and `#` (RC-200 series) by one."""

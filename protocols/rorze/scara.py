@@ -87,7 +87,12 @@ class Robot(ABC):
 
         :raises OutOfReach: there are none.
         """
-        return tuple(int(round(count, DIGITS)) for count in self.pulses(place))
+        return self.cut(self.pulses(place))
+
+    @staticmethod
+    def cut(counts: Sequence[float]) -> tuple[int, ...]:
+        """Whole pulses, cut towards zero."""
+        return tuple(int(round(count, DIGITS)) for count in counts)
 
     def place(self, pulses: Sequence[float]) -> Place:
         """Where the finger ends at these positions of the axes: HLD.
@@ -187,6 +192,21 @@ class BeltLinked(Robot):
         """The direction of the place does not count."""
         end = complex(place.x, place.y)
         return self.counted(self.angles(Pose(abs(end) - self.finger, phase(end), phase(end))))
+
+    def pulses_pointed(self, place: Place) -> tuple[float, ...]:
+        """The axes' positions for a place with its direction; belts keep it on the line through the origin.
+
+        :raises OutOfReach: the finger cannot end there and point so, by more than a pulse of the base.
+        """
+        end, heading = complex(place.x, place.y), within_half_turn(place.direction / 360_000 * TURN)
+        along = end * rect(1.0, -heading)
+        if abs(along.imag) > 1 + abs(end) * TURN / self.pulses_per_turn[0]:
+            told = phase(end) / TURN * 360_000
+            raise OutOfReach(
+                f"angle: belts keep the finger on the line through the origin; there it points to {told:.3f} "
+                f"or the opposite, not to {place.direction:.3f} mdeg."
+            )
+        return self.counted(self.angles(Pose(along.real - self.finger, heading, heading)))
 
 
 def within_half_turn(angle: float, turn: float = TURN) -> float:

@@ -75,6 +75,7 @@ ROW = re.compile(r"(?P<name>.+?)  .*(ratio|figure) (>=|<=) \S+ +(reached|MISSED)
                 "memory when they have left",
             ],
         ),
+        ("garbage", ["longest collection under moves"]),
         ("move-cost", ["move: processor time", "memory after moves"]),
         ("live-values", [f"120 bodies watched: {what}" for what in ("a processor", "values")]),
         pytest.param(

@@ -31,7 +31,7 @@ from gateway.rorze.move_proof import MOTION_ERRORS, Stretch
 from gateway.rorze.moves import Moves
 from gateway.rorze.scaras.geometry import GeometryDiffers
 from gateway.rorze.scaras.paths import PathsDiffer
-from gateway.rorze.scaras.preparation import Plan, prepare, prove_power, weigh, work_out
+from gateway.rorze.scaras.preparation import Plan, know_pattern, prepare, prove_power, weigh, work_out
 from gateway.rorze.scaras.record import PlannedScaraMove, ScaraAxisMove, ScaraMove, ScaraPlace
 from gateway.rorze.scaras.requests import ScaraMoveRequest
 from gateway.rorze.scaras.scara import Scara
@@ -246,6 +246,7 @@ class ScaraMoves:
         OF_MOVES.set([run.move.id])
         try:
             expires_at = asyncio.get_running_loop().time() + start_within_s
+            await know_pattern(scara, request.pattern)
             async with scara.line.undivided([scara.group.number], expires_at):
                 await self._set_off(run, await self._prepare(run, request), expires_at)
         except GatewayError as error:

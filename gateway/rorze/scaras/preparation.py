@@ -1,11 +1,12 @@
 """What goes before a move of a SCARA robot: work it out, tell the controllers, see that they agree."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from math import ceil
 from typing import Any
 
-from gateway.core.errors import ControllerRefused, InvalidRequest, PowerCycled
+from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest, PowerCycled
 from gateway.core.lanes import Lane
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.limited_speed import Wish
@@ -23,6 +24,7 @@ from protocols.rorze.interpolation import (
 )
 from protocols.rorze.modes import GetSoftLimits
 from protocols.rorze.path import PathFault
+from protocols.rorze.patterns import GetPattern
 from protocols.rorze.profile import ProfileError, SpeedParameters
 from protocols.rorze.profile import plan as profile
 from protocols.rorze.row import RorzeCommand
@@ -158,6 +160,13 @@ async def _ramps(
     members = plan.scara.members
     wished = zip(members, await wish(members), strict=True)
     return [(speeds, speeds) for body, speeds in wished if body in plan.movers]
+
+
+async def know_pattern(scara: Scara, pattern: int | None) -> None:
+    """Know the speed sets of a pattern before the move: a stop may have to know how long its ramp takes."""
+    if pattern is not None and any(pattern not in body.pattern_sets for body in scara.members):
+        with suppress(GatewayError):  # the move does not hang on it
+            await scara.ask(GetPattern(pattern=pattern), lane=Lane.VERIFY)
 
 
 async def prepare(plan: Plan, note: Callable[[str], None]) -> None:

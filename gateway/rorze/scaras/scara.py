@@ -12,7 +12,7 @@ from gateway.rorze.line import Line
 from gateway.rorze.scaras.record import ScaraMove
 from protocols.rorze.position import GetPosition
 from protocols.rorze.row import RorzeCommand
-from protocols.rorze.scara import OutOfReach, Place, Robot
+from protocols.rorze.scara import BeltLinked, OutOfReach, Place, Robot
 
 
 class AxisPositions(NamedTuple):
@@ -74,13 +74,18 @@ class Scara:
         except OutOfReach as error:
             raise InvalidRequest(f"{error} Nothing was sent.") from None
 
-    def pulses_of(self, place: Place) -> tuple[int, ...]:
+    def pulses_of(self, place: Place, *, is_turned: bool = True) -> tuple[int, ...]:
         """The positions of the axes as HLS answers them (13.10.7): cut towards zero, one of the two elbows.
 
-        :raises InvalidRequest: the arm does not come there.
+        `is_turned` tells that the direction of the place was asked for.
+
+        :raises InvalidRequest: the arm does not come there, or its finger cannot point there.
         """
+        robot = self.robot
         try:
-            return self.robot.whole_pulses(place)
+            if is_turned and isinstance(robot, BeltLinked):
+                return robot.cut(robot.pulses_pointed(place))
+            return robot.whole_pulses(place)
         except OutOfReach as error:
             raise InvalidRequest(f"{error} Nothing was sent.") from None
 

@@ -44,9 +44,29 @@ class Assembled:
     """The address of each label."""
     steps: int
 
+    def missing_end(self) -> Fault | None:
+        """Tell of a program that goes on behind its last instruction: to end normally it needs END there.
+
+        A controller takes it, and ends it with an error (RC-420 manual 15.2.6).
+        """
+        if not self.instructions:
+            return Fault(1, 1, "The program is empty, and needs END to end normally.")
+        last = self.instructions[-1]
+        if not isinstance(last, Label | Communication) and last.code in _ENDS:
+            return None
+        return Fault(
+            self.lines[-1],
+            1,
+            "The program goes on behind its last instruction: it needs END there to end normally.",
+        )
+
     def texts(self) -> tuple[str, ...]:
         """The instructions as UWS takes them and UWD tells them."""
         return tuple(instruction.text for instruction in self.instructions)
+
+
+_ENDS = frozenset(("END", "JMP", "RET"))
+"""After these the next address is not executed."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -49,6 +49,7 @@ def test_a_move_is_found_by_its_id_alone(monkeypatch: pytest.MonkeyPatch, tmp_pa
     fake = FakeGateway(
         {
             "/bodies": [(200, {"bodies": [{"body_id": "arm.00"}, {"body_id": "arm.01"}]})],
+            "/scaras": [(200, {"scaras": []})],
             "/robots": [(200, {"robots": [{"robot_id": "r1", "units": [{"number": 1}]}]})],
             f"/bodies/arm.00/moves/{MOVE}": [NOT_FOUND],
             f"/bodies/arm.01/moves/{MOVE}": [NOT_FOUND],
@@ -62,10 +63,36 @@ def test_a_move_is_found_by_its_id_alone(monkeypatch: pytest.MonkeyPatch, tmp_pa
 
 
 def test_a_move_that_nobody_has_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    fake = FakeGateway({"/bodies": [(200, {"bodies": []})], "/robots": [(200, {"robots": []})]})
+    nobody = {f"/{kind}": [(200, {kind: []})] for kind in ("bodies", "scaras", "robots")}
+    fake = FakeGateway(nobody)
     said = fake.run(monkeypatch, "plot", "move", MOVE, "--output", str(tmp_path / "move.svg"))
     assert said.exit_code == 2
-    assert f"Nobody has a move {MOVE}" in said.stderr
+    assert f"No body, SCARA robot or unit has a move {MOVE} that is kept" in said.stderr
+
+
+def test_the_move_of_a_scara_robot_is_drawn_axis_by_axis(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    axes = [
+        {"axis": 0, "body_id": "arm.00", "move_id": "02", "target_position": 400},
+        {"axis": 2, "body_id": "arm.01", "move_id": None, "target_position": 0},
+    ]
+    file = tmp_path / "move.svg"
+    no_plan = of_body(plan=None, note="How far it goes was only known when it was done.")
+    fake = FakeGateway(
+        {
+            "/bodies": [(200, {"bodies": [{"body_id": "arm.00"}]})],
+            "/scaras": [(200, {"scaras": [{"scara_id": "wafer"}]})],
+            f"/bodies/arm.00/moves/{MOVE}": [NOT_FOUND],
+            f"/scaras/wafer/moves/{MOVE}": [(200, {"scara_id": "wafer", "axes": axes})] * 2,
+            "/bodies/arm.00/moves/02/samples": [(200, no_plan)],
+        }
+    )
+    said = fake.run(monkeypatch, "plot", "move", MOVE, "--output", str(file))
+    assert (said.exit_code, said.stderr) == (0, "")
+    assert {f"wafer, move {MOVE}", "Speed of axis 0 [mm/s]", "Position of axis 0 [mm]", "target"} <= texts_of(
+        file
+    )
 
 
 def test_without_a_plan_the_reason_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

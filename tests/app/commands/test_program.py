@@ -49,6 +49,18 @@ def test_a_program_is_checked_without_a_gateway(source: Path) -> None:
     assert (said.exit_code, said.stdout) == (0, "3 instructions, 6 of 6039 steps.\nLabels: BLINK.\n")
 
 
+def test_a_program_that_goes_on_behind_its_end_does_not_pass(
+    source: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source.write_text("*BLINK\n SET OD0\n")
+    told = f"{source}:2:1: The program goes on behind its last instruction: it needs END there"
+    said = invoke("check", str(source))
+    assert (said.exit_code, said.stdout) == (1, "")
+    assert said.stderr.startswith(told)
+    answering(monkeypatch, httpx.Response(200, json={"bodies": []}), httpx.Response(200, json=DONE))
+    assert told in invoke("upload", "3F", str(source)).stderr, "a controller takes it"
+
+
 def test_faults_are_told_as_compilers_tell_them(source: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = answering(monkeypatch)
     source.write_text("END\n JMP *NO\n FUS\n")

@@ -274,3 +274,10 @@ class Machine(RuleBasedStateMachine):
 
 Machine.TestCase.settings = settings(max_examples=60, stateful_step_count=20, deadline=None)
 TestLeases = Machine.TestCase
+
+
+def test_where_all_are_one_a_lease_is_that_of_another_caller(hall: Hall) -> None:
+    everybody = Holder("everybody", "")
+    hall.take(everybody, LIFT)
+    with pytest.raises(LeaseRefused, match=r"leased to another caller without a key for 10.0 s; nothing was"):
+        hall.leases.admit(Claim((), (LIFT,), everybody.id))

@@ -6,9 +6,9 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from gateway.core.errors import NotFound
+from gateway.core.errors import BodyBusy, NotFound
 from gateway.core.move_log import HISTORY, MoveLog, new_id
-from gateway.core.move_record import MoveRecord, MoveStatus
+from gateway.core.move_record import MoveError, MoveRecord, MoveStatus
 from tests.gateway.rorze.far_end import virtual
 
 NOW = datetime(2026, 1, 1, tzinfo=UTC)
@@ -133,3 +133,16 @@ def test_a_move_that_is_over_keeps_nothing_to_wait_with() -> None:
     log.end(log.get("over"))
     events = [it for held in gc.get_referents(log.__dict__) for it in gc.get_referents(held)]
     assert sum(isinstance(it, asyncio.Event) for it in events) == 1
+
+
+def test_a_move_that_is_over_is_nothing_for_the_garbage_collector_to_look_through() -> None:
+    move = a_move("over")
+    log = log_of(move)
+    move.status, move.evidence = MoveStatus.FAILED, ["The status tells so."]
+    move.error = MoveError.of(BodyBusy("It moves.", "Wait."))
+    log.end(move)
+    gc.collect()
+    [kept] = [it for it in gc.get_referents(log._moves) if not isinstance(it, str)]
+    assert not gc.is_tracked(kept)
+    assert log.get("over") == move
+    assert log.of("line1.3F", 1) == [move]

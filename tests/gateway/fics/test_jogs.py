@@ -252,7 +252,7 @@ def test_an_axis_that_has_come_to_its_limit_jogs_no_more(mode: int) -> None:
         async with fics_rig(mode=mode) as rig:
             await rig.move(HomeRobot())
             session = await rig.robot.jogs.start(1, "Z", "+")
-            with pytest.raises(JogOver, match="ended"):
+            with pytest.raises(JogOver, match=r"\(ended\): it came to rest without a stop, as at a limit"):
                 await keep_jogging(rig.robot, session.id, 120.0)
             assert rig.types("robot.jog") == ENDED
             await asyncio.sleep(0.5)
@@ -500,3 +500,15 @@ async def test_the_stop_of_an_axis_whose_session_was_not_seen_to_end_says_so() -
         rig.cable.lost_answer = "ACD"
         with pytest.raises(RobotBusy, match=r"JOG Z was sent .* not seen to stand still"):
             await rig.robot.jogs.stop(1, "Z")
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_an_axis_on_its_ramp_does_not_make_the_whole_robot_stop(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with jogging_that_brakes_slowly(mode) as (rig, session):
+            assert (await rig.robot.jogs.end(session.id)).state == "ended"
+            assert rig.types("robot.jog") == ENDED
+            assert rig.types("robot.stop") == []
+
+    story()

@@ -137,7 +137,7 @@ async def test_moves_are_told_newest_first_and_found_by_their_ids() -> None:
         first, second = await rig.move(UP), await rig.move(StepAxis(axis="Z", steps=1))
         moves = rig.plant.robot_moves
         assert moves.of(rig.robot.unit(1)) == [second, first]
-        assert moves.get(first.id) is first
+        assert moves.get(first.id) == first
         with pytest.raises(NotFound):
             moves.get("none")
 

@@ -328,3 +328,74 @@ def test_in_mode_2_what_a_fence_has_left_refuses_no_stop(kind: StopMode) -> None
             assert rig.types("robot.stop") == ["robot.stop.requested", "robot.stop.confirmed"]
 
     story()
+
+
+# a long ramp
+
+
+async def on_a_long_ramp(rig: FicsRig) -> None:
+    """Start a move from whose speed the robot brakes for seconds."""
+    await rig.move(HomeRobot())
+    await rig.robot.ask(SetMaximumSpeeds(speeds=[50.0] * 3), 1)
+    await rig.robot.ask(SetDecelerationTimes(times_ms=[6000] * 3), 1)
+    await rig.start(LONG)
+    await asyncio.sleep(0.4)
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_robot_on_a_long_ramp_raises_no_alarm_and_says_how_long_it_may_take(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            await on_a_long_ramp(rig)
+            report = await rig.robot.stop("decelerate")
+            assert report.state == "acknowledged"
+            assert str(report.detail).endswith("settings it may take up to 12.0 s to come to rest.")
+            await rig.robot.stops.confirmed()
+            assert rig.types("robot.stop") == ["robot.stop.requested", "robot.stop.confirmed"]
+
+    story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_robot_that_falls_silent_on_its_ramp_is_an_alarm_as_soon_as_that_is_known(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            await on_a_long_ramp(rig)
+            rig.robot.stop("decelerate")
+            await asyncio.sleep(CONFIRM_WITHIN_S + 0.2)
+            assert rig.types("robot.stop") == ["robot.stop.requested"]
+            rig.cable.broken = True
+            await asyncio.sleep(1.5)
+            assert rig.types("robot.stop")[-1] == "robot.stop.unconfirmed"
+            rig.cable.broken = False
+
+    story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_robot_that_is_silent_from_the_stop_on_is_an_alarm_after_two_seconds(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            await on_a_long_ramp(rig)
+            rig.cable.broken = True
+            rig.robot.stop("decelerate")
+            await asyncio.sleep(CONFIRM_WITHIN_S + 0.05)
+            assert rig.types("robot.stop")[-1] == "robot.stop.unconfirmed"
+            rig.cable.broken = False
+
+    story()
+
+
+@in_virtual_time
+async def test_a_robot_that_does_not_brake_at_once_is_an_alarm_after_two_seconds() -> None:
+    async with fics_rig() as rig:
+        await on_a_long_ramp(rig)
+        rig.cable.lost_command = "AES"
+        rig.robot.stop("immediate")
+        await asyncio.sleep(CONFIRM_WITHIN_S + 0.05)
+        assert rig.types("robot.stop")[-1] == "robot.stop.unconfirmed"
+        rig.cable.lost_command = ""
+        await rig.robot.stops.confirmed()

@@ -226,7 +226,7 @@ async def test_while_a_body_has_a_move_a_single_status_does_not_say_whether_it_m
     async with plant(far) as (_, one, _other):
         await one.poll()
         one.move = a_move(one)
-        one.was_set_going()
+        one.was_set_going(MoveClockwise(distance=1))
         news = told_by(one)
         await one.poll()
         assert one.moving
@@ -255,7 +255,7 @@ async def test_a_program_may_move_the_body_it_was_started_on() -> None:
 async def test_what_moved_when_it_fell_silent_counts_as_moving_and_what_stood_may_move() -> None:
     async with plant(FarEnd()) as (_, one, other):
         await one.poll()
-        other.was_set_going()
+        other.was_set_going(MoveClockwise(distance=1))
         for body in (one, other):
             body.fell_silent()
         assert [body.moving for body in (one, other)] == [None, True]

@@ -158,10 +158,14 @@ async def test_the_client_may_bound_it_and_soft_limits_do() -> None:
         await beat(it, jog, 0.4)
         await asyncio.sleep(1.0)
         assert jog.state == "ended"
+        with pytest.raises(JogOver, match=r"is over \(ended\): it came to the end of its at_most; the axis"):
+            jogs_of(it).heartbeat(it.body(), jog.id)
         await it.body().ask(SetSoftLimits(lower=-100, upper=1_000))
         jog = await jogs_of(it).start(it.body(), RIGHT)
         assert jog.distance == 300
         await asyncio.sleep(2.0)
+        with pytest.raises(JogOver, match="it came to its upper soft limit at 1000; the axis stands still"):
+            jogs_of(it).heartbeat(it.body(), jog.id)
         with pytest.raises(InvalidRequest, match="stands at 1000, its soft limits are -100 to 1000"):
             await jogs_of(it).start(it.body(), RIGHT)
         with pytest.raises(InvalidRequest, match="less than one pulse"):
@@ -188,6 +192,8 @@ async def test_at_a_limit_sensor_it_ends_and_a_jog_onto_it_is_refused() -> None:
         it.touch(0x3F, lambda axis: axis.world.forced.update({CW_LIMIT: True}))
         await asyncio.sleep(0.4)
         assert (jog.state, it.plant.moves.get(jog.id).end_cause) == ("ended", "cw_limit")
+        with pytest.raises(JogOver, match=r"is over \(ended\): it ran into its cw limit sensor; the axis"):
+            jogs_of(it).heartbeat(it.body(), jog.id)
         with pytest.raises(ControllerRefused):
             await jogs_of(it).start(it.body(), RIGHT)
         assert it.types("body.jog")[3:] == ["body.jog.started", "body.jog.stopping", "body.jog.ended"]

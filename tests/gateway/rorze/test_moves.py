@@ -52,7 +52,7 @@ async def test_a_move_is_queued_sent_seen_moving_and_ends_at_its_target() -> Non
         assert it.types("body.move") == [
             f"body.move.{step}" for step in ("queued", "sent", "started", "succeeded")
         ]
-        assert it.plant.moves.get(move.id) is move
+        assert it.plant.moves.get(move.id) == move
         assert it.plant.moves.of(it.body()) == [move]
 
 

@@ -1,6 +1,7 @@
 """Software stops: ahead of everything, repeated, and believed only when the controller stands still."""
 
 import asyncio
+import re
 from contextlib import suppress
 from datetime import UTC, datetime
 
@@ -8,12 +9,20 @@ import pytest
 
 from gateway.core.errors import Cancelled, GatewayError
 from gateway.core.move_record import Move
-from gateway.core.stops import CONFIRM_WITHIN_S, HURRY_S, StopMode
+from gateway.core.stops import CONFIRM_WITHIN_S, HURRY_S, PROVED_WITHIN_S, StopMode
 from gateway.rorze.bodies import Body
 from protocols.rorze.inputs_outputs import GetSensors
 from protocols.rorze.moves import MoveClockwise, MoveClockwiseSlowly
 from protocols.rorze.position import GetEncoderPosition, GetPosition
+from protocols.rorze.speeds import (
+    SetFallingAccelerationShare,
+    SetMaximumAcceleration,
+    SetMaximumSpeed,
+    SetRisingAccelerationShare,
+    SetStartSpeed,
+)
 from protocols.rorze.status import GetControllerStatus, GetEndCause
+from protocols.rorze.stops import SetStopSpeedSet
 from simulator.faults import Direction, Fault, Switch
 from simulator.rorze.controller import Response
 from simulator.rorze.rc400 import LinkSettings
@@ -627,3 +636,120 @@ async def test_a_foreign_motion_is_stopped_and_a_move_in_the_meantime_is_cancell
         [report] = await stopping
         assert report.state == "confirmed"
         assert not it.axis().motor.moving
+
+
+# a long ramp
+
+
+SLOW_RAMP = SetMaximumAcceleration(acceleration=20_000)
+"""From 50,000 pps the standard set comes to rest in 5 s."""
+
+
+async def at_full_speed(rig: Rig, *addresses: str) -> None:
+    """Set bodies moving that ramp for 5 s, and let them come up to speed."""
+    for address in addresses:
+        await rig.body(address).ask(SLOW_RAMP)
+        await rig.plant.moves.start(rig.body(address), FAR)
+    await asyncio.sleep(6.0)
+
+
+@pytest.mark.parametrize("baud", [None, 9600])
+@in_virtual_time
+async def test_a_motor_on_a_long_ramp_raises_no_alarm_and_says_how_long_it_may_take(
+    baud: int | None,
+) -> None:
+    async with rig(baud=baud) as it:
+        await at_full_speed(it, "3F")
+        asked_at = now()
+        [report] = await it.plant.stops.stop([it.body()], "decelerate")
+        assert report.state == "acknowledged"
+        assert str(report.detail).endswith("settings it may take up to 5.0 s to come to rest.")
+        await it.plant.stops.confirmed()
+        assert 4.0 < now() - asked_at < 5.5
+        assert it.types("body.stop") == ["body.stop.requested", "body.stop.confirmed"]
+
+
+@in_virtual_time
+async def test_the_ramp_is_that_of_the_speed_set_of_stops() -> None:
+    async with rig() as it:
+        slow = {"speed_set": 7}
+        for command in (
+            SetStartSpeed(speed=50, **slow),
+            SetMaximumSpeed(speed=10_000, **slow),
+            SetMaximumAcceleration(acceleration=10_000, **slow),
+            SetRisingAccelerationShare(percent=0, **slow),
+            SetFallingAccelerationShare(percent=0, **slow),
+            SetStopSpeedSet(speed_set=7),
+        ):
+            await it.body().ask(command)
+        await moving(it, "3F")
+        await asyncio.sleep(1.0)
+        [report] = await it.plant.stops.stop([it.body()], "decelerate")
+        assert "it may take up to 5.0 s" in str(report.detail), "from the move's 50,000 pps"
+        await asyncio.sleep(4.0)
+        assert it.types("body.stop") == ["body.stop.requested", "body.stop.confirmed"]
+
+
+@in_virtual_time
+async def test_a_motor_that_runs_on_after_its_ramp_is_an_alarm(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with rig() as it:
+        await at_full_speed(it, "3F")
+        execute = it.axis().execute
+        deaf = ("5SS", "UES")
+        monkeypatch.setattr(
+            it.axis(),
+            "execute",
+            lambda text, at: Response("") if text.startswith(deaf) else execute(text, at),
+        )
+        sent = len(it.wire.sent)
+        it.plant.stops.stop([it.body()], "decelerate")
+        await asyncio.sleep(5.0 + PROVED_WITHIN_S - 0.1)
+        assert it.types("body.stop") == ["body.stop.requested"]
+        assert 3 <= it.wire.frames(sent).count("&3F5SS") <= 6, "it is told now and then"
+        await asyncio.sleep(0.3)
+        assert it.types("body.stop") == ["body.stop.requested", "body.stop.unconfirmed"]
+
+
+@in_virtual_time
+async def test_a_body_that_falls_silent_on_its_ramp_is_an_alarm_as_soon_as_that_is_known() -> None:
+    async with rig() as it:
+        await at_full_speed(it, "3F")
+        it.plant.stops.stop([it.body()], "decelerate")
+        await asyncio.sleep(3.0)
+        assert it.types("body.stop") == ["body.stop.requested"]
+        it.machine.switch_body(0x3F, on=False, now=now())
+        await asyncio.sleep(1.5)
+        assert it.types("body.stop") == ["body.stop.requested", "body.stop.unconfirmed"]
+
+
+@in_virtual_time
+async def test_a_body_that_is_silent_from_the_stop_on_is_an_alarm_after_two_seconds() -> None:
+    async with rig() as it:
+        await at_full_speed(it, "3F")
+        it.machine.switch_body(0x3F, on=False, now=now())
+        it.plant.stops.stop([it.body()], "decelerate")
+        await asyncio.sleep(CONFIRM_WITHIN_S + 0.05)
+        assert it.types("body.stop") == ["body.stop.requested", "body.stop.unconfirmed"]
+
+
+@in_virtual_time
+async def test_the_members_of_a_group_are_given_their_ramps_at_9600_baud() -> None:
+    bodies = range(16)
+    async with rig(bodies=tuple(bodies), groups={}, baud=9600) as it:
+        await at_full_speed(it, *(f"{number:02X}" for number in bodies))
+        it.plant.stops.stop(it.plant.bodies(), "decelerate")
+        await it.plant.stops.confirmed()
+        assert "body.stop.unconfirmed" not in it.types("body.stop")
+
+
+@in_virtual_time
+async def test_a_line_that_falls_silent_while_motors_ramp_is_an_alarm_as_soon_as_that_is_known() -> None:
+    async with rig() as it:
+        await at_full_speed(it, "3F")
+        it.plant.stops.stop([it.body()], "decelerate")
+        await asyncio.sleep(3.0)
+        it.wire.deaf_to = re.compile(rb"[^\r]*\r")
+        await asyncio.sleep(1.5)
+        assert it.types("body.stop") == ["body.stop.requested", "body.stop.unconfirmed"]
+        it.wire.deaf_to = None
+        await it.plant.stops.confirmed()

@@ -5194,7 +5194,7 @@ class RobotJogLostEvent(TypedDict):
 
 
 class RobotJogNotStoppedEvent(TypedDict):
-    """The axis did not stand still within a second: the whole robot is being stopped; about `/robots/{robot_id}`."""
+    """The axis did not stand still in time: the whole robot is being stopped; about `/robots/{robot_id}`."""
 
     specversion: NotRequired[Literal["1.0"]]
     id: str
@@ -7324,7 +7324,7 @@ class WantedPlace(TypedDict):
     x: Distance
     y: Distance
     angle: NotRequired[Angle | None]
-    """Between finger and X axis; belt-linked robots need none, others take 0."""
+    """Between finger and X axis; left out, 0, or the only one of a belt-linked robot."""
 
 
 class Weakened(TypedDict):

@@ -15482,7 +15482,7 @@ export interface components {
         };
         /**
          * RobotJogNotStoppedEvent
-         * @description The axis did not stand still within a second: the whole robot is being stopped; about `/robots/{robot_id}`.
+         * @description The axis did not stand still in time: the whole robot is being stopped; about `/robots/{robot_id}`.
          */
         RobotJogNotStoppedEvent: {
             /**
@@ -20639,7 +20639,7 @@ export interface components {
         WantedPlace: {
             x: components["schemas"]["Distance"];
             y: components["schemas"]["Distance"];
-            /** @description Between finger and X axis; belt-linked robots need none, others take 0. */
+            /** @description Between finger and X axis; left out, 0, or the only one of a belt-linked robot. */
             angle?: components["schemas"]["Angle"] | null;
         };
         /**

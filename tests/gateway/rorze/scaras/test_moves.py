@@ -20,6 +20,7 @@ from gateway.core.errors import (
 from gateway.core.journal.intents import Intents
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
+from gateway.core.stops import CONFIRM_WITHIN_S
 from gateway.operations import moves, scaras
 from gateway.rorze.limited_speed import Rate
 from gateway.rorze.move_requests import Length, RelativeMoveRequest
@@ -210,6 +211,7 @@ async def test_from_the_positions_to_the_start_in_one_turn() -> None:
         asked = asyncio.create_task(robot.scara.members[1].ask(GetPosition()))
         started = await move
         told = [it for it in robot.frames()[before:] if "3ND" not in it and it[:3] != "&3F"]
+        told = told[told.index("&8A6PD") :]  # the sets of its pattern were asked before, for its stop
         assert told[:5] == ["&8A6PD", "&8AEPD", "&8AHPS0,-10149", "&8AHPS1,-10000", "&8AHPS2,-16666"]
         assert told[5:8] == ["&8AHCD", "&8AHLD", "&8AHXSA[3],10000"]
         between = told[8 : told.index("&8AHMM")]
@@ -506,6 +508,23 @@ async def test_a_stop_of_one_axis_stops_all(body: int) -> None:
         assert robot.place().x == pytest.approx(begun.x, abs=120), "it is still on its line"
         assert robot.place().y > begun.y - 90_000
         assert not any(robot.moving())
+
+
+@in_virtual_time
+async def test_a_stop_on_a_long_ramp_of_the_path_raises_no_alarm() -> None:
+    async with cell() as robot:
+        for body in robot.scara.members:
+            await body.ask(SetMaximumAcceleration(speed_set=5, acceleration=10_000))
+        move = await robot.start("offset", y=mm(-100), pattern=5)
+        await asyncio.sleep(3.0)
+        asked_at = asyncio.get_running_loop().time()
+        reports = await robot.rig.plant.stops.stop([robot.scara.members[0]], "decelerate")
+        assert {it.state for it in reports} == {"acknowledged"}
+        assert all("it may take up to 5.8 s" in str(it.detail) for it in reports)
+        await robot.rig.plant.stops.confirmed()
+        assert asyncio.get_running_loop().time() - asked_at > CONFIRM_WITHIN_S
+        assert "body.stop.unconfirmed" not in robot.rig.types("body.stop")
+        assert (await robot.ended(move)).status is MoveStatus.STOPPED
 
 
 @in_virtual_time

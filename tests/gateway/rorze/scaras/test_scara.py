@@ -45,9 +45,18 @@ def test_there_and_back_within_a_pulse(robot: Robot, data: st.DataObject) -> Non
 def test_there_and_back_within_a_pulse_with_belts(turn: int, arm: int) -> None:
     scara = robot_of(BELTS)
     lead = BELTS.lead(BELTS.pose((turn, arm)))
-    back = scara.pulses_of(told(scara, (turn, arm)))
+    back = scara.pulses_of(told(scara, (turn, arm)), is_turned=False)
     # A finger's end behind the base may as well be before it, with the base half a turn on.
     assert lead <= 100 or back == pytest.approx((turn, arm), abs=1)
+    assert scara.pulses_of(told(scara, (turn, arm))) == pytest.approx((turn, arm), abs=1), "by its angle"
+
+
+@pytest.mark.parametrize("direction", [0, 45_000, 89_000])
+def test_with_belts_the_finger_points_along_its_way_from_the_origin_only(direction: float) -> None:
+    with pytest.raises(InvalidRequest, match=r"angle: belts keep the finger .* points to 90000.000"):
+        robot_of(BELTS).pulses_of(Place(0, 300_000, direction))
+    free = robot_of(BELTS).pulses_of(Place(0, 300_000, 0), is_turned=False)
+    assert robot_of(BELTS).pulses_of(Place(0, 300_000, 90_000)) == free
 
 
 def test_pulses_are_cut_as_hls_cuts_them() -> None:

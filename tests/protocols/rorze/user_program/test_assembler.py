@@ -138,3 +138,18 @@ def test_any_text_is_assembled_or_refused_with_places(source: str) -> None:
         assert isinstance(fault, Fault)
         assert 1 <= fault.line <= len(lines)
         assert 1 <= fault.column <= len(lines[fault.line - 1]) + 1
+
+
+@pytest.mark.parametrize("end", ["END", "JMP *L", "RET"])
+def test_a_program_that_ends_so_needs_nothing_behind(end: str) -> None:
+    assert assembled(f"*L\nSET OD0\n{end}").missing_end() is None
+
+
+@pytest.mark.parametrize(
+    ("source", "line"),
+    [("SET OD0", 1), ("END\n*L", 2), ("1+M5 ; moves\n", 1), ("", 1)],
+)
+def test_a_program_that_goes_on_behind_its_last_instruction_misses_its_end(source: str, line: int) -> None:
+    fault = assembled(source).missing_end()
+    assert fault is not None
+    assert (fault.line, "END" in fault.reason) == (line, True)
