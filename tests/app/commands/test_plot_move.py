@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from app.commands.plot_move import panels_of_body, panels_of_unit, speeds_of
-from tests.app.fake_gateway import FakeGateway
+from tests.app.fake_gateway import Answer, FakeGateway
 from tests.app.test_charts import SVG, read_svg
 
 MOVE = "01a2"
@@ -63,7 +63,9 @@ def test_a_move_is_found_by_its_id_alone(monkeypatch: pytest.MonkeyPatch, tmp_pa
 
 
 def test_a_move_that_nobody_has_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    nobody = {f"/{kind}": [(200, {kind: []})] for kind in ("bodies", "scaras", "robots")}
+    nobody: dict[str, list[Answer]] = {
+        f"/{kind}": [(200, {kind: []})] for kind in ("bodies", "scaras", "robots")
+    }
     fake = FakeGateway(nobody)
     said = fake.run(monkeypatch, "plot", "move", MOVE, "--output", str(tmp_path / "move.svg"))
     assert said.exit_code == 2
