@@ -91,7 +91,7 @@ async def crossed_limits(unit: RobotUnit, coordinates: Coordinates, end: Places)
     units = unit.counted_in(coordinates)
     above = [CrossedLimit(it, "upper", upper[it], at, units[it]) for it, at in ends.items() if at > upper[it]]
     below = [CrossedLimit(it, "lower", lower[it], at, units[it]) for it, at in ends.items() if at < lower[it]]
-    return above + below
+    return sorted(above + below, key=lambda it: list(ends).index(it.axis))
 
 
 async def name_limits(

@@ -41,7 +41,7 @@ async def test_a_motion_makes_a_move_with_its_record_and_its_end_can_be_waited_f
         assert isinstance(begun, Begun)
         assert (begun.path, begun.group_id) == ("/bodies/line1.3F", None)
         assert [move.status for move in begun.moves] == ["succeeded"]
-        assert it.plant.moves.get(begun.moves[0].id) is begun.moves[0]
+        assert it.plant.moves.get(begun.moves[0].id) == begun.moves[0]
 
 
 @in_virtual_time
