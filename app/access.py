@@ -35,7 +35,12 @@ class AccessControl:
         self._work = [self._keep_uses, self._watch_keys]
         self._tasks: list[asyncio.Task[None]] = []
         if server.tls_certificate and server.tls_key:
-            self.certificate = Certificate(server.tls_certificate, server.tls_key)
+            self.certificate = Certificate(
+                server.tls_certificate,
+                server.tls_key,
+                server.tls_client_ca,
+                required=server.tls_client_required,
+            )
             self._work.append(self.certificate.watch)
         if config.access.mode == "keys":
             self._adopt(config)

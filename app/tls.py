@@ -18,13 +18,18 @@ CIPHERS: Final = "ECDHE+AESGCM:ECDHE+CHACHA20"
 class Certificate:
     """A certificate and its key, for TLS 1.2 and newer."""
 
-    def __init__(self, certificate: Path, key: Path) -> None:
-        """Read both.
+    def __init__(
+        self, certificate: Path, key: Path, client_ca: Path | None = None, *, required: bool = False
+    ) -> None:
+        """Read them; certificates of clients that `client_ca` has signed are taken, or `required`.
 
         :raises ConfigError: one cannot be read, or they do not belong together.
         """
         self._files = certificate, key
         self.context = _context()
+        if client_ca is not None:
+            self.context.verify_mode = ssl.CERT_REQUIRED if required else ssl.CERT_OPTIONAL
+            self._trust(client_ca)
         self._seen = self._stamp()
         try:
             self._load()
@@ -52,6 +57,14 @@ class Certificate:
             log.warning("the renewed certificate cannot be used, the one before stays in force: %s", error)
         else:
             log.info("the renewed certificate is in force")
+
+    def _trust(self, client_ca: Path) -> None:
+        try:
+            self.context.load_verify_locations(client_ca)
+        except OSError as error:
+            raise ConfigError(
+                f"server.tls_client_ca {client_ca} cannot be used: {error.strerror or error}"
+            ) from error
 
     def _load(self) -> None:
         # A context that refuses a key has taken the certificate already: so they are tried in another one.

@@ -104,6 +104,10 @@ class Server(Table):
     tls_certificate: Annotated[Path, Field(strict=False)] | None = None
     """Certificate with its chain (PEM); read again when it is renewed."""
     tls_key: Annotated[Path, Field(strict=False)] | None = None
+    tls_client_ca: Annotated[Path, Field(strict=False)] | None = None
+    """Authorities (PEM) whose certificates clients may show instead of a key, which the common name names."""
+    tls_client_required: bool = False
+    """Whether a client without such a certificate is turned away at the handshake."""
     trusted_proxies: Array[Annotated[str, AfterValidator(_check_network)]] = ()
     """Addresses or networks of proxies that keep TLS for us; X-Forwarded-* of others means nothing."""
     client_networks: Array[Annotated[str, AfterValidator(_check_network)]] = ()
@@ -161,6 +165,10 @@ class Server(Table):
         for key, other in ("tls_certificate", "tls_key"), ("tls_key", "tls_certificate"):
             if getattr(self, key) is None and getattr(self, other) is not None:
                 raise Fault(f"is required with {other}", key)
+        if self.tls_client_ca and not self.tls_certificate:
+            raise Fault("takes tls_certificate and tls_key: certificates are shown over TLS", "tls_client_ca")
+        if self.tls_client_required and not self.tls_client_ca:
+            raise Fault("takes tls_client_ca, which says whose certificates are good", "tls_client_required")
         if not (self.is_local or self.tls_certificate or self.trusted_proxies):
             raise Fault(
                 f"{self.host} is open to the network, where keys and commands must not go in plain text: set "

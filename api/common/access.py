@@ -14,6 +14,7 @@ from starlette.requests import cookie_parser
 from starlette.types import Scope
 
 from api.common.problems import CALLER, path_of
+from api.front.certificates import CERTIFIED
 from gateway.access import keys
 from gateway.access.credentials import Credentials
 from gateway.access.errors import NotAuthenticated, NothingShown, NotPermitted
@@ -261,6 +262,9 @@ class Access:
                 raise NotAuthenticated(*_NOT_GOOD).in_japanese(*_NOT_GOOD_JA)
             return grant, grant.session
         session = headers.cookies.get(session_cookie(scope))
+        if session is None and CERTIFIED in scope:
+            headers.require_no_other_page(scope)
+            return self._good(self.credentials.certified(scope[CERTIFIED])), None
         if session is None:
             raise NothingShown(
                 f"The request has no key{_REFUSAL}", "Send the header Authorization: Bearer KEY."
@@ -360,6 +364,14 @@ class Headers:
 
     def _word(self, name: bytes) -> str:
         return self.found.get(name, b"").decode("latin-1").lower()
+
+    def require_no_other_page(self, scope: Scope) -> None:
+        """Refuse what a page of another origin makes a browser send; programs send no word of pages.
+
+        :raises NotPermitted: a page sends it that is not the gateway's own.
+        """
+        if self._word(b"origin") or self._word(b"sec-fetch-site"):
+            self.require_own_page(scope)
 
     def require_own_page(self, scope: Scope) -> None:
         """Refuse what a page of somebody else makes a signed-in browser send.

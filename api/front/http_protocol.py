@@ -17,6 +17,7 @@ import httptools
 from uvicorn.protocols.http.flow_control import HIGH_WATER_LIMIT, FlowControl
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResponseCycle
 
+from api.front import certificates
 from api.front.connections import Admitted, ConnectionLimit
 from api.front.drain import Drain
 from api.front.intake import Inlet, Intake
@@ -73,6 +74,7 @@ class HttpProtocol(HttpToolsProtocol):
         self._is_stop = self._is_life_sign = self._is_urgent = False
         """Of the request whose head came last."""
         self._deadline: asyncio.TimerHandle | None = None
+        self._certified: str | None = None
 
     # the connection
 
@@ -80,6 +82,7 @@ class HttpProtocol(HttpToolsProtocol):
         """Decide what may be asked for."""
         super().connection_made(transport)
         self.flow = _Flow(transport)
+        self._certified = certificates.common_name(transport)
         self._drain = Drain(transport, self.limits.stall_s)
         self._admitted = self.connection_limit.admit(self, len(self.connections))
         if self._admitted is Admitted.NOTHING:
@@ -211,6 +214,7 @@ class HttpProtocol(HttpToolsProtocol):
     def on_message_begin(self) -> None:
         """Begin a request."""
         super().on_message_begin()
+        certificates.note(self.scope, self._certified)
         self._receiving = True
         self._in_body = False
 

@@ -10,6 +10,7 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.frames import CloseCode
 from websockets.http11 import Request
 
+from api.front import certificates
 from api.front.drain import Drain
 from api.front.intake import Inlet, Intake, Rate
 from api.front.limits import LINGER_S, Limits
@@ -77,6 +78,7 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
         """Offer the outlet to the application."""
         super().handle_connect(event)
         if not self.close_sent:
+            certificates.note(self.scope, certificates.common_name(self.transport))
             self.scope["extensions"][EVENTS] = {"outlet": self}
             self._in_use = True
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Final, Protocol
 
 from gateway.access.grants import Grant
-from gateway.access.keys import KeyStore
+from gateway.access.keys import Key, KeyStore
 
 KEY: Final = "mg_"
 """What every key begins with."""
@@ -42,7 +42,13 @@ class Credentials:
         """
         if not shown.startswith(KEY):
             return self._tokens.verify(shown) if self._tokens else None
-        key = self.keys.verify(shown) if self.keys else None
+        return self._grant_of(self.keys.verify(shown) if self.keys else None)
+
+    def certified(self, name: str) -> Grant | None:
+        """Find the good key that a certificate names, with which its holder acts; None if there is none."""
+        return self._grant_of(self.keys.good(name) if self.keys else None)
+
+    def _grant_of(self, key: Key | None) -> Grant | None:
         if key is None:
             return None
         grant = self._known.get(key.prefix)

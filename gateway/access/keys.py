@@ -222,6 +222,17 @@ class KeyStore:
         self._used_since = True
         return key
 
+    def good(self, name: str) -> Key | None:
+        """Find the newest key of a name that can be used now: who shows a certificate acts with it."""
+        self._look()
+        now = self._clock()
+        found = [key for key in self._keys.values() if key.name == name and key.is_good_at(now)]
+        if not found:
+            return None
+        self._used[found[-1].prefix] = now
+        self._used_since = True
+        return found[-1]
+
     def has(self, key: Key) -> bool:
         """Whether a key that was verified before can still be used."""
         self._look()

@@ -78,6 +78,8 @@ async def rotate(plant: Plant, store: KeyStore | None, name: str, overlap_s: flo
         raise NotAllowed(f"{fault} No key was made.") from None
     rotated = await _told(keys, name)
     plant.events.publish("gateway.key.rotated", SUBJECT, rotated)
+    changed = {**_of(rotated), "expires_at": _ending(rotated), "overlap": f"{overlap_s:g} s"}
+    await plant.security.keep(entries.KEY_CHANGED, name, **changed)
     return key, rotated
 
 
@@ -99,6 +101,7 @@ async def approve(plant: Plant, store: KeyStore | None, name: str) -> KeyInfo:
         raise NotAllowed(f"{fault} It was not approved.") from None
     approved = await _told(keys, name)
     plant.events.publish("gateway.key.approved", SUBJECT, approved)
+    await plant.security.keep(entries.KEY_APPROVED, name, **_of(approved), expires_at=_ending(approved))
     return approved
 
 

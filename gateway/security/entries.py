@@ -65,6 +65,9 @@ KEY_MADE: Final = _row("key.made", "a key was made", "role", "scope", "expires_a
 KEY_CHANGED: Final = _row(
     "key.changed", "a key was changed", "role", "scope", "expires_at", "overlap", folds=False
 )
+KEY_APPROVED: Final = _row(
+    "key.approved", "a second admin has approved a key", "role", "scope", "expires_at", folds=False
+)
 KEY_REVOKED: Final = _row("key.revoked", "a key was ended", "role", "scope", folds=False)
 LEASE_TAKEN: Final = _row("lease.taken", "a part of the plant was leased", "lease", "ttl_s")
 LEASE_TAKEN_OVER: Final = _row("lease.taken_over", "an admin has taken over a lease", "lease", "holder")

@@ -8,6 +8,8 @@ from typing import Any
 
 import httpx2
 
+from gateway.access.keys import KeyPolicy
+from gateway.access.roles import Role
 from gateway.config_file import ConfigFile
 from gateway.security.chain import verify
 from tests.api.access.guarded import Keys
@@ -197,3 +199,22 @@ async def test_another_configuration_is_told_and_one_that_was_not_taken(tmp_path
         file.write_text("[")
         await it.post("/system/reload", "admin")
         assert told(await it.last("reload.refused")) == ("admin", "127.0.0.1", str(file))
+
+
+@in_virtual_time
+async def test_who_rotated_and_who_approved_a_key_is_kept(tmp_path: Path) -> None:
+    async with scene(tmp_path) as it:
+        await it.post("/access/keys", "admin", {"name": "mes", "role": "operator"})
+        rotated = await it.post("/access/keys/mes/rotate", "admin", {"overlap_s": 60})
+        assert rotated.status_code == 201
+        entry = await it.last("key.changed")
+        assert (entry["caller"], entry["target"]) == ("admin", "mes")
+        assert entry["address"]
+        assert entry["request_id"]
+        assert (entry["data"]["role"], entry["data"]["overlap"]) == ("operator", "60 s")
+        bob = {"authorization": f"Bearer {it.keys.store.create('bob', Role.ADMIN)}"}
+        it.keys.store.adopt(KeyPolicy(four_eyes=True))
+        await it.post("/access/keys", "admin", {"name": "eve", "role": "admin"})
+        assert (await it.http.post("/access/keys/eve/approve", headers=bob)).status_code == 200
+        entry = await it.last("key.approved")
+        assert (entry["caller"], entry["target"]) == ("bob", "eve")

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import httpx
 import pytest
+from websockets.exceptions import ConnectionClosedError
 from websockets.sync.client import connect
 
 from tests.certificates import write_certificate
@@ -68,7 +69,9 @@ def guarded(line: SimulatedLine, tmp_path_factory: pytest.TempPathFactory) -> It
     folder = tmp_path_factory.mktemp("guarded")
     certificate, key = write_certificate(folder, "first")
     config = write_config(line, "guarded")
-    tls = f'[server]\ntls_certificate = "{certificate}"\ntls_key = "{key}"'
+    (folder / "ca").mkdir()
+    authority, _ = write_certificate(folder / "ca", "authority")
+    tls = f'[server]\ntls_certificate = "{certificate}"\ntls_key = "{key}"\ntls_client_ca = "{authority}"'
     config.write_text(config.read_text().replace(OPEN, "").replace("[server]", tls))
     log = folder / "gateway.log"
     program = Program(log, "serve", "--config", str(config), "--data", str(folder / "data"))
@@ -112,6 +115,50 @@ def test_a_motor_moves_and_its_events_come_over_tls(guarded: Guarded) -> None:
     assert (read.returncode, "pulses" in read.stdout) == (0, True), read.stderr
 
 
+def certified(guarded: Guarded, name: str, ca: Path) -> ssl.SSLContext:
+    """Show a certificate that an authority has signed."""
+    context = guarded.trusting()
+    context.load_cert_chain(*write_certificate(guarded.folder, name, (ca / "tls.crt", ca / "tls.key"), name))
+    return context
+
+
+def test_a_certificate_acts_with_the_key_that_it_names_until_that_ends(guarded: Guarded) -> None:
+    guarded.key("robotics", "operator", "--scope", "line1")
+    viewer = guarded.key("panel", "viewer")
+    context = certified(guarded, "robotics", guarded.folder / "ca")
+    with httpx.Client(base_url=guarded.url, verify=context, timeout=PATIENCE_S) as client:
+        identity = client.get("/system/identity").json()
+        assert (identity["name"], identity["role"], identity["scope"]) == ("robotics", "operator", ["line1"])
+        move = {"kind": "relative", "direction": "cw", "distance": {"value": 5, "unit": "pulse"}}
+        assert client.post("/bodies/3F/moves?wait=10", json=move).json()["status"] == "succeeded"
+        other_page = {"origin": "https://elsewhere.example", "sec-fetch-site": "cross-site"}
+        assert client.post("/bodies/3F/moves", json=move, headers=other_page).status_code == 403
+        panel = {"authorization": f"Bearer {viewer}"}
+        assert client.get("/system/identity", headers=panel).json()["name"] == "panel"
+        with connect(guarded.url.replace("https", "wss") + "/events?bodies=3F", ssl=context) as stream:
+            assert client.post("/stop").json()["confirmed"]
+            assert "stop" in str(stream.recv(PATIENCE_S))
+            assert run("keys", "revoke", "robotics", "--data", guarded.data).returncode == 0
+            assert client.get("/bodies").status_code == 401
+            with pytest.raises(ConnectionClosedError, match="the key or the session has ended"):
+                list(stream)
+
+
+def test_a_certificate_that_names_no_key_or_is_signed_by_others_opens_nothing(guarded: Guarded) -> None:
+    stranger = certified(guarded, "stranger", guarded.folder / "ca")
+    with httpx.Client(base_url=guarded.url, verify=stranger, timeout=PATIENCE_S) as client:
+        assert client.get("/bodies").status_code == 401
+        assert client.post("/stop").status_code == 401
+    (guarded.folder / "others").mkdir()
+    write_certificate(guarded.folder / "others", "others")
+    forged = certified(guarded, "cell", guarded.folder / "others")
+    with (
+        httpx.Client(base_url=guarded.url, verify=forged, timeout=PATIENCE_S) as client,
+        pytest.raises(httpx.TransportError),
+    ):
+        client.get("/bodies")
+
+
 def test_a_request_that_ends_its_connection_is_answered_over_tls(guarded: Guarded) -> None:
     with guarded.client() as client:
         assert client.get("/bodies", headers={"x": "y" * 20_000}).status_code == 431
@@ -149,6 +196,8 @@ def test_a_renewed_certificate_is_shown_without_a_restart(guarded: Guarded) -> N
         ('host = "0.0.0.0"\ntrusted_proxies = ["10.0.0.2"]', "keys", "keys create NAME --role admin --data"),
         ('host = "0.0.0.0"\ntrusted_proxies = ["10.0.0.2"]', "open", "access.mode: open is only for"),
         ('tls_certificate = "/nowhere"\ntls_key = "/nowhere"', "keys", "cannot be used: No such file"),
+        ('tls_client_ca = "/nowhere"', "keys", "server.tls_client_ca: takes tls_certificate and tls_key"),
+        ("tls_client_required = true", "keys", "server.tls_client_required: takes tls_client_ca"),
         ('tls_key = "/nowhere"', "keys", "server.tls_certificate: is required with tls_key"),
     ],
 )
