@@ -233,6 +233,8 @@ class ProgramUploads(KeptWorks[ProgramUpload]):
         # A line that doubles frames may bring a copy of the last instruction later still.
         unsure = work.unsure or work.body.line.strict or isinstance(error, UNSURE)
         record.stored = POWER_LOST if lost else _stored(record, unsure=unsure)
+        if status == "succeeded" and (fault := work.program.missing_end()) is not None:
+            record.stored += f" Line {fault.line}: {fault.reason}"
         record.status, record.ended_at = status, datetime.now(UTC)
         record.error = None if error is None else UploadError.of(error)
         self._forget(work)

@@ -37,6 +37,14 @@ async def test_a_program_is_uploaded_and_read_back(stand: Stand) -> None:
 
 
 @on_stand()
+async def test_a_program_without_its_end_is_taken_and_told(stand: Stand) -> None:
+    answer = (await put(stand, "*BLINK\nSET OD0\n")).json()
+    assert answer["status"] == "succeeded"
+    assert "Line 2: The program goes on behind its last instruction" in answer["stored"]
+    assert "Line" not in (await put(stand, BLINK)).json()["stored"]
+
+
+@on_stand()
 async def test_plain_text_is_a_program_too(stand: Stand) -> None:
     answer = await stand.client.put(f"{PROGRAM}?wait=60&flash=true", content=BLINK, headers=PLAIN)
     assert (answer.status_code, answer.json()["saved"]) == (200, True)
