@@ -25,8 +25,9 @@ from api import (
     stops,
     streams,
     system,
+    walker,
 )
-from api.bodies import groups, info, memories, moves, patterns, programs, settings, speed_sets, text_commands
+from api.bodies import groups, info, memories, moves, programs, text_commands
 from api.common import problems, schemas
 from api.common.access import Access
 from api.common.entrance import Entrance, open_to
@@ -43,6 +44,7 @@ from api.families import OWN_ROUTES
 from api.front import documents
 from api.metrics import metrics_of
 from gateway.access.credentials import Credentials
+from gateway.core.family import Family
 from gateway.core.rights import Right
 from gateway.operations.keys import Keys
 from gateway.operations.remedies import calls_for
@@ -133,11 +135,13 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     app.state.metrics = metrics_of(plant, traffic)
     problems.install(app, partial(calls_for, plant))
     modules = [info, moves, samples, stops, alarms, audit, groups, lines, streams, catalogue, text_commands]
-    modules += [health, system, programs, memories, settings, speed_sets, patterns, backups]
+    modules += [health, system, programs, memories, backups]
     modules += [leases, configuration, port_scans, access_keys, sessions, security_log]
     routers = [module.router for module in modules]
-    for family in map(type, plant.families.values()):
-        routers += [*OWN_ROUTES.get(family, list)(), *command_routes.routers(family)]
+    families: list[type[Family]] = [type(family) for family in plant.families.values()]
+    for family in families:
+        routers += [*OWN_ROUTES.get(family, list)(), *map(walker.router, family.rows)]
+        routers += command_routes.routers(family)
     # Side by side instead of included, so that one index finds them all; and before the docs.
     app.router.routes[:0] = [route for router in routers for route in router.routes]
     documents.install(app, root_path)

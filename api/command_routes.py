@@ -1,34 +1,26 @@
 """One route for each row of the command tables, with its own types, for whatever the row is addressed to."""
 
-from collections.abc import Mapping
 from functools import cache
 from inspect import getdoc
-from typing import Annotated, Any, Final
+from typing import Annotated, Any
 
 from fastapi import Body, Request, Response
 
 from api.common.documentation import WORDS, begins_moves, words_of
-from api.common.parameters import Endpoint, names_in, taking
+from api.common.parameters import Endpoint, names_of, taking
 from api.common.problems import DECLARED
-from api.common.requests import BodyId, GroupId, LineId, Wait, new_router, origin, plant_of, wait_s
+from api.common.requests import new_router, origin, plant_of, wait_s
 from api.common.results import AGE_HEADER, GroupMove, GroupReply, StopResult, render
 from api.common.routes import Router
 from api.resources import resource_router
-from api.robots.names import RobotId, UnitNumber
 from gateway.core.family import Family, Place, Row
+from gateway.core.operation import Wait
 from gateway.core.rights import RIGHT_OF
+from gateway.door.names import NAMES
 from gateway.operations.commands import do
 
 AXES_OF_THE_DEMO = 3
 """The manual's robot has more."""
-PARAMETERS: Final[Mapping[str, Any]] = {
-    "line_id": LineId,
-    "body_id": BodyId,
-    "group_id": GroupId,
-    "robot_id": RobotId,
-    "unit": UnitNumber,
-}
-"""The descriptions of names in paths; all others are text."""
 
 
 @cache
@@ -108,7 +100,7 @@ def _endpoint(family: type[Family], place: Place, row: Row) -> Endpoint:
     waits = row.starts_motion() and row not in family.sessions
     required = not row.may_be_empty() or any(field.is_required() for field in row.model_fields.values())
     annotations = {
-        **names_in(place.path, PARAMETERS),
+        **names_of(place.path, NAMES),
         "command": row if required else Annotated[row, Body(default_factory=row)],
         **({"wait": Wait} if waits else {}),
     }

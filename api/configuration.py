@@ -5,9 +5,10 @@ from typing import Annotated, Any
 from fastapi import Body, Request, Response
 from pydantic import Field, JsonValue
 
-from api.common.requests import LineId, json_response, new_router, origin, plant_of
+from api.common.requests import json_response, new_router, origin, plant_of
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
+from gateway.door.names import LineId
 from gateway.operations import configuration
 from gateway.operations.configuration import Reloaded
 

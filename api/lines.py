@@ -14,8 +14,6 @@ from starlette.responses import StreamingResponse
 from api.common.documentation import begins
 from api.common.query_params import require_known
 from api.common.requests import (
-    LineId,
-    Wait,
     begun_response,
     content_response,
     is_seen,
@@ -29,7 +27,9 @@ from api.common.requests import (
 from api.common.sockets import CLOSE_GOING_AWAY, refuse, tell
 from gateway.core.aside import aside
 from gateway.core.errors import GatewayError, InvalidRequest
+from gateway.core.operation import Wait
 from gateway.core.rights import Right
+from gateway.door.names import LineId
 from gateway.families import FAMILIES
 from gateway.operations import bodies as body_operations
 from gateway.operations import traces

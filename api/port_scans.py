@@ -7,7 +7,6 @@ from pydantic import BaseModel, Field
 
 from api.common.documentation import begins
 from api.common.requests import (
-    Wait,
     begun_response,
     json_response,
     new_router,
@@ -16,6 +15,7 @@ from api.common.requests import (
     wait_headers,
     wait_s,
 )
+from gateway.core.operation import Wait
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import port_scans

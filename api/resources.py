@@ -2,20 +2,13 @@
 
 from fastapi import Request, Response
 
-from api.common.parameters import Endpoint, names_in, taking
-from api.common.requests import (
-    Wait,
-    content_response,
-    json_response,
-    new_router,
-    plant_of,
-    wait_headers,
-    wait_s,
-)
+from api.common.parameters import Endpoint, names_of, taking
+from api.common.requests import content_response, json_response, new_router, plant_of, wait_headers, wait_s
 from api.common.results import StopResult
 from api.common.routes import Router
 from api.stops import StopBody, perform_stop
 from gateway.core.family import Place
+from gateway.core.operation import Wait
 from gateway.core.rights import Right
 from gateway.operations import moves
 
@@ -26,7 +19,7 @@ def resource_router(place: Place) -> Router:
     """Make the routes by which moves are found again, and what stands at a place is stopped."""
     what = place.path.split("/")[1]
     router = new_router(what)
-    names, path = names_in(place.path, {}), f"{place.path}/moves"
+    names, path = names_of(place.path, {}), f"{place.path}/moves"
     list_all, get_one, stop_it = _endpoints(place)
     get_it = taking(get_one, {**names, "move_id": str, "wait": Wait})
     stop = taking(stop_it, {**names, "stop": StopBody})

@@ -6,9 +6,10 @@ from fastapi import Request, Response
 
 from api.common.csv_tables import ANSWER, csv_response
 from api.common.problems import DECLARED
-from api.common.requests import BodyId, json_response, new_router, origin, plant_of
+from api.common.requests import json_response, new_router, origin, plant_of
 from api.robots.names import RobotId, UnitNumber
 from gateway.core.rights import Right
+from gateway.door.names import BodyId
 from gateway.fics.samples import RobotSamples
 from gateway.operations import moves
 from gateway.rorze.samples import BodySamples

@@ -5,11 +5,12 @@ from typing import Annotated
 from fastapi import Body, Request, Response
 from pydantic import Field
 
-from api.common.requests import BodyId, GroupId, new_router, origin, plant_of
+from api.common.requests import new_router, origin, plant_of
 from api.common.results import StopResult, render
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.stops import StopMode
+from gateway.door.names import BodyId, GroupId
 from gateway.operations import stops
 
 router = new_router("stops")

@@ -5,10 +5,11 @@ from typing import Annotated
 from fastapi import Request, Response
 from pydantic import AfterValidator, BaseModel, Field
 
-from api.common.requests import GroupId, is_seen, json_response, new_router, origin, plant_of
+from api.common.requests import is_seen, json_response, new_router, origin, plant_of
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.tables import check_printable
+from gateway.door.names import GroupId
 from gateway.operations import bodies
 from gateway.rorze.bodies import Group
 from gateway.rorze.family import Rorze

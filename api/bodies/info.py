@@ -10,28 +10,20 @@ from pydantic import BaseModel, Field
 from typing_extensions import TypedDict
 
 from api.bodies.names import body_of
-from api.common.requests import (
-    BodyId,
-    LineId,
-    age_ms_of,
-    content_response,
-    is_seen,
-    json_response,
-    new_router,
-    origin,
-    plant_of,
-    utc_of,
-)
+from api.common.requests import content_response, is_seen, json_response, new_router, origin, plant_of
 from gateway.core.errors import GatewayError
 from gateway.core.move_record import CountedIn
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
+from gateway.core.times import age_ms_of, utc_of
+from gateway.door.names import BodyId, LineId
 from gateway.operations import bodies
 from gateway.operations.commands import ask
 from gateway.rorze.bodies import PULSES_RUNNING, Body
 from gateway.rorze.family import Rorze
 from gateway.rorze.move_requests import Length
 from gateway.rorze.power import Homed
+from gateway.rorze.signals import SensorBits
 from protocols.rorze.encoder import ClearEncoderStallError, GetEncoderStallError
 from protocols.rorze.inputs_outputs import GetSensors
 from protocols.rorze.position import GetPosition
@@ -173,17 +165,6 @@ class LineStatuses(BaseModel):
     line_id: str
     statuses: list[MotorStatus]
     unanswered: list[Unanswered]
-
-
-class SensorBits(BaseModel):
-    """The sensors, bits of CLD (RC-420 manual 14)."""
-
-    stall: bool
-    origin: bool
-    cw_limit: bool
-    ccw_limit: bool
-    in_position: bool
-    ems: bool
 
 
 class StallFound(BaseModel):

@@ -3,9 +3,10 @@
 from fastapi import Request, Response
 
 from api.common.problems import DECLARED
-from api.common.requests import BodyId, json_response, new_router, origin, plant_of
+from api.common.requests import json_response, new_router, origin, plant_of
 from api.common.results import render
 from gateway.core.rights import Right
+from gateway.door.names import BodyId
 from gateway.operations import body_jogs
 from gateway.rorze.jogs import BodyJog, BodyJogRequest
 

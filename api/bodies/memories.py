@@ -7,9 +7,10 @@ from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from api.bodies.names import body_of
-from api.common.requests import BodyId, json_response, new_router, origin, plant_of
+from api.common.requests import json_response, new_router, origin, plant_of
 from gateway.core.records import RequestModel, SentBack, example
 from gateway.core.rights import Right
+from gateway.door.names import BodyId
 from gateway.operations import programs
 
 router = new_router("programs")

@@ -7,20 +7,12 @@ from pydantic import BaseModel
 
 from api.bodies.info import SpeedRequest
 from api.common.documentation import begins_moves
-from api.common.requests import (
-    BodyId,
-    GroupId,
-    Wait,
-    json_response,
-    new_router,
-    origin,
-    plant_of,
-    wait_headers,
-    wait_s,
-)
+from api.common.requests import json_response, new_router, origin, plant_of, wait_headers, wait_s
 from api.common.results import GroupMove, render
 from gateway.core.move_record import Move
+from gateway.core.operation import Wait
 from gateway.core.rights import Right
+from gateway.door.names import BodyId, GroupId
 from gateway.operations import moves
 from gateway.rorze.move_requests import MoveRequest
 from gateway.rorze.plans import GroupPlan, PlannedMove

@@ -12,21 +12,14 @@ from api.common.documentation import begins
 from api.common.etags import IF_MATCH, etag_of, expected_by, tagged
 from api.common.problems import DECLARED
 from api.common.records import RecordRoutes
-from api.common.requests import (
-    BodyId,
-    Wait,
-    begun_response,
-    json_response,
-    new_router,
-    origin,
-    plant_of,
-    wait_s,
-)
+from api.common.requests import begun_response, json_response, new_router, origin, plant_of, wait_s
 from api.common.strict_json import StrictRequest, StrictRoute
 from gateway.core.errors import InvalidRequest
+from gateway.core.operation import Wait
 from gateway.core.records import RequestModel, SentBack, example, require_same
 from gateway.core.rights import Right
 from gateway.core.tables import Name
+from gateway.door.names import BodyId
 from gateway.operations import body_positions
 from gateway.rorze.move_requests import Length
 from gateway.rorze.position_uploads import TableUpload

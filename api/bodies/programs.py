@@ -12,8 +12,6 @@ from api.common.faults import InvalidBody
 from api.common.problems import DECLARED
 from api.common.records import RecordRoutes
 from api.common.requests import (
-    BodyId,
-    Wait,
     begun_response,
     json_response,
     new_router,
@@ -25,8 +23,10 @@ from api.common.requests import (
 from api.common.strict_json import JSON
 from gateway.core.aside import aside
 from gateway.core.errors import InvalidRequest
+from gateway.core.operation import Wait
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
+from gateway.door.names import BodyId
 from gateway.operations import programs
 from gateway.rorze.program_runs import ProgramRun, ProgramState
 from gateway.rorze.program_uploads import ProgramUpload

@@ -1,9 +1,9 @@
-"""Routes of a body's jogs, stored positions, inputs, outputs and captures."""
+"""Routes of a body's jogs and stored positions."""
 
-from api.bodies import captures, jogs, positions, signals
+from api.bodies import jogs, positions
 from api.common.routes import Router
 
 
 def routers() -> list[Router]:
     """The routers of these modules."""
-    return [module.router for module in (jogs, positions, signals, captures)]
+    return [module.router for module in (jogs, positions)]

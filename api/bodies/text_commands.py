@@ -7,13 +7,16 @@ from pydantic import BaseModel, Field
 
 from api.bodies.names import body_of
 from api.common.problems import DECLARED
-from api.common.requests import BodyId, Wait, age_ms_of, new_router
+from api.common.requests import new_router
 from api.common.results import StopResult
 from api.common.text_commands import TextRoute, send_text
 from gateway.core.move_record import Move
+from gateway.core.operation import Wait
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Answer
+from gateway.core.times import age_ms_of
+from gateway.door.names import BodyId
 from protocols.rorze.row import RorzeCommand
 
 router = new_router("commands", TextRoute)

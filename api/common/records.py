@@ -7,8 +7,9 @@ from fastapi import Request, Response
 from pydantic import BaseModel
 
 from api.common.parameters import taking
-from api.common.requests import Wait, json_response, origin, plant_of, wait_headers, wait_s
+from api.common.requests import json_response, origin, plant_of, wait_headers, wait_s
 from api.common.routes import Router
+from gateway.core.operation import Wait
 from gateway.core.rights import Right
 from gateway.operations.records import Records
 

@@ -1,13 +1,10 @@
 """What routes have in common: the plant behind them, the names in their paths, and how long they wait."""
 
-import asyncio
 import re
 from collections.abc import Mapping
-from datetime import UTC, datetime
-from time import time
-from typing import Annotated, Protocol
+from typing import Protocol
 
-from fastapi import Path, Query, Request, Response
+from fastapi import Request, Response
 from pydantic import BaseModel
 from pydantic_core import to_json
 from starlette.requests import HTTPConnection
@@ -15,38 +12,11 @@ from starlette.requests import HTTPConnection
 from api.common.access import Access
 from api.common.routes import HttpRoute, Router
 from api.common.strict_json import StrictRoute
+from gateway.core.operation import MAX_WAIT_S
 from gateway.core.origin import current
 from gateway.plant import Plant
 
-MAX_WAIT_S = 60
-"""No request waits longer for the end of what it has started."""
-
 _WAIT = re.compile(r'(?:^|[,;])\s*wait\s*=\s*"?(\d{1,9}(?:\.\d+)?)"?\s*(?:$|[,;])', re.IGNORECASE)
-
-LineId = Annotated[str, Path(description="The line's id.", examples=["line1"])]
-BodyId = Annotated[
-    str,
-    Path(
-        description="Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.",
-        examples=["3F"],
-    ),
-]
-GroupId = Annotated[
-    str,
-    Path(
-        description="Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80.",
-        examples=["80"],
-    ),
-]
-Wait = Annotated[
-    float | None,
-    Query(
-        ge=0,
-        le=MAX_WAIT_S,
-        allow_inf_nan=False,
-        description=f"Seconds to wait for the end, {MAX_WAIT_S} at most; or use the header `Prefer: wait=N`.",
-    ),
-]
 
 
 def new_router(tag: str, route_class: type[HttpRoute] = StrictRoute) -> Router:
@@ -86,16 +56,6 @@ def wait_s(request: Request, wait: float | None) -> float:
 def wait_headers(waited_s: float) -> dict[str, str]:
     """Tell the client for how long its wish to wait was granted (RFC 7240)."""
     return {"Preference-Applied": f"wait={waited_s:g}"} if waited_s else {}
-
-
-def age_ms_of(at: float) -> float:
-    """Milliseconds since a moment on the event loop's clock."""
-    return round(max(0.0, asyncio.get_running_loop().time() - at) * 1000, 3)
-
-
-def utc_of(at: float) -> datetime:
-    """The wall time of a moment on the event loop's clock."""
-    return datetime.fromtimestamp(time() - (asyncio.get_running_loop().time() - at), UTC)
 
 
 def json_response(model: BaseModel, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:

@@ -7,11 +7,12 @@ from fastapi import Request, Response
 from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, WithJsonSchema
 
 from api.common.problems import Problem, instance_of, problem_of, wants_japanese
-from api.common.requests import age_ms_of, content_response, json_response, wait_headers
+from api.common.requests import content_response, json_response, wait_headers
 from gateway.core.errors import GatewayError
 from gateway.core.move_record import Move
 from gateway.core.stops import Report
 from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Result, Stopped
+from gateway.core.times import age_ms_of
 from gateway.fics.stops import RobotStopReport
 from gateway.rorze.stops import StopReport
 from protocols.table import Reply

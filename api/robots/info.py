@@ -6,21 +6,14 @@ from typing import Annotated, Literal
 from fastapi import Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.requests import (
-    age_ms_of,
-    is_seen,
-    json_response,
-    new_router,
-    origin,
-    plant_of,
-    utc_of,
-)
+from api.common.requests import is_seen, json_response, new_router, origin, plant_of
 from api.common.results import StopResult
 from api.robots.names import RobotId, UnitNumber, robot_of, unit_of
 from api.stops import StopBody, perform_stop
 from gateway.core.line_state import LineState
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
+from gateway.core.times import age_ms_of, utc_of
 from gateway.fics.axes import Coordinates
 from gateway.fics.family import Fics
 from gateway.fics.robot import Robot

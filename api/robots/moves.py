@@ -6,17 +6,10 @@ from fastapi import Body, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from api.common.documentation import begins_moves
-from api.common.requests import (
-    Wait,
-    json_response,
-    new_router,
-    origin,
-    plant_of,
-    wait_headers,
-    wait_s,
-)
+from api.common.requests import json_response, new_router, origin, plant_of, wait_headers, wait_s
 from api.common.results import render
 from api.robots.names import RobotId, UnitNumber
+from gateway.core.operation import Wait
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.fics.move_record import RobotMove

@@ -6,10 +6,11 @@ from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
 from api.common.problems import DECLARED
-from api.common.requests import Wait, new_router
+from api.common.requests import new_router
 from api.common.results import StopResult
 from api.common.text_commands import TextRoute, send_text
 from api.robots.names import RobotId, UnitNumber, robot_of
+from gateway.core.operation import Wait
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Answer

@@ -6,12 +6,13 @@ from typing import Annotated
 from fastapi import Body, Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.requests import age_ms_of, is_seen, json_response, new_router, origin, plant_of, utc_of
+from api.common.requests import is_seen, json_response, new_router, origin, plant_of
 from api.common.results import StopResult
 from api.scaras.names import ScaraId
 from api.stops import StopBody, perform_stop
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
+from gateway.core.times import age_ms_of, utc_of
 from gateway.operations import scaras
 from gateway.rorze.family import Rorze
 from gateway.rorze.power import Homed

@@ -6,8 +6,9 @@ from fastapi import Query, Request, Response
 from pydantic import BaseModel
 
 from api.common.documentation import begins_moves
-from api.common.requests import Wait, json_response, new_router, origin, plant_of, wait_headers, wait_s
+from api.common.requests import json_response, new_router, origin, plant_of, wait_headers, wait_s
 from api.scaras.names import ScaraId
+from gateway.core.operation import Wait
 from gateway.core.rights import Right
 from gateway.operations import moves, scaras
 from gateway.rorze.scaras.record import PlannedScaraMove, ScaraMove

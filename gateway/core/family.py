@@ -21,6 +21,7 @@ from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import MoveRecord
+from gateway.core.operation import Rows
 from gateway.core.parts import Part
 from gateway.core.records import Record
 from gateway.core.stops import UNCONFIRMED, StopMode
@@ -149,6 +150,10 @@ class Family(ABC):
     """The rows whose motion lasts only as long as somebody says so."""
     never_alone: ClassVar[Collection[Row]] = ()
     """The rows that are sent only as parts of something larger."""
+    rows: ClassVar[Sequence[Rows]] = ()
+    """What callers may ask of its things beside the commands."""
+    things: ClassVar[Mapping[type, Callable[..., Any]]] = {}
+    """What paths lead to, and how the family finds it by what they name."""
 
     def __init__(self, site: Site) -> None:
         self.site = site

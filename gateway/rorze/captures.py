@@ -4,11 +4,13 @@ import asyncio
 from collections.abc import Collection, Mapping, Sequence
 from typing import Annotated, Final, Literal, NamedTuple, Self
 
-from pydantic import Field, model_validator
+from pydantic import BaseModel, Field, model_validator
 
 from gateway.core.errors import GatewayError, InvalidRequest, PowerCycled
 from gateway.core.lanes import Lane
+from gateway.core.operation import Rows, Wait
 from gateway.core.records import RequestModel, example
+from gateway.core.rights import Right
 from gateway.rorze.bodies import Body
 from gateway.rorze.move_requests import Length
 from gateway.rorze.positions import read_one
@@ -31,6 +33,8 @@ NOTHING_YET: Final = 1 - BILLION
 EVERYWHERE: Final = Bounds(lower=1 - BILLION, upper=BILLION - 1)
 ARM_WITHIN_S: Final = 5.0
 
+ROWS: Final = Rows("captures")
+Port = Annotated[int, Field(ge=8, le=9, description="Input that can interrupt, 8 or 9.", examples=[8])]
 Edge = Literal["off", "falling", "rising"]
 Kind = Literal["position", "encoder", "encoder_in_pulses"]
 KINDS: Final[tuple[Kind, ...]] = ("position", "encoder", "encoder_in_pulses")
@@ -246,7 +250,7 @@ async def _set_up(body: Body, port: int, commands: Sequence[RorzeCommand[Ack]]) 
                     raise
 
 
-async def wait(body: Body, port: int, within_s: float) -> Capture:
+async def when_over(body: Body, port: int, within_s: float) -> Capture:
     """Give a capture when an edge has come, or none will come any more; or as it is when the time is up.
 
     :raises PowerCycled: the body was switched off and on meanwhile: what its entries hold was not captured.
@@ -271,3 +275,100 @@ async def wait(body: Body, port: int, within_s: float) -> Capture:
 async def _recorded(body: Body, kind: Kind, number: int) -> Recorded:
     pulses = (await read_one(body, number)).pulses
     return Recorded(kind, number, None if pulses == NOTHING_YET else pulses)
+
+
+class CapturedValue(BaseModel):
+    """An entry of the position table that takes a value."""
+
+    kind: Literal["position", "encoder", "encoder_in_pulses"]
+    number: int = Field(description="Position number.")
+    pulses: int | None = Field(
+        description="Null until an edge comes; where another host has armed the input, 0. Encoder counts for "
+        "`encoder`."
+    )
+    value: float | None = Field(description="The same in `unit`; null without a scale, and for `encoder`.")
+    unit: str | None
+
+
+class CaptureBounds(BaseModel):
+    """The stretch of positions in which an edge counts."""
+
+    lower: int = Field(description="In pulses.")
+    upper: int = Field(description="In pulses.")
+
+
+class CaptureState(BaseModel):
+    """How an input is set up to capture, and what it has captured."""
+
+    body_id: str
+    input: int
+    name: str | None = Field(description="From the configuration.")
+    edge: Edge = Field(description="What it waits for; off: it is not armed, or not any more.")
+    armed: bool
+    captured: bool | None = Field(description="Null where no entry takes a value.")
+    recorded: list[CapturedValue]
+    pulse: CapturePulse | None
+    between: CaptureBounds | None = Field(description="Null: everywhere.")
+
+
+class CaptureList(BaseModel):
+    """The captures of both inputs."""
+
+    body_id: str
+    captures: list[CaptureState]
+
+
+@ROWS.get("/bodies/{body_id}/captures")
+async def list_captures(body: Body) -> CaptureList:
+    """Ask the controller how both inputs capture, and what they have captured (CPD, CFD, CSD, 3ND)."""
+    return CaptureList(
+        body_id=body.address, captures=[_state(body, await read(body, port)) for port in INPUTS]
+    )
+
+
+@ROWS.get("/bodies/{body_id}/captures/{port}")
+async def get_capture(body: Body, port: Port, *, wait: Wait = None) -> CaptureState:
+    """Ask for a capture, at once or when an edge has come; a move that ends without one disarms it too."""
+    return _state(body, await when_over(body, port, wait or 0.0))
+
+
+@ROWS.put("/bodies/{body_id}/captures/{port}", Right.OPERATE)
+async def arm_capture(body: Body, port: Port, capture: CaptureRequest) -> CaptureState:
+    """Let an input capture in the next move (CSS, CFS, CPS), once; refused while the motor moves."""
+    return _state(body, await arm(body, port, capture))
+
+
+@ROWS.delete("/bodies/{body_id}/captures/{port}", Right.OPERATE)
+async def disarm_capture(body: Body, port: Port) -> CaptureState:
+    """Let an input capture nothing (CPS), and forget its entries, which are set to 0 (CFS).
+
+    Refused while the motor moves.
+    """
+    return _state(body, await disarm(body, port))
+
+
+def _state(body: Body, capture: Capture) -> CaptureState:
+    bounds = capture.between
+    recorded = []
+    for kind, number, pulses in capture.recorded:
+        scale = None if kind == "encoder" or pulses is None else body.scale
+        recorded.append(
+            CapturedValue(
+                kind=kind,
+                number=number,
+                pulses=pulses,
+                value=None if scale is None or pulses is None else scale.value(pulses),
+                unit=None if scale is None else scale.unit,
+            )
+        )
+    return CaptureState(
+        body_id=body.address,
+        input=capture.input,
+        name=body.input_names.get(capture.input),
+        edge=capture.edge,
+        armed=capture.edge != "off",
+        captured=capture.captured,
+        recorded=recorded,
+        pulse=capture.pulse,
+        between=None if bounds is None else CaptureBounds(lower=bounds.lower, upper=bounds.upper),
+    )

@@ -3,7 +3,7 @@
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Mapping, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
-from typing import Any, Final, Literal, NamedTuple
+from typing import Annotated, Any, Final, Literal, NamedTuple
 
 from pydantic import BaseModel, Field, JsonValue, ValidationError
 
@@ -15,6 +15,7 @@ from gateway.core.errors import (
     NoReply,
     Outdated,
 )
+from gateway.core.operation import Expectation
 from gateway.core.records import Record
 from gateway.rorze.bodies import Body
 from gateway.rorze.errors import PartlyDone, TakenOtherwise
@@ -26,8 +27,7 @@ from protocols.wording import expectation
 
 Query = RorzeCommand[Any]
 Setter = RorzeCommand[Ack]
-Expectation = Callable[[BaseModel], None]
-"""Refuses a present state that its sender does not know."""
+Flash = Annotated[bool, Field(description="Write all settings of the body to flash memory afterwards (FIS).")]
 TRIES: Final = 2
 """A setting that was not done, or whose command arrived garbled, is sent once more: it is absolute."""
 

@@ -1,19 +1,31 @@
 """How fast a move with a pattern would be at each moment, with the settings of now (RC-420 manual 13.3)."""
 
-from typing import Literal, NamedTuple
+from typing import Annotated, Final, Literal, NamedTuple
 
 from pydantic import Field
 
 from gateway.core.errors import InvalidRequest
+from gateway.core.operation import Rows
 from gateway.core.records import Record, RequestModel, example
+from gateway.core.rights import Right
 from gateway.rorze.bodies import Body
 from gateway.rorze.move_requests import Length
-from gateway.rorze.patterns import Changes, read_pattern
+from gateway.rorze.patterns import Changes, PatternNumber, read_pattern
 from gateway.rorze.plans import pulses_per_count
 from gateway.rorze.speed_sets import SpeedSetValues, parameters_of
-from gateway.rorze.units import Scale, Scaled
+from gateway.rorze.units import Scale, Scaled, to_pulses
 from protocols.rorze.notation import BILLION
 from protocols.rorze.profile import Profile, ProfileError, SpeedChange, SpeedParameters, plan, plan_slow
+
+ROWS: Final = Rows("body settings")
+Distance = Annotated[float, Field(gt=0, lt=1e9, allow_inf_nan=False, description="How far the move goes.")]
+CurveUnit = Annotated[
+    Literal["pulse", "mm", "um", "deg", "mdeg"], Field(description="Of the distance; pulses are whole.")
+]
+CurveSpeed = Annotated[
+    Literal["high", "low"], Field(description="`low` runs at the start speed, without ramps.")
+]
+Points = Annotated[int, Field(ge=2, le=2_000, description="How many moments, evenly spread.")]
 
 
 class CurvePoint(Record):
@@ -166,3 +178,23 @@ def _point(profile: Profile, at_s: float, units: _Units) -> CurvePoint:
     numbers = {"position": profile.position(at_s), "speed": phase.speed, "acceleration": phase.acceleration}
     in_unit = {f"{name}_in_unit": units.of(it) for name, it in numbers.items()}
     return CurvePoint(time_s=at_s, **numbers, **in_unit)
+
+
+@ROWS.get("/bodies/{body_id}/patterns/{n}/curve")
+async def get_curve(
+    body: Body,
+    n: PatternNumber,
+    *,
+    distance: Distance,
+    unit: CurveUnit = "pulse",
+    speed: CurveSpeed = "high",
+    points: Points = 200,
+) -> SpeedCurve:
+    """Work out how a move with this pattern would go, with the settings of now; nothing moves."""
+    return await curve_of(body, n, to_pulses(distance, unit, body.scale), speed, points)
+
+
+@ROWS.post("/bodies/{body_id}/patterns/{n}/curve", Right.VIEW)
+async def draft_curve(body: Body, n: PatternNumber, draft: CurveDraft) -> SpeedCurve:
+    """Work out how a move would go if the pattern were this one; nothing is set, and nothing moves."""
+    return await curve_of(body, n, draft.distance.pulses(body.scale), draft.speed, draft.points, draft)

@@ -1,14 +1,16 @@
 """The encoder of a body: what it counts, and how it is set up (RC-420 manual 13.7)."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, Field
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.move_record import CountedIn
+from gateway.core.operation import Expectation, Rows
 from gateway.core.records import RequestModel, example
+from gateway.core.rights import Right
 from gateway.rorze.bodies import Body, counted_in
-from gateway.rorze.changes import Expectation, read
+from gateway.rorze.changes import Flash, read
 from gateway.rorze.settings import (
     MODE,
     ChangedSettings,
@@ -25,6 +27,7 @@ from protocols.rorze.encoder import GetEncoderStallError
 from protocols.rorze.position import GetEncoderCount, GetEncoderPosition, GetPosition
 from protocols.rorze.row import ModeName
 
+ROWS: Final = Rows("body settings")
 Multiplier = Literal["double", "quadruple"]
 EDGES = {"double": 2, "quadruple": 4}
 """Counts for each line (RC-420 manual 13.7.3)."""
@@ -166,3 +169,25 @@ def resolution_of(wanted: ResolutionRequest) -> tuple[Multiplier, float, float]:
         if exact < LEAST_RATIO
         else "Take an encoder with more lines.",
     )
+
+
+@ROWS.get("/bodies/{body_id}/encoder", tagged=True)
+async def get_encoder(body: Body) -> Encoder:
+    """Ask a body what its encoder counts (6ED, 6MD), and how it is set up (RC-420 manual 13.7)."""
+    return await read_encoder(body)
+
+
+@ROWS.patch("/bodies/{body_id}/encoder", Right.SETUP, named_only=True)
+async def change_encoder(
+    body: Body, change: EncoderChange, *, flash: Flash = False, expects: Expectation | None
+) -> ChangedSettings:
+    """Set what differs of the set-up of the encoder, and read it back; refused while the motor moves."""
+    return await change_settings(body, change, read_encoder, expects, flash=flash)
+
+
+@ROWS.put("/bodies/{body_id}/encoder/resolution", Right.SETUP, named_only=True)
+async def set_encoder_resolution(
+    body: Body, resolution: ResolutionRequest, *, flash: Flash = False, expects: Expectation | None
+) -> Resolution:
+    """Set multiplier and ratio (PAS, PBS) by what a turn is to motor and encoder (RC-420 manual 13.7.2)."""
+    return await set_resolution(body, resolution, expects, flash=flash)

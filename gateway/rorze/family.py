@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Awaitable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
-from typing import Annotated, Any, Final, Literal, TypeVar
+from typing import Annotated, Any, ClassVar, Final, Literal, TypeVar
 
 from pydantic import Field
 
@@ -34,7 +34,17 @@ from gateway.core.restores import Restores
 from gateway.core.sampler import Sampler
 from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped, Target, stopped
-from gateway.rorze import config
+from gateway.rorze import (
+    captures,
+    config,
+    curves,
+    encoders,
+    homing,
+    patterns,
+    settings,
+    signals,
+    speed_sets,
+)
 from gateway.rorze.alarms import causes
 from gateway.rorze.backup_restore import BodyRestore
 from gateway.rorze.bodies import Body, Group
@@ -116,6 +126,14 @@ class Rorze(Family):
         if issubclass(row, LinkMasterCommand) is (place is LINE)
     )
     stop_modes = STOP_MODES
+    rows = tuple(
+        it.ROWS for it in (settings, homing, encoders, speed_sets, patterns, curves, signals, captures)
+    )
+    things: ClassVar = {
+        Body: lambda rorze, body_id: rorze.body(body_id),
+        Group: lambda rorze, group_id: rorze.group(group_id),
+        Scara: lambda rorze, scara_id: rorze.scara(scara_id),
+    }
 
     def __init__(self, site: Site) -> None:
         super().__init__(site)

@@ -1,14 +1,21 @@
 """How a body searches its origin, and how far its last search went (RC-420 manual 13.5, 13.6.2)."""
 
+from typing import Final
+
 from pydantic import BaseModel, Field
 
+from gateway.core.operation import Expectation, Rows
+from gateway.core.rights import Right
 from gateway.rorze.bodies import Body
+from gateway.rorze.changes import Flash
 from gateway.rorze.power import Homed
-from gateway.rorze.settings import known, read_values, scaled
-from gateway.rorze.settings_document import HomingSettings
+from gateway.rorze.settings import ChangedSettings, change_settings, known, read_values, scaled
+from gateway.rorze.settings_document import HomingChange, HomingSettings
 from gateway.rorze.settings_table import SETTINGS
 from gateway.rorze.units import Scaled
 from protocols.rorze.origin import GetHomingDistance
+
+ROWS: Final = Rows("body settings")
 
 
 class LastHoming(BaseModel):
@@ -47,3 +54,17 @@ async def read_homing(body: Body) -> Homing:
             homed=body.power.homed, distance=distance.pulses, in_unit=Scaled.of(distance.pulses, body.scale)
         ),
     )
+
+
+@ROWS.get("/bodies/{body_id}/homing", tagged=True)
+async def get_homing(body: Body) -> Homing:
+    """Ask a body how it searches its origin, and how far its last search went (0PD)."""
+    return await read_homing(body)
+
+
+@ROWS.patch("/bodies/{body_id}/homing", Right.SETUP, named_only=True)
+async def change_homing(
+    body: Body, change: HomingChange, *, flash: Flash = False, expects: Expectation | None
+) -> ChangedSettings:
+    """Set what differs of the set-up of homing, and read it back; refused while the motor moves."""
+    return await change_settings(body, change, read_homing, expects, flash=flash)

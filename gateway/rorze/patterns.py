@@ -7,11 +7,13 @@ from typing import Annotated, Any, Final, Self
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 
 from gateway.core.errors import InvalidRequest
+from gateway.core.operation import Expectation, Rows
 from gateway.core.records import SentBack, example, require_same
+from gateway.core.rights import Right
 from gateway.rorze.bodies import Body
-from gateway.rorze.changes import ChangeStep, Codec, Expectation, Item, Wanted, as_expected, change, read
+from gateway.rorze.changes import ChangeStep, Codec, Flash, Item, Wanted, as_expected, change, read
 from gateway.rorze.own_refusals import clear_own_refusal
-from gateway.rorze.speed_sets import STANDARD, parameters_of
+from gateway.rorze.speed_sets import STANDARD, First, Last, numbers_of, parameters_of
 from gateway.rorze.units import Scaled
 from protocols.rorze.notation import Amount, Slot, Speed
 from protocols.rorze.patterns import (
@@ -24,6 +26,10 @@ from protocols.rorze.patterns import (
 )
 from protocols.rorze.profile import ProfileError, SpeedChange, resolve_changes
 
+ROWS: Final = Rows("body settings")
+PatternNumber = Annotated[
+    int, Field(ge=0, le=STANDARD, description="0-29, or 30: the standard pattern.", examples=[12])
+]
 POINTS: Final = range(16)
 """The speed changes that a pattern may have (SES)."""
 NOT_SET: Final = "0x47"
@@ -165,6 +171,13 @@ class ChangedPattern(Pattern):
     steps: list[ChangeStep] = Field(description="What the change took, in order.")
 
 
+class PatternList(BaseModel):
+    """Acceleration patterns of a body."""
+
+    body_id: str
+    patterns: list[Pattern] = Field(description="In the order of their numbers.")
+
+
 def sets_item(number: int) -> Item:
     """The two speed sets that a pattern is made of."""
     place = {"pattern": None if number == STANDARD else number}
@@ -240,7 +253,7 @@ async def read_patterns(body: Body, numbers: Iterable[int]) -> list[Pattern]:
     return found
 
 
-async def change_pattern(
+async def alter_pattern(
     body: Body,
     number: int,
     wanted: PatternValues | PatternChange,
@@ -307,3 +320,34 @@ def _wanted(
         yield _clearing_item(present.number, surplus[0]), None
     for it in sorted(changes, key=attrgetter("point")):
         yield _point_item(present.number, it.point), it.place()
+
+
+@ROWS.get("/bodies/{body_id}/patterns")
+async def list_patterns(body: Body, *, first: First = 0, last: Last = STANDARD) -> PatternList:
+    """Ask a body for its acceleration patterns: one frame for each, and sixteen more for one that is set."""
+    return PatternList(body_id=body.address, patterns=await read_patterns(body, numbers_of(first, last)))
+
+
+@ROWS.get("/bodies/{body_id}/patterns/{n}", tagged=True)
+async def get_pattern(body: Body, n: PatternNumber) -> Pattern:
+    """Ask a body for an acceleration pattern (SPD) with its speed changes (SED)."""
+    return await read_pattern(body, n)
+
+
+@ROWS.put("/bodies/{body_id}/patterns/{n}", Right.SETUP, tagged=True)
+async def set_pattern(
+    body: Body, n: PatternNumber, values: PatternValues, *, flash: Flash = False, expects: Expectation | None
+) -> ChangedPattern:
+    """Set what differs of a pattern and its speed changes, and read it back; refused while the motor moves.
+
+    Where a change shall go, all are cleared (SES) and those that stay are set again.
+    """
+    return await alter_pattern(body, n, values, expects, flash=flash)
+
+
+@ROWS.patch("/bodies/{body_id}/patterns/{n}", Right.SETUP, tagged=True)
+async def change_pattern(
+    body: Body, n: PatternNumber, change: PatternChange, *, flash: Flash = False, expects: Expectation | None
+) -> ChangedPattern:
+    """Set what differs of what is named, and read it back; refused while the motor moves."""
+    return await alter_pattern(body, n, change, expects, flash=flash)

@@ -1,9 +1,16 @@
 """A body's general inputs and outputs, and the outputs that report errors (RC-420 manual 13.9)."""
 
 from collections.abc import Mapping, Sequence
-from typing import Final, Literal, NamedTuple, get_args
+from datetime import datetime
+from typing import Annotated, Any, Final, Literal, Self, get_args
+
+from pydantic import BaseModel, Field, model_validator
 
 from gateway.core.errors import GatewayError
+from gateway.core.operation import Rows
+from gateway.core.records import RequestModel, example
+from gateway.core.rights import Right
+from gateway.core.times import age_ms_of, utc_of
 from gateway.rorze.bodies import Body
 from protocols.rorze.inputs_outputs import (
     ClearErrorOutputStatus,
@@ -16,6 +23,7 @@ from protocols.rorze.inputs_outputs import (
     SetErrorOutput,
     SetOutputs,
 )
+from protocols.rorze.notation import BILLION
 from protocols.rorze.status import SENSOR_BITS
 
 INPUTS: Final = range(10)
@@ -27,24 +35,98 @@ Cause = Literal["ems", "limit", "stall", "any"]
 CAUSES: Final[Sequence[Cause]] = get_args(Cause)
 
 
-class Signal(NamedTuple):
+ROWS: Final = Rows("inputs and outputs")
+Output = Annotated[int, Field(ge=0, le=15, description="General output, 0-15.", examples=[3])]
+CauseName = Annotated[
+    Cause, Field(description="What it reports; `limit` is that of either direction.", examples=["limit"])
+]
+
+
+class SignalState(BaseModel):
     """An input or an output."""
 
     number: int
-    name: str | None
+    name: str | None = Field(description="From the configuration.")
     on: bool
 
 
-class ErrorOutput(NamedTuple):
-    """What reports a cause of errors."""
+class Reading(BaseModel):
+    """What a controller has told."""
+
+    body_id: str
+    read_at: datetime = Field(description="When the controller's answer came.")
+    age_ms: float = Field(description="How old the answer was when it was passed on.")
+
+
+class BodyInputs(Reading):
+    """The general inputs, after their logic (DIS) and their noise filters (DCS)."""
+
+    inputs: list[SignalState]
+
+
+class BodyOutputs(Reading):
+    """The general outputs; in servo mode output 0 is the CLR signal."""
+
+    outputs: list[SignalState]
+
+
+class SensorBits(BaseModel):
+    """The sensors, bits of CLD (RC-420 manual 14)."""
+
+    stall: bool
+    origin: bool
+    cw_limit: bool
+    ccw_limit: bool
+    in_position: bool
+    ems: bool
+
+
+class BodySensors(Reading):
+    """The sensors, after their logic (DLS)."""
+
+    sensors: SensorBits
+
+
+class OutputSwitch(RequestModel, json_schema_extra=example(on=True)):
+    """What an output shall be."""
+
+    on: bool
+
+
+class OutputPulse(RequestModel, json_schema_extra=example(duration_ms=200)):
+    """For how long an output is inverted."""
+
+    duration_ms: int = Field(ge=1, lt=BILLION)
+
+
+class ErrorOutputState(BaseModel):
+    """The output that reports a cause of errors."""
 
     cause: Cause
-    output: int | None
-    """None: nothing reports it."""
-    on: bool | None
-    """The state it takes on an error."""
-    standing: bool
-    """Whether the cause has come, and was not taken back since."""
+    output: int | None = Field(description="Null: nothing reports it.")
+    name: str | None = Field(description="Of the output, from the configuration.")
+    on: bool | None = Field(description="The state it takes on an error.")
+    standing: bool = Field(description="Whether it has come, and was not taken back since.")
+
+
+class BodyErrorOutputs(BaseModel):
+    """The outputs that report errors."""
+
+    body_id: str
+    error_outputs: list[ErrorOutputState]
+
+
+class ErrorOutputChoice(RequestModel, json_schema_extra=example(output=7, on=True)):
+    """Which output reports a cause, and how."""
+
+    output: int | None = Field(ge=0, le=15, description="General output; null: nothing reports it.")
+    on: bool | None = Field(default=None, description="The state it takes on an error; with `output`.")
+
+    @model_validator(mode="after")
+    def _both_or_none(self) -> Self:
+        if (self.output is None) is not (self.on is None):
+            raise ValueError("give on with output, and neither without the other")
+        return self
 
 
 class NotSwitched(GatewayError):
@@ -55,108 +137,101 @@ class NotSwitched(GatewayError):
     retryable = True
 
 
-async def inputs(body: Body) -> tuple[list[Signal], float]:
-    """Read all inputs in one frame (CID), and when they were told.
-
-    :raises GatewayError: they were not read.
-    """
+@ROWS.get("/bodies/{body_id}/inputs")
+async def get_body_inputs(body: Body) -> BodyInputs:
+    """Ask the controller for all ten inputs (CID)."""
     reply, answered = await body.ask(GetInputs())
-    return _signals(INPUTS, body.input_names, reply.bits or 0), answered.at
+    states = _states(INPUTS, body.input_names, reply.bits or 0)
+    return BodyInputs(**_reading(body, answered.at), inputs=states)
 
 
-async def outputs(body: Body) -> tuple[list[Signal], float]:
-    """Read all outputs in one frame (COD), and when they were told.
-
-    :raises GatewayError: they were not read.
-    """
+@ROWS.get("/bodies/{body_id}/outputs")
+async def get_body_outputs(body: Body) -> BodyOutputs:
+    """Ask the controller for all sixteen outputs (COD)."""
     reply, answered = await body.ask(GetOutputs())
-    return _signals(OUTPUTS, body.output_names, reply.bits or 0), answered.at
+    states = _states(OUTPUTS, body.output_names, reply.bits or 0)
+    return BodyOutputs(**_reading(body, answered.at), outputs=states)
 
 
-async def sensors(body: Body) -> tuple[dict[str, bool], float]:
-    """Read all sensors in one frame (CLD), by their names, and when they were told.
-
-    :raises GatewayError: they were not read.
-    """
-    reply, answered = await body.ask(GetSensors())
-    bits = reply.bits or 0
-    return {name: bool(bits >> place & 1) for place, name in enumerate(SENSOR_BITS)}, answered.at
-
-
-async def switch(body: Body, output: int, *, on: bool) -> Signal:
-    """Switch an output (COS) and read it back.
-
-    :raises NotSwitched: it is otherwise afterwards.
-    :raises GatewayError: it was refused, not sent, not answered, or not read back.
-    """
-    await body.ask(SetOutputs(bit=output, on=int(on)))
+@ROWS.put("/bodies/{body_id}/outputs/{output}", Right.OPERATE)
+async def switch_body_output(body: Body, output: Output, wanted: OutputSwitch) -> SignalState:
+    """Switch an output (COS), which ends its pulse, and read it back; `not-done` where it is not as asked."""
+    await body.ask(SetOutputs(bit=output, on=int(wanted.on)))
     signal = await _output(body, output)
-    if signal.on is not on:
+    if signal.on is not wanted.on:
         raise NotSwitched(
-            f"Output {output} of {body.address} was switched {'on' if on else 'off'}, and is not: in servo "
-            "mode output 0 is the CLR signal, and a user program or an error may switch others.",
+            f"Output {output} of {body.address} was switched {'on' if wanted.on else 'off'}, and is not: in "
+            "servo mode output 0 is the CLR signal, and a user program or an error may switch others.",
             "Read the outputs.",
         )
     return signal
 
 
-async def pulse(body: Body, output: int, duration_ms: int) -> Signal:
-    """Invert an output for a time (CBS), and give it as it is then.
-
-    :raises GatewayError: it was refused, as where it is inverted already or reports an error, not sent, not
-        answered, or not read back.
-    """
-    await body.ask(PulseOutput(bit=output, duration_ms=duration_ms))
+@ROWS.post("/bodies/{body_id}/outputs/{output}/pulses", Right.OPERATE)
+async def pulse_body_output(body: Body, output: Output, wanted: OutputPulse) -> SignalState:
+    """Invert an output for a time (CBS); refused while it is inverted, and where it reports an error."""
+    await body.ask(PulseOutput(bit=output, duration_ms=wanted.duration_ms))
     return await _output(body, output)
 
 
-async def error_outputs(body: Body) -> list[ErrorOutput]:
-    """Read which outputs report errors (CED), and which causes have come (CRD).
+@ROWS.get("/bodies/{body_id}/sensors")
+async def get_body_sensors(body: Body) -> BodySensors:
+    """Ask the controller for all six sensors (CLD)."""
+    reply, answered = await body.ask(GetSensors())
+    bits = reply.bits or 0
+    told = {name: bool(bits >> place & 1) for place, name in enumerate(SENSOR_BITS)}
+    return BodySensors(**_reading(body, answered.at), sensors=SensorBits(**told))
 
-    Each cause is asked for alone, for the order of the bits that tell all at once is not known.
 
-    :raises GatewayError: they were not read.
-    """
-    return [await _error_output(body, cause) for cause in CAUSES]
+@ROWS.get("/bodies/{body_id}/error-outputs")
+async def get_error_outputs(body: Body) -> BodyErrorOutputs:
+    """Ask the controller which outputs report errors (CED), and which errors stand (CRD)."""
+    # Each cause alone, for the order of the bits that tell all at once is not known.
+    states = [await _error_output(body, cause) for cause in CAUSES]
+    return BodyErrorOutputs(body_id=body.address, error_outputs=states)
 
 
-async def set_error_output(body: Body, cause: Cause, output: int | None, *, on: bool | None) -> ErrorOutput:
-    """Set the output that reports a cause (CES), or with None let nothing report it; then read it back.
-
-    :raises NotSwitched: it is otherwise afterwards.
-    :raises GatewayError: it was refused, not sent, not answered, or not read back.
-    """
-    state = None if on is None else int(on)
-    await body.ask(SetErrorOutput(cause=cause, output=output, state=state))
+@ROWS.put("/bodies/{body_id}/error-outputs/{cause}", Right.SETUP)
+async def set_error_output(body: Body, cause: CauseName, wanted: ErrorOutputChoice) -> BodyErrorOutputs:
+    """Set the output that reports a cause (CES), and read it back. Each cause takes one of its own."""
+    state = None if wanted.on is None else int(wanted.on)
+    await body.ask(SetErrorOutput(cause=cause, output=wanted.output, state=state))
     held = await _error_output(body, cause)
-    if (held.output, held.on) != (output, on):
+    if (held.output, held.on) != (wanted.output, wanted.on):
         raise NotSwitched(
             f"The output that reports {cause} of {body.address} was set, and is another afterwards.",
             "Set it again.",
         )
-    return held
+    return BodyErrorOutputs(body_id=body.address, error_outputs=[held])
 
 
-async def take_back_errors(body: Body) -> list[ErrorOutput]:
-    """Take back all error outputs (CRS); each takes the opposite of its error state.
-
-    :raises GatewayError: it was not sent, not answered, or not read back.
-    """
+@ROWS.post("/bodies/{body_id}/error-outputs/reset", Right.OPERATE)
+async def reset_error_outputs(body: Body) -> BodyErrorOutputs:
+    """Take back all error outputs (CRS), which refuse moves while they stand."""
     await body.ask(ClearErrorOutputStatus())
-    return await error_outputs(body)
+    return await get_error_outputs(body)
 
 
-async def _output(body: Body, output: int) -> Signal:
+def _reading(body: Body, at: float) -> dict[str, Any]:
+    return {"body_id": body.address, "read_at": utc_of(at), "age_ms": age_ms_of(at)}
+
+
+def _states(numbers: range, names: Mapping[int, str], bits: int) -> list[SignalState]:
+    return [SignalState(number=it, name=names.get(it), on=bool(bits >> it & 1)) for it in numbers]
+
+
+async def _output(body: Body, output: int) -> SignalState:
     reply, _ = await body.ask(GetOutputs(bit=output))
-    return Signal(output, body.output_names.get(output), bool(reply.on))
+    return SignalState(number=output, name=body.output_names.get(output), on=bool(reply.on))
 
 
-async def _error_output(body: Body, cause: Cause) -> ErrorOutput:
+async def _error_output(body: Body, cause: Cause) -> ErrorOutputState:
     setting, _ = await body.ask(GetErrorOutput(cause=cause))
     standing, _ = await body.ask(GetErrorOutputStatus(cause=cause))
-    on = None if setting.state is None else bool(setting.state)
-    return ErrorOutput(cause, setting.output, on, bool(standing.on))
-
-
-def _signals(numbers: range, names: Mapping[int, str], bits: int) -> list[Signal]:
-    return [Signal(number, names.get(number), bool(bits >> number & 1)) for number in numbers]
+    return ErrorOutputState(
+        cause=cause,
+        output=setting.output,
+        name=None if setting.output is None else body.output_names.get(setting.output),
+        on=None if setting.state is None else bool(setting.state),
+        standing=bool(standing.on),
+    )

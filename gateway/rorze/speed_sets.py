@@ -1,13 +1,15 @@
 """The speed parameter sets S[0] to S[29] of a body, and the standard one, 30 (RC-420 manual 13.3.1)."""
 
-from collections.abc import Iterable
 from typing import Annotated, Any, Final, TypeVar
 
 from pydantic import BaseModel, Field, model_validator
 
+from gateway.core.errors import InvalidRequest
+from gateway.core.operation import Expectation, Rows
 from gateway.core.records import SentBack, example
+from gateway.core.rights import Right
 from gateway.rorze.bodies import Body
-from gateway.rorze.changes import ChangeStep, Expectation, Item, as_expected, change, plain, read
+from gateway.rorze.changes import ChangeStep, Flash, Item, as_expected, change, plain, read
 from gateway.rorze.units import Scaled
 from protocols.rorze import speeds
 from protocols.rorze.profile import SpeedParameters
@@ -15,6 +17,12 @@ from protocols.rorze.profile import SpeedParameters
 STANDARD: Final = 30
 """The set, and the pattern, that a command means when it names none (RC-420 manual 13.3.4)."""
 
+ROWS: Final = Rows("body settings")
+SetNumber = Annotated[
+    int, Field(ge=0, le=STANDARD, description="0-29, or 30: the standard set.", examples=[12])
+]
+First = Annotated[int, Field(ge=0, le=STANDARD, description="The first of the list.")]
+Last = Annotated[int, Field(ge=0, le=STANDARD, description="The last of the list.")]
 StartSpeed = Annotated[speeds.StartSpeed, Field(description="OL: 1 to 30,000 pps; 50 at first.")]
 MaximumSpeed = Annotated[
     int, Field(ge=1, le=1_000_000, description="OH: 1 to 1,000,000 pps; 50,000 at first.")
@@ -143,6 +151,13 @@ SPEEDS: Final = set(_ROWS)
 """The parameters of a set."""
 
 
+class SpeedSetList(BaseModel):
+    """Speed parameter sets of a body."""
+
+    body_id: str
+    speed_sets: list[SpeedSet] = Field(description="In the order of their numbers.")
+
+
 def items_of(number: int) -> dict[str, Item]:
     """The parameters of a set, by their names."""
     place = {"speed_set": None if number == STANDARD else number}
@@ -171,11 +186,6 @@ async def read_set(body: Body, number: int) -> SpeedSet:
     )
 
 
-async def read_sets(body: Body, numbers: Iterable[int]) -> list[SpeedSet]:
-    """Ask a body for sets, one after the other; errors as of `read_set`."""
-    return [await read_set(body, number) for number in numbers]
-
-
 async def change_set(
     body: Body,
     number: int,
@@ -200,3 +210,42 @@ async def parameters_of(body: Body, number: int) -> SpeedParameters:
     """
     values = [await read(body, item) for item in items_of(number).values()]
     return SpeedParameters(*values)
+
+
+@ROWS.get("/bodies/{body_id}/speed-sets")
+async def list_speed_sets(body: Body, *, first: First = 0, last: Last = STANDARD) -> SpeedSetList:
+    """Ask a body for its speed parameter sets, five frames for each."""
+    found = [await read_set(body, number) for number in numbers_of(first, last)]
+    return SpeedSetList(body_id=body.address, speed_sets=found)
+
+
+@ROWS.get("/bodies/{body_id}/speed-sets/{n}", tagged=True)
+async def get_speed_set(body: Body, n: SetNumber) -> SpeedSet:
+    """Ask a body for a speed parameter set (OLD, OHD, OSD, OAD, OBD)."""
+    return await read_set(body, n)
+
+
+@ROWS.put("/bodies/{body_id}/speed-sets/{n}", Right.SETUP, tagged=True)
+async def set_speed_set(
+    body: Body, n: SetNumber, values: SpeedSetValues, *, flash: Flash = False, expects: Expectation | None
+) -> ChangedSpeedSet:
+    """Set the parameters of a set that differ, and read each back; refused while the motor moves."""
+    return await change_set(body, n, values, expects, flash=flash)
+
+
+@ROWS.patch("/bodies/{body_id}/speed-sets/{n}", Right.SETUP, tagged=True)
+async def change_speed_set(
+    body: Body, n: SetNumber, change: SpeedSetChange, *, flash: Flash = False, expects: Expectation | None
+) -> ChangedSpeedSet:
+    """Set those of the named parameters that differ, and read each back; refused while the motor moves."""
+    return await change_set(body, n, change, expects, flash=flash)
+
+
+def numbers_of(first: int, last: int) -> range:
+    """The numbers of a list.
+
+    :raises InvalidRequest: it ends before it begins.
+    """
+    if last < first:
+        raise InvalidRequest(f"last: it is less than first, {first}; nothing was sent.")
+    return range(first, last + 1)

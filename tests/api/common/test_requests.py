@@ -7,15 +7,10 @@ import pytest
 from fastapi import Request
 from pydantic import ValidationError
 
-from api.common.requests import (
-    MAX_WAIT_S,
-    age_ms_of,
-    json_response,
-    utc_of,
-    wait_headers,
-    wait_s,
-)
+from api.common.requests import json_response, wait_headers, wait_s
+from gateway.core.operation import MAX_WAIT_S
 from gateway.core.records import RequestModel
+from gateway.core.times import age_ms_of, utc_of
 from tests.gateway.rorze.far_end import virtual
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from gateway.core.errors import PowerCycled
 from gateway.core.journal.intents import Intents
-from gateway.rorze.captures import NOTHING_YET, ArmingBrokenOff, CaptureRequest, arm, read, wait
+from gateway.rorze.captures import NOTHING_YET, ArmingBrokenOff, CaptureRequest, arm, read, when_over
 from protocols.rorze.moves import MoveClockwise
 from tests.model_book import ModelBook
 from tests.plants import in_virtual_time, rig, start
@@ -54,7 +54,7 @@ async def test_it_waits_for_the_disk_once() -> None:
 async def test_what_a_body_holds_after_a_loss_of_power_was_not_captured() -> None:
     async with rig() as it:
         await arm(it.body(), 8, ONCE)
-        waiting = asyncio.create_task(wait(it.body(), 8, 10.0))
+        waiting = asyncio.create_task(when_over(it.body(), 8, 10.0))
         await asyncio.sleep(1.0)
         it.machine.brown_out(0x3F, 0.02, asyncio.get_running_loop().time())
         with pytest.raises(PowerCycled, match="input 8 has captured nothing"):

@@ -1,0 +1,202 @@
+"""What callers may ask for, each described once: front ends, documents and tests are made of it."""
+
+from collections.abc import Awaitable, Callable, Iterator, Mapping
+from dataclasses import dataclass
+from inspect import Parameter, getdoc, signature
+from typing import Annotated, Any, Final, Literal, TypeVar, get_origin
+
+from pydantic import BaseModel, Field
+
+from gateway.core.rights import Right
+from protocols.table import Effect
+
+Verb = Literal["GET", "POST", "PUT", "PATCH", "DELETE"]
+Run = Callable[..., Awaitable[Any]]
+F = TypeVar("F", bound=Run)
+
+MAX_WAIT_S: Final = 60
+"""No request waits longer for the end of what it has started."""
+Wait = Annotated[
+    float | None,
+    Field(
+        ge=0,
+        le=MAX_WAIT_S,
+        allow_inf_nan=False,
+        description=f"Seconds to wait for the end, {MAX_WAIT_S} at most; or use the header `Prefer: wait=N`.",
+    ),
+]
+Expectation = Callable[[Any], None]
+"""Refuses a present state that its sender does not know."""
+EXPECTS: Final = "expects"
+"""The parameter of an operation that refuses to change what is otherwise than its sender has read."""
+
+_EFFECTS: Final[Mapping[Right, Effect]] = {
+    Right.OPEN: Effect.READ,
+    Right.VIEW: Effect.READ,
+    Right.STOP: Effect.STOP,
+    Right.OPERATE: Effect.SETTING,
+    Right.SETUP: Effect.SETTING,
+    Right.ADMIN: Effect.MAINTENANCE,
+}
+"""What an operation with a right does, if nothing else is said."""
+LEASED: Final = frozenset({Right.OPERATE, Right.SETUP})
+"""The rights that, where somebody has a lease, only the holder can use."""
+
+
+@dataclass(frozen=True, eq=False)
+class Operation:
+    """One row of the door: who may ask for it, what goes in, what comes out, and what does it."""
+
+    run: Run
+    """Takes what the door provides, what the path names, then the request; by name what the query says."""
+    name: str
+    """As generated clients call it: `getCapture`."""
+    verb: Verb
+    path: str
+    tag: str
+    """The section of the documents that it stands in."""
+    right: Right
+    leased: bool
+    """Whether a lease of somebody else keeps a caller from it."""
+    any_scope: bool
+    """Whether callers with any scope may ask, and are shown what theirs covers."""
+    effect: Effect
+    title: str
+    description: str
+    parameters: Mapping[str, Parameter]
+    """Those of path and query, by their names."""
+    provided: Mapping[str, type]
+    """Those that the door finds: the plant, a family, or what the path leads to."""
+    request_name: str | None
+    """The parameter that takes the request, if there is one."""
+    request: Any
+    request_optional: bool
+    """Whether a request may be left out: it then has what its model has by itself."""
+    result: Any
+    tagged: bool = False
+    """Whether the result is a document that a change of it can be bound to (ETag)."""
+    named_only: bool = False
+    """Whether the result tells only the members that are set."""
+    opens: bool = False
+    """Whether what it makes is there until somebody ends it."""
+    over: str | None = None
+    """Of what takes long: the words for its end. Until then the result is its record."""
+    kept_at: str | None = None
+    """Where such records are found again; None: where it was asked for."""
+    http_only: str | None = None
+    """Why only HTTP can serve it."""
+
+    @property
+    def target(self) -> str | None:
+        """The parameter of the path that names what it is about; None: the whole plant."""
+        return next((name for name in names_in(self.path)), None)
+
+    @property
+    def expects(self) -> bool:
+        """Whether it can be bound to what its sender has read."""
+        return EXPECTS in self.provided
+
+
+def names_in(path: str) -> list[str]:
+    """The parameters of a path."""
+    return [part[1:-1] for part in path.split("/") if part.startswith("{")]
+
+
+class Rows:
+    """The operations of one section, in the order of the documents."""
+
+    def __init__(self, tag: str) -> None:
+        self.tag = tag
+        self._rows: list[Operation] = []
+
+    def __iter__(self) -> Iterator[Operation]:
+        return iter(self._rows)
+
+    def get(self, path: str, right: Right = Right.VIEW, **told: Any) -> Callable[[F], F]:
+        """Make an operation of the function below; `told` is what its row says besides."""
+        return self._listing("GET", path, right, told)
+
+    def post(self, path: str, right: Right, **told: Any) -> Callable[[F], F]:
+        """As `get`, for POST."""
+        return self._listing("POST", path, right, told)
+
+    def put(self, path: str, right: Right, **told: Any) -> Callable[[F], F]:
+        """As `get`, for PUT."""
+        return self._listing("PUT", path, right, told)
+
+    def patch(self, path: str, right: Right, **told: Any) -> Callable[[F], F]:
+        """As `get`, for PATCH."""
+        return self._listing("PATCH", path, right, told)
+
+    def delete(self, path: str, right: Right, **told: Any) -> Callable[[F], F]:
+        """As `get`, for DELETE."""
+        return self._listing("DELETE", path, right, told)
+
+    def add(self, verb: Verb, path: str, right: Right, run: Run, **told: Any) -> None:
+        """List an operation that is made, not written; `told` may name and describe it."""
+        self._rows.append(operation(self.tag, verb, path, right, run, **told))
+
+    def _listing(self, verb: Verb, path: str, right: Right, told: Mapping[str, Any]) -> Callable[[F], F]:
+        def listed(run: F) -> F:
+            self.add(verb, path, right, run, **told)
+            return run
+
+        return listed
+
+
+def operation(tag: str, verb: Verb, path: str, right: Right, run: Run, **told: Any) -> Operation:
+    """Describe what a function does: by its signature, its docstring, and what is `told` besides.
+
+    :raises TypeError: a parameter fits nothing, or there are two requests.
+    """
+    name = told.pop("name", None) or getattr(run, "__name__", "")
+    of_path = set(names_in(path))
+    parameters: dict[str, Parameter] = {}
+    provided: dict[str, type] = {}
+    requests: list[Parameter] = []
+    for it in signature(run).parameters.values():
+        if it.name == EXPECTS:
+            provided[it.name] = type(None)
+        elif it.name in of_path or it.kind is Parameter.KEYWORD_ONLY:
+            parameters[it.name] = it
+        elif isinstance(it.annotation, type) and not _is_data(it.annotation):
+            provided[it.name] = it.annotation
+        else:
+            requests.append(it)
+    if len(requests) > 1:
+        raise TypeError(f"{name} takes two requests: {requests}")
+    request = requests[0] if requests else None
+    described = {
+        "title": name.replace("_", " ").title(),
+        "description": getdoc(run) or "",
+        "effect": _EFFECTS[right],
+        "leased": right in LEASED,
+        "any_scope": False,
+        "result": signature(run).return_annotation,
+        **told,
+    }
+    return Operation(
+        run=run,
+        name=in_camel_case(name),
+        verb=verb,
+        path=path,
+        tag=tag,
+        right=right,
+        parameters=parameters,
+        provided=provided,
+        request_name=None if request is None else request.name,
+        request=None if request is None else request.annotation,
+        request_optional=request is not None and request.default is not Parameter.empty,
+        **described,
+    )
+
+
+def _is_data(annotation: type) -> bool:
+    """Whether it is what a client sends."""
+    return get_origin(annotation) is not None or issubclass(annotation, BaseModel)
+
+
+def in_camel_case(name: str) -> str:
+    """Name an operation as clients in most languages do: startMove."""
+    first, *others = name.split("_")
+    return first + "".join(map(str.capitalize, others))

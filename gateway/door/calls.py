@@ -1,0 +1,69 @@
+"""Operations carried out for their callers: rights and leases first, then what the path leads to."""
+
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import Any
+
+from gateway.access import principal
+from gateway.core.family import Family
+from gateway.core.operation import EXPECTS, Operation, names_in
+from gateway.core.origin import ORIGIN
+from gateway.core.rights import Right
+from gateway.families import FAMILIES
+from gateway.operations.caller import require
+from gateway.plant import Plant
+
+Finder = Callable[[Plant, Mapping[str, str]], Any]
+
+
+async def carry_out(plant: Plant, operation: Operation, values: Mapping[str, Any], **more: Any) -> Any:
+    """Do what a caller asks for, in that caller's name; `values` are those of path, query and request.
+
+    :raises NotPermitted: the role or the scope does not allow it; nothing was sent.
+    :raises LeaseRefused: somebody else has a lease there; nothing was sent.
+    :raises GatewayError: it was not carried out, or nobody knows; the error says which.
+    """
+    before = ORIGIN.set(ORIGIN.get())
+    try:
+        _admit(plant, operation, values)
+        taken = {name: values[name] for name in operation.parameters if name in values}
+        if (request := operation.request_name) is not None and request in values:
+            taken[request] = values[request]
+        for name, find in _finders(operation):
+            taken[name] = find(plant, values)
+        return await operation.run(**taken, **more)
+    finally:
+        ORIGIN.reset(before)
+
+
+def _admit(plant: Plant, operation: Operation, values: Mapping[str, Any]) -> None:
+    """Refuse a caller without the right, or without the lease that it takes."""
+    if operation.any_scope:
+        plant.territory.require_right(principal.current(), operation.right)
+    elif operation.right is not Right.OPEN:
+        about = operation.target
+        named = () if about is None else (values[about],)
+        require(plant, operation.right, *named, leased=operation.leased)
+
+
+@cache
+def _finders(operation: Operation) -> tuple[tuple[str, Finder], ...]:
+    """How what an operation is provided with is found.
+
+    :raises TypeError: nobody knows how.
+    """
+    ids = [name for name in names_in(operation.path) if name not in operation.parameters]
+    provided = {name: kind for name, kind in operation.provided.items() if name != EXPECTS}
+    return tuple((name, _finder(kind, ids)) for name, kind in provided.items())
+
+
+def _finder(kind: type, ids: list[str]) -> Finder:
+    if kind is Plant:
+        return lambda plant, _: plant
+    if issubclass(kind, Family):
+        return lambda plant, _: plant.family(kind)
+    for family in FAMILIES.values():
+        if kind in family.things:
+            find = family.things[kind]
+            return lambda plant, values: find(plant.family(family), *(values[name] for name in ids))
+    raise TypeError(f"Nobody finds a {kind.__name__} by a path")
