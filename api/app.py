@@ -22,12 +22,11 @@ from api import (
     security_log,
     sessions,
     sign_in,
-    stops,
     streams,
     system,
     walker,
 )
-from api.bodies import groups, info, memories, moves, programs, text_commands
+from api.bodies import position_tables, text_commands
 from api.common import problems, schemas
 from api.common.access import Access
 from api.common.entrance import Entrance, open_to
@@ -40,12 +39,14 @@ from api.common.security import SameSite
 from api.common.traffic import Traffic
 from api.common.version import VERSION
 from api.console import pages as console
-from api.families import OWN_ROUTES
 from api.front import documents
 from api.metrics import metrics_of
+from api.robots import position_tables as robot_position_tables
+from api.robots import text_commands as robot_text_commands
 from gateway.access.credentials import Credentials
 from gateway.core.family import Family
 from gateway.core.rights import Right
+from gateway.door.table import SECTIONS
 from gateway.operations.keys import Keys
 from gateway.operations.remedies import calls_for
 from gateway.plant import Plant
@@ -134,14 +135,13 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     app.state.traffic = traffic = Traffic()
     app.state.metrics = metrics_of(plant, traffic)
     problems.install(app, partial(calls_for, plant))
-    modules = [info, moves, samples, stops, alarms, audit, groups, lines, streams, catalogue, text_commands]
-    modules += [health, system, programs, memories, backups]
+    modules = [position_tables, robot_position_tables, samples, streams, catalogue, health]
+    modules += [text_commands, robot_text_commands, alarms, audit, lines, system, backups]
     modules += [leases, configuration, port_scans, access_keys, sessions, security_log]
-    routers = [module.router for module in modules]
+    routers = [*map(walker.router, SECTIONS), *(module.router for module in modules)]
     families: list[type[Family]] = [type(family) for family in plant.families.values()]
     for family in families:
-        routers += [*OWN_ROUTES.get(family, list)(), *map(walker.router, family.rows)]
-        routers += command_routes.routers(family)
+        routers += [*map(walker.router, family.rows), *command_routes.routers(family)]
     # Side by side instead of included, so that one index finds them all; and before the docs.
     app.router.routes[:0] = [route for router in routers for route in router.routes]
     documents.install(app, root_path)

@@ -10,14 +10,13 @@ from api.common.problems import DECLARED
 from api.common.records import RecordRoutes
 from api.common.requests import begun_response, json_response, new_router, origin, plant_of, wait_s
 from api.common.strict_json import StrictRequest, StrictRoute
-from api.robots.names import RobotId
 from gateway.core.aside import aside
 from gateway.core.backup_record import Backup, BackupComparison
 from gateway.core.operation import Wait
 from gateway.core.records import RequestModel, example
 from gateway.core.restore_record import Restore, RestorePlan, Units
 from gateway.core.rights import Right
-from gateway.door.names import BodyId, LineId
+from gateway.door.names import BodyId, LineId, RobotId
 from gateway.operations import backups
 from gateway.operations.backups import Reading, Wanted
 

@@ -10,13 +10,14 @@ from api.common.documentation import WORDS, begins_moves, words_of
 from api.common.parameters import Endpoint, names_of, taking
 from api.common.problems import DECLARED
 from api.common.requests import new_router, origin, plant_of, wait_s
-from api.common.results import AGE_HEADER, GroupMove, GroupReply, StopResult, render
+from api.common.results import AGE_HEADER, GroupReply, render
 from api.common.routes import Router
 from api.resources import resource_router
 from gateway.core.family import Family, Place, Row
 from gateway.core.operation import Wait
 from gateway.core.rights import RIGHT_OF
 from gateway.door.names import NAMES
+from gateway.door.results import GroupMove, StopResult
 from gateway.operations.commands import do
 
 AXES_OF_THE_DEMO = 3

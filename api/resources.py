@@ -1,16 +1,20 @@
 """Moves and stops of families for which no routes are written by hand."""
 
-from fastapi import Request, Response
+from typing import Annotated, Any
+
+from fastapi import Body, Request, Response
 
 from api.common.parameters import Endpoint, names_of, taking
 from api.common.requests import content_response, json_response, new_router, plant_of, wait_headers, wait_s
-from api.common.results import StopResult
+from api.common.results import render
 from api.common.routes import Router
-from api.stops import StopBody, perform_stop
 from gateway.core.family import Place
 from gateway.core.operation import Wait
+from gateway.core.origin import current
 from gateway.core.rights import Right
-from gateway.operations import moves
+from gateway.door.results import StopResult
+from gateway.door.stops import StopRequest
+from gateway.operations import moves, stops
 
 NEWEST = 100
 
@@ -22,11 +26,11 @@ def resource_router(place: Place) -> Router:
     names, path = names_of(place.path, {}), f"{place.path}/moves"
     list_all, get_one, stop_it = _endpoints(place)
     get_it = taking(get_one, {**names, "move_id": str, "wait": Wait})
-    stop = taking(stop_it, {**names, "stop": StopBody})
-    one = {"name": f"get_move_of_{what}", "response_model": place.move}
+    stop = taking(stop_it, {**names, "stop": Annotated[StopRequest, Body(default_factory=StopRequest)]})
+    one: dict[str, Any] = {"name": f"get_move_of_{what}", "response_model": place.move}
     router.add("GET", path, Right.VIEW, taking(list_all, names), name=f"list_moves_of_{what}")
     router.add("GET", f"{path}/{{move_id}}", Right.VIEW, get_it, **one)
-    stopped = {"name": f"stop_one_of_{what}", "response_model": StopResult}
+    stopped: dict[str, Any] = {"name": f"stop_one_of_{what}", "response_model": StopResult}
     router.add("POST", f"{place.path}/stop", Right.STOP, stop, **stopped)
     return router
 
@@ -45,8 +49,9 @@ def _endpoints(place: Place) -> tuple[Endpoint, Endpoint, Endpoint]:
         move = await moves.get(plant_of(request), target, move_id, waited_s)
         return json_response(move, headers=wait_headers(waited_s))
 
-    async def stop(request: Request, stop: StopBody, **names: object) -> Response:
+    async def stop(request: Request, stop: StopRequest, **names: object) -> Response:
         """Stop it by software: what waits is cancelled, and the stop goes out first."""
-        return await perform_stop(request, place.path.format(**names), stop)
+        target = place.path.format(**names)
+        return render(request, await stops.stop(plant_of(request), current(), target, stop.mode))
 
     return list_moves, get_move, stop

@@ -6,10 +6,9 @@ from fastapi import Request, Response
 
 from api.common.csv_tables import ANSWER, csv_response
 from api.common.problems import DECLARED
-from api.common.requests import json_response, new_router, origin, plant_of
-from api.robots.names import RobotId, UnitNumber
+from api.common.requests import new_router, origin, plant_of
 from gateway.core.rights import Right
-from gateway.door.names import BodyId
+from gateway.door.names import BodyId, RobotId, UnitNumber
 from gateway.fics.samples import RobotSamples
 from gateway.operations import moves
 from gateway.rorze.samples import BodySamples
@@ -19,16 +18,6 @@ router = new_router("samples")
 OF_BODY: Final = "/bodies/{body_id}/moves/{move_id}/samples"
 OF_UNIT: Final = "/robots/{robot_id}/units/{unit}/moves/{move_id}/samples"
 TABLE: Final[dict[int | str, dict[str, Any]]] = {**DECLARED, 200: ANSWER}
-
-
-@router.get(OF_BODY, Right.VIEW, response_model=BodySamples)
-async def get_samples(request: Request, body_id: BodyId, move_id: str) -> Response:
-    """Get where a body was seen during a move, and where the plan has it, for the settings of the move.
-
-    The settings for the plan are read from the controller when somebody first asks. The newest 200 moves have
-    samples until the gateway ends; one that is under way has those until now.
-    """
-    return json_response(await _samples(request, f"/bodies/{body_id}", move_id))
 
 
 @router.get(f"{OF_BODY}.csv", Right.VIEW, response_class=Response, responses=TABLE)
@@ -41,16 +30,6 @@ async def download_samples(request: Request, body_id: BodyId, move_id: str) -> R
         for it in told.samples
     )
     return csv_response(["time", "time_s", "pulses", "planned_pulses", *scaled], rows)
-
-
-@router.get(OF_UNIT, Right.VIEW, response_model=RobotSamples)
-async def get_robot_samples(request: Request, robot_id: RobotId, unit: UnitNumber, move_id: str) -> Response:
-    """Get where a unit was seen during a move, and where its settings lead an axis that goes alone.
-
-    How a robot times several axes, or an S-curve, no command tells: there `note` says why nothing is planned.
-    The settings are read from the robot when somebody first asks.
-    """
-    return json_response(await _samples(request, f"/robots/{robot_id}/units/{unit}", move_id))
 
 
 @router.get(f"{OF_UNIT}.csv", Right.VIEW, response_class=Response, responses=TABLE)

@@ -1,36 +1,49 @@
 """Routes made of the rows of the door: this module alone knows how an operation looks over HTTP."""
 
+from functools import cache
 from typing import Annotated, Any
 
 from fastapi import Body, Request, Response
 from pydantic import BaseModel
 
-from api.common.documentation import begins
+from api.common import plain_text
+from api.common.documentation import begins, begins_moves
 from api.common.etags import IF_MATCH, header_of, matching
 from api.common.parameters import Endpoint, taking
-from api.common.requests import begun_response, content_response, new_router, plant_of, wait_headers, wait_s
+from api.common.problems import DECLARED
+from api.common.requests import (
+    begun_response,
+    content_response,
+    json_response,
+    new_router,
+    plant_of,
+    wait_headers,
+    wait_s,
+)
 from api.common.results import render
-from api.common.routes import HttpRoute, Router
-from api.common.strict_json import StrictRoute
-from gateway.core.operation import EXPECTS, Operation, Rows, names_in
+from api.common.routes import Router
+from api.common.strict_json import StrictRequest, StrictRoute
+from gateway.core.operation import Operation, Rows, names_in
 from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped
 from gateway.door.calls import carry_out
 from gateway.door.documents import expectation
 from gateway.door.names import NAMES
+from protocols.table import Effect
 
 RESULTS = Answer | Begun | MemberAnswers | Opened | Stopped
 WAIT = "wait"
 
 
-def router(rows: Rows, route_class: type[HttpRoute] = StrictRoute) -> Router:
+def router(rows: Rows) -> Router:
     """Make the routes of one section's rows."""
-    made = new_router(rows.tag, route_class)
+    made = new_router(rows.tag)
     for operation in rows:
         made.add(
             operation.verb,
             operation.path,
             operation.right,
             _endpoint(operation),
+            route_class=_taking(operation.most_bytes),
             operation_id=operation.name,
             summary=operation.title,
             description=operation.description,
@@ -40,11 +53,33 @@ def router(rows: Rows, route_class: type[HttpRoute] = StrictRoute) -> Router:
     return made
 
 
+@cache
+def _taking(most_bytes: int | None) -> type[StrictRoute]:
+    """Routes that take longer requests than others."""
+    if most_bytes is None:
+        return StrictRoute
+    request_class = type("LongRequest", (StrictRequest,), {"most": most_bytes})
+    return type("LongRoute", (StrictRoute,), {"request_class": request_class})
+
+
 def _declared(operation: Operation) -> dict[str, Any]:
     """What the route declares of its answers, and of the headers that it heeds."""
     declared: dict[str, Any] = IF_MATCH if operation.expects else {}
+    if operation.plain is not None and operation.request is None:
+        return {"response_model": operation.result, "responses": {**DECLARED, **plain_text.given(operation)}}
+    if operation.plain is not None:
+        declared = plain_text.taken(operation)
+    if operation.stopping is not None:
+        ends = {
+            200: {"description": operation.over},
+            202: {"model": operation.result, "description": operation.stopping},
+        }
+        return {"response_model": operation.result, "responses": {**DECLARED, **ends}}
     if operation.over is not None:
         return {**declared, **begins(operation.result, operation.over)}
+    if operation.effect is Effect.MOTION and not operation.opens:
+        ended = operation.result if operation.planned is None else operation.result | operation.planned
+        return begins_moves("/".join(operation.path.split("/")[:3]), operation.result, ended)
     return {
         **declared,
         "response_model": operation.result,
@@ -59,10 +94,12 @@ def _endpoint(operation: Operation) -> Endpoint:
         waited_s = 0.0
         if WAIT in operation.parameters:
             waited_s = values[WAIT] = wait_s(request, values.get(WAIT))
-        more = {}
+        if operation.plain is not None and operation.request_name is not None:
+            values[operation.request_name] = await plain_text.read(request, operation)
+        expects = None
         if operation.expects:
-            more[EXPECTS] = expectation(values.get(operation.request_name or ""), matching(request))
-        result = await carry_out(plant_of(request), operation, values, **more)
+            expects = expectation(values.get(operation.request_name or ""), matching(request))
+        result = await carry_out(plant_of(request), operation, values, expects)
         return _response(request, operation, result, waited_s)
 
     return taking(answer, _signature(operation))
@@ -72,7 +109,7 @@ def _signature(operation: Operation) -> dict[str, Any]:
     """The parameters of path, request and query, in the order in which the document has them."""
     taken: dict[str, Any] = {name: NAMES.get(name, str) for name in names_in(operation.path)}
     taken |= operation.parameters
-    if operation.request_name is not None:
+    if operation.request_name is not None and operation.plain is None:
         model = operation.request
         body = Annotated[model, Body(default_factory=model)] if operation.request_optional else model
         taken[operation.request_name] = body
@@ -80,8 +117,12 @@ def _signature(operation: Operation) -> dict[str, Any]:
 
 
 def _response(request: Request, operation: Operation, result: Any, waited_s: float) -> Response:
+    if operation.stopping is not None:
+        return json_response(result, 202 if result.state == "stopping" else 200)
     if operation.over is not None:
         return begun_response(result, _place(operation, result), waited_s)
+    if operation.plain is not None:
+        return plain_text.answer(request, operation, result)
     if isinstance(result, RESULTS):
         return render(request, result, waited_s)
     headers = wait_headers(waited_s)

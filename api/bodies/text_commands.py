@@ -8,7 +8,6 @@ from pydantic import BaseModel, Field
 from api.bodies.names import body_of
 from api.common.problems import DECLARED
 from api.common.requests import new_router
-from api.common.results import StopResult
 from api.common.text_commands import TextRoute, send_text
 from gateway.core.move_record import Move
 from gateway.core.operation import Wait
@@ -17,6 +16,7 @@ from gateway.core.rights import Right
 from gateway.core.targets import Answer
 from gateway.core.times import age_ms_of
 from gateway.door.names import BodyId
+from gateway.door.results import StopResult
 from protocols.rorze.row import RorzeCommand
 
 router = new_router("commands", TextRoute)

@@ -25,10 +25,10 @@ from gateway.access.principal import EVERYBODY, PRINCIPAL, Principal
 from gateway.access.principal import current as current_principal
 from gateway.core.errors import GatewayError, InvalidRequest
 from gateway.core.family import Family
+from gateway.core.operation import LEASED
 from gateway.core.origin import ORIGIN, Claim, Origin, current
 from gateway.core.own_faults import survived, twice
 from gateway.core.rights import Right
-from gateway.operations.caller import LEASED
 from gateway.plant import Plant
 from gateway.security import entries
 

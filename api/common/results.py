@@ -9,12 +9,9 @@ from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, WithJsonSchem
 from api.common.problems import Problem, instance_of, problem_of, wants_japanese
 from api.common.requests import content_response, json_response, wait_headers
 from gateway.core.errors import GatewayError
-from gateway.core.move_record import Move
 from gateway.core.stops import Report
 from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Result, Stopped
 from gateway.core.times import age_ms_of
-from gateway.fics.stops import RobotStopReport
-from gateway.rorze.stops import StopReport
 from protocols.table import Reply
 
 AGE_HEADER = "Age-Ms"
@@ -42,23 +39,6 @@ class GroupReply(BaseModel):
 
     group_id: str
     members: list[MemberReply]
-
-
-class GroupMove(BaseModel):
-    """One command to a group, with one move for each member."""
-
-    group_id: str
-    moves: list[Move]
-
-
-class StopResult(BaseModel):
-    """How far the stop has come, after two seconds at most."""
-
-    confirmed: bool = Field(
-        description="Whether every controller reports standstill. If not, use the hardware stop."
-    )
-    bodies: list[StopReport]
-    robots: list[RobotStopReport]
 
 
 def render(request: Request, result: Result | BaseModel, waited_s: float = 0.0) -> Response:

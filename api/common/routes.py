@@ -87,11 +87,20 @@ class Router:
         self.routes: list[BaseRoute] = []
         self._route_class = route_class
 
-    def add(self, method: str, path: str, right: Right, endpoint: Callable[..., Any], **options: Any) -> None:
+    def add(
+        self,
+        method: str,
+        path: str,
+        right: Right,
+        endpoint: Callable[..., Any],
+        *,
+        route_class: type[HttpRoute] | None = None,
+        **options: Any,
+    ) -> None:
         """Add an operation, named as its endpoint if nothing else is said; `options` are those of FastAPI."""
         told = {"responses": DECLARED, **options}
         self.routes.append(
-            self._route_class(
+            (route_class or self._route_class)(
                 path,
                 endpoint,
                 right=right,

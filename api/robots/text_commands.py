@@ -7,13 +7,14 @@ from pydantic import BaseModel, Field
 
 from api.common.problems import DECLARED
 from api.common.requests import new_router
-from api.common.results import StopResult
 from api.common.text_commands import TextRoute, send_text
-from api.robots.names import RobotId, UnitNumber, robot_of
+from api.robots.names import robot_of
 from gateway.core.operation import Wait
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Answer
+from gateway.door.names import RobotId, UnitNumber
+from gateway.door.results import StopResult
 from gateway.fics.move_record import RobotMove
 from protocols.fics.row import FicsCommand
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Awaitable, Callable, Iterator, Mapping
 from dataclasses import dataclass
-from inspect import Parameter, getdoc, signature
+from inspect import Parameter, Signature, getdoc, signature
 from typing import Annotated, Any, Final, Literal, TypeVar, get_origin
 
 from pydantic import BaseModel, Field
@@ -81,8 +81,16 @@ class Operation:
     """Whether what it makes is there until somebody ends it."""
     over: str | None = None
     """Of what takes long: the words for its end. Until then the result is its record."""
+    stopping: str | None = None
+    """Of an end that is awaited: the words for one that was not seen in time, whose `state` is `stopping`."""
     kept_at: str | None = None
     """Where such records are found again; None: where it was asked for."""
+    most_bytes: int | None = None
+    """The longest request, where it may be longer than others."""
+    plain: str | None = None
+    """The member of request and result that may go alone, as plain text."""
+    planned: Any = None
+    """Of a motion: what it answers where the request only asks what it would be."""
     http_only: str | None = None
     """Why only HTTP can serve it."""
 
@@ -95,6 +103,19 @@ class Operation:
     def expects(self) -> bool:
         """Whether it can be bound to what its sender has read."""
         return EXPECTS in self.provided
+
+
+def taking(run: Run, **annotations: Any) -> Run:
+    """Say which parameters a function takes that is made, not written; `wait` may be left out."""
+    run.__signature__ = Signature(  # type: ignore[attr-defined]  # it is looked for there
+        [
+            Parameter(name, Parameter.POSITIONAL_OR_KEYWORD, annotation=it)
+            if name != "wait"
+            else Parameter(name, Parameter.KEYWORD_ONLY, annotation=it, default=None)
+            for name, it in annotations.items()
+        ]
+    )
+    return run
 
 
 def names_in(path: str) -> list[str]:

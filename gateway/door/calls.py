@@ -6,9 +6,10 @@ from typing import Any
 
 from gateway.access import principal
 from gateway.core.family import Family
-from gateway.core.operation import EXPECTS, Operation, names_in
+from gateway.core.operation import EXPECTS, Expectation, Operation, names_in
 from gateway.core.origin import ORIGIN
 from gateway.core.rights import Right
+from gateway.core.targets import Target
 from gateway.families import FAMILIES
 from gateway.operations.caller import require
 from gateway.plant import Plant
@@ -16,8 +17,12 @@ from gateway.plant import Plant
 Finder = Callable[[Plant, Mapping[str, str]], Any]
 
 
-async def carry_out(plant: Plant, operation: Operation, values: Mapping[str, Any], **more: Any) -> Any:
+async def carry_out(
+    plant: Plant, operation: Operation, values: Mapping[str, Any], expects: Expectation | None = None
+) -> Any:
     """Do what a caller asks for, in that caller's name; `values` are those of path, query and request.
+
+    `expects` refuses a present state that the caller does not know, where the operation can be bound to one.
 
     :raises NotPermitted: the role or the scope does not allow it; nothing was sent.
     :raises LeaseRefused: somebody else has a lease there; nothing was sent.
@@ -31,7 +36,9 @@ async def carry_out(plant: Plant, operation: Operation, values: Mapping[str, Any
             taken[request] = values[request]
         for name, find in _finders(operation):
             taken[name] = find(plant, values)
-        return await operation.run(**taken, **more)
+        if operation.expects:
+            taken[EXPECTS] = expects
+        return await operation.run(**taken)
     finally:
         ORIGIN.reset(before)
 
@@ -43,7 +50,12 @@ def _admit(plant: Plant, operation: Operation, values: Mapping[str, Any]) -> Non
     elif operation.right is not Right.OPEN:
         about = operation.target
         named = () if about is None else (values[about],)
-        require(plant, operation.right, *named, leased=operation.leased)
+        require(plant, operation.right, *named, leased=operation.leased and not _only_asks(operation, values))
+
+
+def _only_asks(operation: Operation, values: Mapping[str, Any]) -> bool:
+    """Whether the request is not to be done, but to be worked out."""
+    return getattr(values.get(operation.request_name or ""), "validate_only", False)
 
 
 @cache
@@ -54,10 +66,13 @@ def _finders(operation: Operation) -> tuple[tuple[str, Finder], ...]:
     """
     ids = [name for name in names_in(operation.path) if name not in operation.parameters]
     provided = {name: kind for name, kind in operation.provided.items() if name != EXPECTS}
-    return tuple((name, _finder(kind, ids)) for name, kind in provided.items())
+    return tuple((name, _finder(kind, operation.path, ids)) for name, kind in provided.items())
 
 
-def _finder(kind: type, ids: list[str]) -> Finder:
+def _finder(kind: type, path: str, ids: list[str]) -> Finder:
+    if kind is Target:
+        about = path[: path.index("}", path.index(f"{{{ids[-1]}}}")) + 1]
+        return lambda plant, values: plant.target(about.format(**values))
     if kind is Plant:
         return lambda plant, _: plant
     if issubclass(kind, Family):

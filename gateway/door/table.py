@@ -1,9 +1,47 @@
 """The table of all operations: those that families list beside what they do."""
 
 from collections.abc import Iterator
+from typing import Final
 
 from gateway.core.operation import Operation, Rows
+from gateway.door import (
+    bodies,
+    body_jogs,
+    body_positions,
+    groups,
+    moves,
+    programs,
+    robot_jogs,
+    robot_moves,
+    robot_positions,
+    robots,
+    scara_moves,
+    scaras,
+    stops,
+)
 from gateway.families import FAMILIES
+
+SECTIONS: Final = (
+    bodies.ROWS,
+    moves.ROWS,
+    moves.SAMPLES,
+    groups.ROWS,
+    body_jogs.ROWS,
+    body_positions.ROWS,
+    programs.ROWS,
+    scaras.ROWS,
+    stops.OF_SCARAS,
+    scaras.PATHS,
+    scara_moves.ROWS,
+    robots.ROWS,
+    stops.OF_ROBOTS,
+    robot_moves.ROWS,
+    robot_moves.SAMPLES,
+    robot_jogs.ROWS,
+    robot_positions.ROWS,
+    stops.ROWS,
+)
+"""What takes more than one thing of a family: the plant with its names, leases, alarms and logs."""
 
 
 def operations() -> Iterator[Operation]:
@@ -13,5 +51,6 @@ def operations() -> Iterator[Operation]:
 
 
 def _sections() -> Iterator[Rows]:
+    yield from SECTIONS
     for family in FAMILIES.values():
         yield from family.rows

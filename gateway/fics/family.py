@@ -32,7 +32,7 @@ from gateway.core.restores import Restores
 from gateway.core.sampler import Sampler
 from gateway.core.stops import StopMode
 from gateway.core.targets import Replies, Stopped, Target, stopped
-from gateway.fics import config
+from gateway.fics import config, settings, signals
 from gateway.fics.addressed import STOP_MODES, RobotTarget, UnitTarget
 from gateway.fics.alarms import causes
 from gateway.fics.axes import UnitAxes
@@ -48,6 +48,7 @@ from gateway.fics.move_record import RobotMove
 from gateway.fics.moves import RobotMoves
 from gateway.fics.robot import Robot
 from gateway.fics.robot_now import RobotNow
+from gateway.fics.units import RobotUnit
 from gateway.fics.watch import watch
 from protocols.fics.commands import ROWS, Row, of_the_robot
 from protocols.fics.jog import StartJog
@@ -87,6 +88,11 @@ class Fics(Family):
     commands = tuple((ROBOT if of_the_robot(row) else UNIT, row) for row in ROWS)
     stop_modes = STOP_MODES
     sessions: ClassVar = {StartJog: JogSession}
+    rows = (signals.ROWS, settings.ROWS)
+    things: ClassVar = {
+        Robot: lambda fics, robot_id: fics.robot(robot_id),
+        RobotUnit: lambda fics, robot_id, unit: fics.robot(robot_id).unit(unit),
+    }
     never_alone = (BeginPositionUpload, UploadPosition, EndPositionUpload, SetCommunicationMode)
 
     def __init__(self, site: Site) -> None:

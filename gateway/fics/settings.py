@@ -6,7 +6,9 @@ from typing import Annotated, Any, Final, NamedTuple
 from pydantic import BaseModel, Field
 
 from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest
+from gateway.core.operation import Expectation, Rows
 from gateway.core.records import SentBack, example
+from gateway.core.rights import Right
 from gateway.fics.amounts import Amounts, AxisSpeeds, AxisValue, ByAxis, build, in_order, numbers
 from gateway.fics.axes import Coordinates
 from gateway.fics.errors import NotReadBack, PartlyChanged, RobotFailed
@@ -17,6 +19,7 @@ from protocols.fics.homing import TYPES, TypeNumber
 from protocols.fics.notation import FourDigits, Milliseconds, PercentNumber, Quantity
 from protocols.fics.row import FicsCommand
 
+ROWS: Final = Rows("robot settings")
 Row = type[FicsCommand[Any]]
 
 
@@ -208,3 +211,22 @@ async def _value(unit: RobotUnit, name: str) -> Any:
         axis: AxisValue(value=value, unit=unit.systems[axis].unit(setting.quantity))
         for axis, value in values.items()
     }
+
+
+@ROWS.get("/robots/{robot_id}/units/{unit}/settings", tagged=True)
+async def get_settings(axes: RobotUnit) -> UnitSettings:
+    """Ask the robot for all settings of a unit, one by one; refused while it moves."""
+    return await read(axes)
+
+
+@ROWS.patch("/robots/{robot_id}/units/{unit}/settings", Right.SETUP)
+async def change_settings(
+    axes: RobotUnit, wanted: SettingsChange, *, expects: Expectation | None
+) -> UnitSettings:
+    """Change settings of a unit and read them back; refused while it moves.
+
+    All are checked before the first is sent. They are sent one by one, each read back before the next; where
+    the robot refuses one, or tells another value afterwards, the problem tells which were changed before it.
+    With `If-Match` all settings are read before, and nothing is sent where they are otherwise than they were.
+    """
+    return await change(axes, wanted, expects)

@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Coroutine
 from functools import wraps
-from typing import Any, Concatenate, Final, ParamSpec, TypeVar
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from gateway.access import principal
 from gateway.access.errors import NotPermitted
 from gateway.core.leases import Holder
+from gateway.core.operation import LEASED
 from gateway.core.origin import ORIGIN, Claim, Origin
 from gateway.core.rights import Right
 from gateway.plant import Plant
@@ -14,9 +15,6 @@ from gateway.security import entries
 
 P = ParamSpec("P")
 R = TypeVar("R")
-
-LEASED: Final = frozenset({Right.OPERATE, Right.SETUP})
-"""The rights that, where somebody has a lease, only the holder can use."""
 
 Operation = Callable[Concatenate[Plant, P], Coroutine[Any, Any, R]]
 OfCaller = Callable[Concatenate[Plant, Origin, P], Coroutine[Any, Any, R]]
@@ -90,3 +88,8 @@ def holder() -> Holder:
 def address_of(target: str) -> str:
     """The address in a path such as `/robots/r1/units/1`, or an id as it stands."""
     return target.split("/", 3)[2] if target.count("/") > 1 else target
+
+
+def sees(plant: Plant, address: str) -> bool:
+    """Whether the caller may see this in a list: keys with a scope see what it covers."""
+    return plant.territory.covers(principal.current(), address)

@@ -40,6 +40,7 @@ from gateway.rorze import (
     curves,
     encoders,
     homing,
+    memories,
     patterns,
     settings,
     signals,
@@ -126,8 +127,16 @@ class Rorze(Family):
         if issubclass(row, LinkMasterCommand) is (place is LINE)
     )
     stop_modes = STOP_MODES
-    rows = tuple(
-        it.ROWS for it in (settings, homing, encoders, speed_sets, patterns, curves, signals, captures)
+    rows = (
+        settings.ROWS,
+        homing.ROWS,
+        encoders.ROWS,
+        speed_sets.ROWS,
+        patterns.ROWS,
+        curves.ROWS,
+        signals.ROWS,
+        captures.ROWS,
+        memories.ROWS,
     )
     things: ClassVar = {
         Body: lambda rorze, body_id: rorze.body(body_id),

@@ -2,24 +2,69 @@
 
 import re
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Annotated, Final
+
+from pydantic import BaseModel, Field
 
 from gateway.core.errors import GatewayError, InvalidRequest
+from gateway.core.operation import Rows
+from gateway.core.records import RequestModel, SentBack, example
+from gateway.core.rights import Right
 from gateway.rorze.bodies import Body
 from gateway.rorze.errors import PartlyDone
 from protocols.rorze.notation import BILLION
 from protocols.rorze.programs import LARGEST_COUNT, GetProgramMemory, SetProgramMemory
 
+ROWS: Final = Rows("programs")
+MOST: Final = 200
+"""As many as the largest bank has."""
+MemoryName = Annotated[str, Field(description="D0-D199, C0-C29 or T0-T29.", examples=["D0"])]
+First = Annotated[str, Field(description="D0-D199, C0-C29 or T0-T29.", max_length=8)]
+Count = Annotated[int, Field(ge=1, le=MOST, description="How many of the same bank.")]
 LAST_PLACES = {"D": 199, "C": 29, "T": 29}
 
 _NAME = re.compile("([DCT])(0|[1-9][0-9]{0,2})")
 
 
-class MemoryValue(NamedTuple):
-    """A memory and the number it holds."""
+class Memory(BaseModel):
+    """A memory of the user program."""
 
     name: str
-    value: int | None
+    value: int | None = Field(description="A timer counts tenths of a second down.")
+
+
+class MemoryList(BaseModel):
+    """Memories of one bank."""
+
+    body_id: str
+    memories: list[Memory]
+
+
+Value = Annotated[
+    int,
+    Field(description="A data memory holds -999999999 to 999999999, a counter or timer 0 to 9999999."),
+]
+
+
+class MemoryChange(RequestModel, json_schema_extra=example(value=12)):
+    """What a memory shall hold."""
+
+    value: Value
+
+
+class NamedMemory(RequestModel):
+    """A memory, and what it shall hold."""
+
+    name: Annotated[str, Field(description="D0-D199, C0-C29 or T0-T29.", max_length=8)]
+    value: Value
+
+
+class MemoryChanges(SentBack, json_schema_extra=example(memories=[{"name": "D0", "value": 12}])):
+    """What memories shall hold."""
+
+    read_only = frozenset(("body_id",))
+
+    memories: Annotated[list[NamedMemory], Field(min_length=1, max_length=MOST)]
 
 
 def signed(bits: int) -> int:
@@ -32,7 +77,7 @@ def limits(name: str) -> tuple[int, int]:
     return (1 - BILLION, BILLION - 1) if name[0] == "D" else (0, LARGEST_COUNT)
 
 
-async def read(body: Body, first: str, count: int) -> list[MemoryValue]:
+async def read(body: Body, first: str, count: int) -> list[Memory]:
     """Read memories of one bank, one by one (UDD).
 
     :raises InvalidRequest: the bank does not have all of them.
@@ -44,7 +89,7 @@ async def read(body: Body, first: str, count: int) -> list[MemoryValue]:
     return [await _read(body, f"{bank}{place + offset}") for offset in range(count)]
 
 
-async def write(body: Body, wanted: Sequence[tuple[str, int]]) -> list[MemoryValue]:
+async def write(body: Body, wanted: Sequence[tuple[str, int]]) -> list[Memory]:
     """Set memories in order (UDS), and give what they hold then: a program that runs may change them at once.
 
     :raises InvalidRequest: there is no such memory, or it cannot hold the number; nothing was sent.
@@ -56,7 +101,7 @@ async def write(body: Body, wanted: Sequence[tuple[str, int]]) -> list[MemoryVal
     for name in names:
         if names.count(name) > 1:
             raise InvalidRequest(f"Memory {name} is given twice; nothing was sent.")
-    held: list[MemoryValue] = []
+    held: list[Memory] = []
     for place, command in enumerate(commands):
         try:
             await body.ask(command)
@@ -79,14 +124,14 @@ def _setting(name: str, value: int) -> SetProgramMemory:
     return SetProgramMemory(memory=f"{bank}{place}", value=value)
 
 
-async def _read(body: Body, name: str) -> MemoryValue:
+async def _read(body: Body, name: str) -> Memory:
     """Read a memory; None where its 32 bits are no number that the controller can tell (UDD)."""
     held, _ = await body.ask(GetProgramMemory(memory=name))
     if name[0] == "D" and held.value is not None and abs(held.value) == BILLION - 1:
         whole, _ = await body.ask(GetProgramMemory(memory=name, notation="hexadecimal"))
         if whole.bits is None or signed(whole.bits) != held.value:
-            return MemoryValue(name, None)
-    return MemoryValue(name, held.value)
+            return Memory(name=name, value=None)
+    return Memory(name=name, value=held.value)
 
 
 def _split(name: str) -> tuple[str, int]:
@@ -96,3 +141,24 @@ def _split(name: str) -> tuple[str, int]:
             f"There is no memory {name!r}: they are D0-D199, C0-C29 and T0-T29; nothing was sent."
         )
     return match[1], int(match[2])
+
+
+@ROWS.get("/bodies/{body_id}/memories")
+async def get_memories(body: Body, *, first: First = "D0", count: Count = 1) -> MemoryList:
+    """Read memories of the user program, one by one (UDD)."""
+    return MemoryList(body_id=body.address, memories=await read(body, first, count))
+
+
+@ROWS.put("/bodies/{body_id}/memories", Right.OPERATE)
+async def set_memories(body: Body, change: MemoryChanges) -> MemoryList:
+    """Set memories in order (UDS), and tell what they hold then: a program may change them at once."""
+    change.require_unchanged(MemoryList(body_id=body.address, memories=[]))
+    held = await write(body, [(it.name, it.value) for it in change.memories])
+    return MemoryList(body_id=body.address, memories=held)
+
+
+@ROWS.put("/bodies/{body_id}/memories/{name}", Right.OPERATE)
+async def set_memory(body: Body, name: MemoryName, change: MemoryChange) -> Memory:
+    """Set a memory (UDS), and tell what it holds then: a program that runs may change it at once."""
+    [held] = await write(body, [(name, change.value)])
+    return held

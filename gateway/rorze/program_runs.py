@@ -69,6 +69,11 @@ class ProgramRun(Record):
     started_at: datetime
     ended_at: datetime | None = None
 
+    @property
+    def target(self) -> str:
+        """The path of the body."""
+        return f"/bodies/{self.body_id}"
+
 
 class ProgramState(Record):
     """What a body says of its user program now, and the last run that the gateway has started."""

@@ -103,6 +103,11 @@ class ProgramUpload(Record):
     started_at: datetime
     ended_at: datetime | None = None
 
+    @property
+    def target(self) -> str:
+        """The path of the body."""
+        return f"/bodies/{self.body_id}"
+
 
 @dataclass(eq=False)
 class _Work:

@@ -26,7 +26,7 @@ async def test_a_fault_of_the_gateway_is_a_problem_that_does_not_pretend(stand: 
         raise ZeroDivisionError
 
     stand.plant.target = broken  # type: ignore[assignment,method-assign]  # a fault cannot be ordered otherwise
-    answer = await stand.get("/bodies/3F/position")
+    answer = await stand.get("/bodies/3F/moves")
     assert (answer.status_code, answer.json()["moved"]) == (500, "unknown")
     assert "ZeroDivision" not in answer.text
 

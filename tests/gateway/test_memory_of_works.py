@@ -10,7 +10,8 @@ import pytest
 from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore
 from gateway.core.works import GATEWAY_ENDED
-from gateway.operations import backups, programs
+from gateway.door.programs import ProgramSource
+from gateway.operations import backups
 from gateway.rorze.positions import Wanted
 from gateway.rorze.program_runs import ProgramRun
 from gateway.rorze.program_uploads import ProgramUpload
@@ -19,6 +20,7 @@ from simulator.rorze.controller import Rc420
 from tests.fics_plants import Cable
 from tests.plants import Wire, configuration, in_virtual_time
 from tests.tested_plant import TestedPlant
+from tests.through_the_door import ask
 from tests.world import World
 
 ME = Origin("test")
@@ -67,7 +69,9 @@ def types(plant: TestedPlant) -> list[str]:
 
 async def upload(plant: TestedPlant, *, wait_s: float = 0.0, flash: bool = False) -> ProgramUpload:
     await ready(plant)
-    return await programs.upload(plant, ME, "3F", programs.check(SOURCE), flash, wait_s)
+    wanted = ProgramSource(source=SOURCE, flash=flash)
+    begun: ProgramUpload = await ask(plant, "uploadProgram", body_id="3F", request=wanted, wait=wait_s)
+    return begun
 
 
 def found(plant: TestedPlant, begun: ProgramUpload) -> ProgramUpload:

@@ -12,8 +12,9 @@ from gateway.core.errors import Cancelled
 from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore
 from gateway.core.works import OWN_FAULT
+from gateway.door.programs import ProgramSource
 from gateway.fics.backup_restore import RobotRestore
-from gateway.operations import backups, programs
+from gateway.operations import backups
 from gateway.rorze import positions, program_uploads
 from gateway.rorze.positions import NamedPosition, Position, Wanted
 from gateway.rorze.program_runs import ProgramRuns
@@ -24,6 +25,7 @@ from protocols.rorze.programs import RunProgram
 from tests.fics_plants import FicsRig, fics_rig
 from tests.own_faults import Place, fail_once
 from tests.plants import Rig, finished, in_virtual_time, rig
+from tests.through_the_door import ask
 
 ME = Origin("test")
 LONGEST_S = 60.0
@@ -35,7 +37,11 @@ MOVE = MoveClockwise(distance=300)
 
 
 async def upload(it: Rig) -> program_uploads.ProgramUpload:
-    return await programs.upload(it.plant, ME, "3F", programs.check(SOURCE), True, LONGEST_S)
+    wanted = ProgramSource(source=SOURCE, flash=True)
+    begun: program_uploads.ProgramUpload = await ask(
+        it.plant, "uploadProgram", body_id="3F", request=wanted, wait=LONGEST_S
+    )
+    return begun
 
 
 async def restore(it: Rig) -> Restore:

@@ -15,7 +15,7 @@ from gateway.config_file import ConfigFile, LineChange
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NotAllowed, NotFound, NotSent
 from gateway.core.origin import Origin
 from gateway.core.targets import Answer, Begun
-from gateway.operations.bodies import define_group
+from gateway.door.groups import GroupDefinition
 from gateway.operations.commands import do
 from gateway.operations.configuration import add_bodies, add_line, reload
 from gateway.operations.moves import get
@@ -25,6 +25,7 @@ from simulator.rorze.line import build_line
 from tests.open_access import OPEN
 from tests.plants import Wire, in_virtual_time
 from tests.tested_plant import TestedPlant
+from tests.through_the_door import ask
 from transports.base import Transport
 
 ME = Origin("test", "r-1")
@@ -210,7 +211,8 @@ async def test_a_group_defined_anew_gives_nobody_more_after_a_reload(tmp_path: P
     arm += 'groups = [{ id = "80", members = ["00", "3F"] }]\n'
     async with hall(tmp_path, arm, LEG) as it:
         key = Principal("a", Role.OPERATOR, frozenset({"80"}))
-        await define_group(it.plant, ME, "arm.80", ["3F", "40"], "")
+        wanted = GroupDefinition(members=["3F", "40"])
+        await ask(it.plant, "defineGroup", group_id="arm.80", request=wanted)
         it.write(arm, LEG + "reply_timeout_s = 0.6\n")
         await reload(it.plant, ME, dry_run=False)
         covered = [it.plant.territory.covers(key, body) for body in ("arm.00", "arm.3F", "arm.40", "arm.80")]

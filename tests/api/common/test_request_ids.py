@@ -78,7 +78,7 @@ async def test_every_answer_has_it(stand: Stand) -> None:
         answer = await stand.get(path, **{"x-request-id": MINE})
         assert answer.headers.get_list("x-request-id") == [MINE], path
     stand.plant.target = broken  # type: ignore[assignment,method-assign]  # a fault cannot be ordered otherwise
-    fault = await stand.get("/bodies/3F/position", **{"x-request-id": MINE})
+    fault = await stand.get("/bodies/3F/moves", **{"x-request-id": MINE})
     assert (fault.status_code, fault.headers["x-request-id"]) == (500, MINE)
     assert fault.json()["request_id"] == MINE
 

@@ -13,7 +13,8 @@ import pytest
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NotFound
 from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore, RestorePlan, Units
-from gateway.operations import backups, commands, programs, stops
+from gateway.door.programs import ProgramSource
+from gateway.operations import backups, commands, stops
 from gateway.rorze.power import is_mark
 from gateway.rorze.units import Scale
 from protocols.rorze.moves import MoveClockwise
@@ -22,6 +23,7 @@ from protocols.rorze.speeds import SetMaximumAcceleration, SetMaximumSpeed, SetS
 from simulator.faults import Direction, Fault, Switch
 from simulator.rorze.controller import Rc420
 from tests.plants import Rig, in_virtual_time, lose, rig
+from tests.through_the_door import ask
 from tests.virtual_time import run_virtual
 
 ME = Origin("test")
@@ -324,7 +326,13 @@ async def test_nothing_else_changes_a_body_meanwhile_and_reads_are_served_at_onc
         with pytest.raises(BodyBusy, match="is being restored"):
             await restored(it, SMALL)
         with pytest.raises(BodyBusy, match=r"A backup is being restored to line1\.3F"):
-            await programs.upload(it.plant, ME, "3F", programs.check("END\n"), False, 0.0)
+            await ask(
+                it.plant,
+                "uploadProgram",
+                body_id="3F",
+                request=ProgramSource(source="END\n", flash=False),
+                wait=0.0,
+            )
         now, taken = asyncio.get_running_loop().time, []
         for _ in range(50):
             began = now()

@@ -4,10 +4,12 @@ import pytest
 
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.origin import Origin
+from gateway.door.groups import GroupDefinition
 from gateway.operations import bodies
 from gateway.rorze.move_requests import Length
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time, rig
+from tests.through_the_door import ask
 
 ME = Origin("test")
 
@@ -15,16 +17,17 @@ ME = Origin("test")
 @in_virtual_time
 async def test_a_place_is_called_by_another_number_in_the_units_of_the_body() -> None:
     async with rig(body_options='units = {unit = "mm", pulses_per_unit = 100.0}') as it:
-        pulses, _ = await bodies.set_position(it.plant, ME, "3F", Length(value=1.5, unit="mm"))
-        assert pulses == 150
+        place = await ask(it.plant, "setPosition", body_id="3F", request=Length(value=1.5, unit="mm"))
+        assert place.pulses == 150
         assert "&3F6PS150" in it.wire.frames()
 
 
 @in_virtual_time
 async def test_a_group_is_defined_by_an_address_in_any_case() -> None:
     async with rig(bodies=(0, 1, 0x3F)) as it:
-        group = await bodies.define_group(it.plant, ME, "LINE1.8a", ["00", "3f"], "pair")
-        assert (group.address, group.name) == ("line1.8A", "pair")
+        wanted = GroupDefinition(members=["00", "3f"], name="pair")
+        group = await ask(it.plant, "defineGroup", group_id="LINE1.8a", request=wanted)
+        assert (group.group_id, group.name) == ("line1.8A", "pair")
 
 
 @in_virtual_time
@@ -48,5 +51,5 @@ async def test_a_line_with_a_robot_has_nobody_to_scan_for() -> None:
 async def test_a_power_cycle_is_acknowledged() -> None:
     async with rig() as it:
         it.body().power.lost(certain=True)
-        await bodies.acknowledge_power_cycle(it.plant, ME, "3F")
+        await ask(it.plant, "acknowledgeBodyPowerCycle", body_id="3F")
         assert not it.body().power.cycled

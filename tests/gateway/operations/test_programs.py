@@ -11,18 +11,22 @@ from hypothesis import strategies as st
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, InvalidText, NotFound, PowerCycled
 from gateway.core.journal.intents import Intents
 from gateway.core.origin import Origin
-from gateway.operations import commands, programs, stops
+from gateway.door.programs import ProgramSource, RunRequest, check
+from gateway.operations import commands, stops
+from gateway.rorze import stored_program
 from gateway.rorze.errors import PartlyDone
+from gateway.rorze.memories import write
 from gateway.rorze.program_uploads import ProgramUpload
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
-from protocols.rorze.programs import AddProgramInstruction, RunProgram, StepProgram
+from protocols.rorze.programs import AddProgramInstruction, RunProgram
 from protocols.rorze.speeds import SetMaximumAcceleration, SetMaximumSpeed, SetStartSpeed
 from protocols.rorze.user_program.assembler import assemble
 from simulator.faults import Direction, Fault, Switch
 from tests.model_book import ModelBook
 from tests.plants import Rig, in_virtual_time, lose, rig
 from tests.protocols.rorze.user_program.examples import INSTRUCTIONS
+from tests.through_the_door import ask
 from tests.virtual_time import run_virtual
 
 ME = Origin("test")
@@ -38,7 +42,9 @@ async def one_body(baud: int | None = None) -> AsyncIterator[Rig]:
 
 
 async def uploaded(it: Rig, source: str, *, flash: bool = False, wait_s: float = 600.0) -> ProgramUpload:
-    return await programs.upload(it.plant, ME, "3F", programs.check(source), flash, wait_s)
+    wanted = ProgramSource(source=source, flash=flash)
+    upload: ProgramUpload = await ask(it.plant, "uploadProgram", body_id="3F", request=wanted, wait=wait_s)
+    return upload
 
 
 def changes(it: Rig) -> list[str]:
@@ -59,7 +65,7 @@ async def test_a_program_is_uploaded_and_read_back() -> None:
             "&3FUCS",
             *(f"&3FUWS{text}" for text in ("*BLINK", "SETOD0", "WAT5", "RSTOD0", "END")),
         ]
-        stored = await programs.read(it.plant, ME, "3F")
+        stored = await ask(it.plant, "getProgram", body_id="3F")
         assert stored.source == "*BLINK\nSET OD0\nWAT 5\nRST OD0\nEND\n"
         assert (stored.labels, stored.running) == ({"BLINK": 0}, False)
         assert stored.steps == upload.steps
@@ -73,7 +79,7 @@ async def test_an_empty_program_empties_the_body() -> None:
     async with one_body() as it:
         await uploaded(it, BLINK)
         assert (await uploaded(it, "; nothing\n")).status == "succeeded"
-        assert (await programs.read(it.plant, ME, "3F")).source == ""
+        assert (await ask(it.plant, "getProgram", body_id="3F")).source == ""
 
 
 @in_virtual_time
@@ -97,7 +103,7 @@ async def test_an_upload_is_written_to_flash_memory_where_that_is_asked_for() ->
 async def test_no_program_is_uploaded_while_one_runs_or_the_motor_moves() -> None:
     async with one_body() as it:
         await uploaded(it, WAITING)
-        await programs.run(it.plant, ME, "3F", RunProgram(), 0.0)
+        await ask(it.plant, "runProgram", body_id="3F", request=RunRequest(), wait=0.0)
         sent = len(changes(it))
         with pytest.raises(BodyBusy, match=r"A user program runs in .*; nothing was changed"):
             await uploaded(it, BLINK)
@@ -123,7 +129,7 @@ async def test_while_a_program_is_uploaded_nothing_else_changes_it_and_reads_are
             with pytest.raises(BodyBusy, match="A program is being uploaded to"):
                 await commands.do(it.plant, ME, "/bodies/3F", command)
         with pytest.raises(BodyBusy, match="is being uploaded"):
-            await programs.read(it.plant, ME, "3F")
+            await ask(it.plant, "getProgram", body_id="3F")
         with pytest.raises(BodyBusy, match="is being uploaded"):
             await uploaded(it, BLINK)
         now, taken = asyncio.get_running_loop().time, []
@@ -134,7 +140,7 @@ async def test_while_a_program_is_uploaded_nothing_else_changes_it_and_reads_are
             await asyncio.sleep(0.1)
         assert max(taken) < 0.25
         assert upload.status == "running"
-        over = await programs.UPLOADS.get(it.plant, "/bodies/3F", "current", 600.0)
+        over = await ask(it.plant, "getProgramUpload", body_id="3F", upload_id="current", wait=600.0)
         assert (over.status, over.verified) == ("succeeded", 300)
         assert "body.program.upload.progress" in it.types("body.program")
 
@@ -160,15 +166,15 @@ async def test_an_upload_keeps_the_wire_busy_though_the_journal_takes_its_time()
 async def test_a_cancelled_upload_says_what_is_stored() -> None:
     async with one_body(baud=9600) as it:
         await uploaded(it, LONG, wait_s=2.0)
-        over = await programs.UPLOADS.cancel(it.plant, ME, "/bodies/3F")
+        over = await ask(it.plant, "cancelProgramUpload", body_id="3F")
         assert (over.status, over.phase) == ("cancelled", "writing")
         assert (
             over.stored
             == f"RAM holds the first {over.written} of 300 instructions. Flash memory is as it was."
         )
-        assert over.written == len((await programs.read(it.plant, ME, "3F")).instructions) > 0
+        assert over.written == (await ask(it.plant, "getProgram", body_id="3F")).instructions > 0
         with pytest.raises(NotFound):
-            await programs.UPLOADS.cancel(it.plant, ME, "/bodies/3F")
+            await ask(it.plant, "cancelProgramUpload", body_id="3F")
 
 
 @in_virtual_time
@@ -180,7 +186,7 @@ async def test_a_stop_goes_first_and_ends_an_upload() -> None:
         assert stopped.confirmed
         [stop] = [sent for sent in it.wire.sent if sent.frame == "&3F5IS"]
         assert stop.at - began < 0.03
-        over = await programs.UPLOADS.get(it.plant, "/bodies/3F", "current", 60.0)
+        over = await ask(it.plant, "getProgramUpload", body_id="3F", upload_id="current", wait=60.0)
         assert over.status == "cancelled"
         assert over.error is not None
         assert "A stop came first" in over.error.detail
@@ -195,7 +201,7 @@ def test_a_lost_frame_neither_doubles_nor_drops_an_instruction(direction: Direct
             await it.wire.begun("&3FUWSWAT5")
             lose(it, direction)
             assert (await uploading).status == "succeeded"
-            assert it.axis().program == programs.check(BLINK).texts()
+            assert it.axis().program == check(BLINK).texts()
 
     run_virtual(story())
 
@@ -218,7 +224,7 @@ async def test_an_upload_over_a_line_that_goes_down_says_what_is_stored() -> Non
     async with one_body(baud=9600) as it:
         await uploaded(it, LONG, wait_s=2.0)
         it.wire.unplug()
-        over = await programs.UPLOADS.get(it.plant, "/bodies/3F", "current", 60.0)
+        over = await ask(it.plant, "getProgramUpload", body_id="3F", upload_id="current", wait=60.0)
         assert over.status == "failed"
         assert over.stored.startswith(f"RAM holds the first {over.written} of 300 instructions")
 
@@ -296,7 +302,7 @@ def test_on_a_bad_line_what_an_upload_tells_is_true(
     faults: dict[tuple[Direction, Fault], float], seed: int
 ) -> None:
     async def story() -> None:
-        texts = programs.check(BLINK).texts()
+        texts = check(BLINK).texts()
         async with rig(bodies=(0x3F,), groups={}, seed=seed) as it:
             for (direction, fault), probability in faults.items():
                 it.machine.faults.set(Switch(fault, direction, probability=probability))
@@ -332,9 +338,9 @@ def test_any_text_reads_back_identical_or_is_refused_with_a_place_and_nothing_se
                 assert not changes(it)
                 return
             assert (await uploaded(it, source)).status == "succeeded"
-            stored = await programs.read(it.plant, ME, "3F")
+            stored = await stored_program.read(it.body())
             assert stored.instructions == it.axis().program == assembled.texts()
-            assert programs.check(stored.source).texts() == stored.instructions
+            assert check(stored.source).texts() == stored.instructions
 
     run_virtual(story())
 
@@ -355,10 +361,10 @@ async def teach_speeds(it: Rig) -> None:
 async def test_a_program_is_run_from_a_label_to_its_end() -> None:
     async with one_body() as it:
         await uploaded(it, BLINK)
-        run = await programs.run(it.plant, ME, "3F", RunProgram(label="BLINK"), 0.0)
-        state = await programs.state(it.plant, ME, "3F")
+        run = await ask(it.plant, "runProgram", body_id="3F", request=RunRequest(label="BLINK"), wait=0.0)
+        state = await ask(it.plant, "getProgramState", body_id="3F")
         assert (state.running, state.line, state.instruction, state.run) == (True, 3, "WAT 5", run)
-        over = await programs.get_run(it.plant, "3F", run.id, 10.0)
+        over = await ask(it.plant, "getProgramRun", body_id="3F", run_id=run.id, wait=10.0)
         assert (over.status, over.end_cause, over.ended_at_address) == ("ended", "normal", 4)
         assert it.types("body.program.")[-2:] == ["body.program.started", "body.program.ended"]
 
@@ -368,9 +374,8 @@ async def test_one_instruction_is_executed_at_a_time() -> None:
     async with one_body() as it:
         await uploaded(it, BLINK)
         for address in (2, 3):
-            run = await programs.run(
-                it.plant, ME, "3F", StepProgram(address=1) if address == 2 else StepProgram(), 10.0
-            )
+            step = RunRequest(single_step=True, address=1 if address == 2 else None)
+            run = await ask(it.plant, "runProgram", body_id="3F", request=step, wait=10.0)
             assert (run.end_cause, run.single_step) == ("single_step", True)
             if address == 2:
                 assert run.ended_at_address == 2
@@ -380,11 +385,11 @@ async def test_one_instruction_is_executed_at_a_time() -> None:
 async def test_a_stop_ends_a_program_too() -> None:
     async with one_body() as it:
         await uploaded(it, WAITING)
-        run = await programs.run(it.plant, ME, "3F", RunProgram(), 0.0)
+        run = await ask(it.plant, "runProgram", body_id="3F", request=RunRequest(), wait=0.0)
         with pytest.raises(BodyBusy, match="is not over"):
-            await programs.run(it.plant, ME, "3F", RunProgram(), 0.0)
+            await ask(it.plant, "runProgram", body_id="3F", request=RunRequest(), wait=0.0)
         assert (await stops.stop(it.plant, ME, "/bodies/3F", "decelerate")).confirmed
-        over = await programs.get_run(it.plant, "3F", run.id, 10.0)
+        over = await ask(it.plant, "getProgramRun", body_id="3F", run_id=run.id, wait=10.0)
         assert over.end_cause == "stopped"
 
 
@@ -394,7 +399,7 @@ async def test_no_program_is_run_after_a_loss_of_power() -> None:
         await uploaded(it, BLINK)
         it.body().power.lost(certain=True)
         with pytest.raises(PowerCycled):
-            await programs.run(it.plant, ME, "3F", RunProgram(), 0.0)
+            await ask(it.plant, "runProgram", body_id="3F", request=RunRequest(), wait=0.0)
         assert "&3FURG" not in it.wire.frames()
 
 
@@ -402,7 +407,7 @@ async def test_no_program_is_run_after_a_loss_of_power() -> None:
 async def test_an_unknown_run_is_not_found() -> None:
     async with one_body() as it:
         with pytest.raises(NotFound, match="has no program run"):
-            await programs.get_run(it.plant, "3F", "0", 0.0)
+            await ask(it.plant, "getProgramRun", body_id="3F", run_id="0", wait=0.0)
 
 
 # memories
@@ -412,7 +417,7 @@ async def test_an_unknown_run_is_not_found() -> None:
 async def test_memories_of_which_only_some_were_set_are_told() -> None:
     async with one_body(baud=9600) as it:
         wanted = [(f"D{number}", number) for number in range(20)]
-        task = asyncio.create_task(programs.write_memories(it.plant, ME, "3F", wanted))
+        task = asyncio.create_task(write(it.body(), wanted))
         await asyncio.sleep(0.5)
         it.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
         with pytest.raises(PartlyDone, match=r"took UDSD0,0, .* was not sent"):
@@ -423,12 +428,14 @@ async def test_memories_of_which_only_some_were_set_are_told() -> None:
 async def test_memories_are_set_and_read_by_the_ranges_of_their_banks() -> None:
     async with one_body() as it:
         wanted = [("d7", -5), ("C29", 9_999_999)]
-        assert await programs.write_memories(it.plant, ME, "3F", wanted) == [("D7", -5), ("C29", 9_999_999)]
-        assert await programs.read_memories(it.plant, ME, "3F", "D6", 2) == [("D6", 0), ("D7", -5)]
+        held = {memory.name: memory.value for memory in await write(it.body(), wanted)}
+        assert held == {"D7": -5, "C29": 9_999_999}
+        found = await ask(it.plant, "getMemories", body_id="3F", first="D6", count=2)
+        assert [(memory.name, memory.value) for memory in found.memories] == [("D6", 0), ("D7", -5)]
         sent = len(it.wire.sent)
         for name, value in (("C0", -1), ("T0", 10_000_000), ("D0", 1_000_000_000), ("D200", 0), ("M0", 1)):
             with pytest.raises(InvalidRequest):
-                await programs.write_memories(it.plant, ME, "3F", [(name, value)])
+                await write(it.body(), [(name, value)])
         with pytest.raises(InvalidRequest, match="the last of T is T29"):
-            await programs.read_memories(it.plant, ME, "3F", "T25", 6)
+            await ask(it.plant, "getMemories", body_id="3F", first="T25", count=6)
         assert len(it.wire.sent) == sent

@@ -9,15 +9,17 @@ from gateway.access.principal import Principal, asking
 from gateway.access.roles import Role
 from gateway.core.errors import NotFound
 from gateway.core.leases import Holder, LeaseRefused
+from gateway.core.operation import names_in
 from gateway.core.origin import Origin
-from gateway.operations import backups, body_positions, programs
+from gateway.operations import backups
 from gateway.operations.records import Records
 from tests.plants import in_virtual_time, rig
+from tests.through_the_door import OPERATIONS, ask
 
 ME = Origin("test", "r-1")
 BODY = "/bodies/3F"
-SEEN_ONLY = [backups.BACKUPS, body_positions.READINGS]
-CHANGING = [backups.COMPARISONS, backups.RESTORES, body_positions.UPLOADS, programs.UPLOADS]
+SEEN_ONLY = [backups.BACKUPS]
+CHANGING = [backups.COMPARISONS, backups.RESTORES]
 
 
 @pytest.mark.parametrize("records", [*SEEN_ONLY, *CHANGING])
@@ -52,3 +54,26 @@ async def test_what_stores_is_cancelled_by_the_holder_of_a_lease_and_what_compar
         await it.plant.leases.take("3F", "/bodies/line1.3F", parts, Holder("bert", "b"), 10.0, over=False)
         with pytest.raises(LeaseRefused if records.leased else NotFound):
             await records.cancel(it.plant, ME, BODY)
+
+
+@pytest.mark.parametrize("what", ["BodyPositionReading", "BodyPositionUpload", "ProgramUpload"])
+@in_virtual_time
+async def test_records_of_rows_are_found_by_viewers_and_cancelled_by_who_may(what: str) -> None:
+    _, record_id = names_in(OPERATIONS[f"get{what}"].path)
+    present: dict[str, Any] = {"body_id": "3F", record_id: "current"}
+    reads = what == "BodyPositionReading"
+    async with rig() as it:
+        with asking(Principal("somebody", Role.ADMIN, frozenset({"line1.00"}), "s1")):
+            with pytest.raises(NotPermitted):
+                await ask(it.plant, f"get{what}", **present)
+            with pytest.raises(NotPermitted):
+                await ask(it.plant, f"cancel{what}", body_id="3F")
+        with asking(Principal("somebody", Role.VIEWER, None, "s1")):
+            with pytest.raises(NotFound):
+                await ask(it.plant, f"get{what}", **present)
+            with pytest.raises(NotFound if reads else NotPermitted):
+                await ask(it.plant, f"cancel{what}", body_id="3F")
+        parts = it.plant.territory.parts("3F")
+        await it.plant.leases.take("3F", "/bodies/line1.3F", parts, Holder("bert", "b"), 10.0, over=False)
+        with pytest.raises(NotFound if reads else LeaseRefused):
+            await ask(it.plant, f"cancel{what}", body_id="3F")

@@ -9,7 +9,7 @@ import pytest
 from gateway.core.errors import BodyBusy, InvalidRequest, InvalidText
 from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore, RestorePlan
-from gateway.operations import backups, commands, robots
+from gateway.operations import backups, commands
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
 from protocols.fics.speeds import SetSpeedPercent
@@ -49,7 +49,7 @@ def test_a_robot_is_brought_back_to_its_backup(mode: int) -> None:
     async def story() -> None:
         async with fics_rig(units=2, mode=mode) as it:
             teach(it)
-            await robots.set_variable(it.plant, ME, "r1", SetVariable(number=5, value=-3.5))
+            await it.robot.change(SetVariable(number=5, value=-3.5))
             await commands.ask(it.plant, ME, "/robots/r1/units/2", SetSpeedPercent(percents=[40.0]))
             text = await read(it)
             for line in (
@@ -63,7 +63,7 @@ def test_a_robot_is_brought_back_to_its_backup(mode: int) -> None:
             assert (await planned(it, text)).differences == []
             it.fics.units[1].positions.clear()
             it.fics.units[1].positions[3] = (1.0, 1.0, 1.0)
-            await robots.set_variable(it.plant, ME, "r1", SetVariable(number=5, value=0.0))
+            await it.robot.change(SetVariable(number=5, value=0.0))
             await commands.ask(it.plant, ME, "/robots/r1/units/2", SetSpeedPercent(percents=[70.0]))
             plan = await planned(it, text)
             told = [(found.section, found.name, found.wanted, found.held) for found in plan.differences]

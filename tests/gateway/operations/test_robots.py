@@ -7,16 +7,17 @@ import pytest
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.origin import Origin
 from gateway.core.targets import Opened
-from gateway.fics.amounts import Amount
+from gateway.door.robot_positions import read, store
+from gateway.fics import settings
+from gateway.fics.amounts import Amount, numbers
 from gateway.fics.jogs import JogSession
 from gateway.fics.settings import SettingsChange
-from gateway.operations import jogs, positions, robots, settings
+from gateway.fics.signals import OutputState, VariableSetting
 from gateway.operations.commands import do
-from protocols.fics.inputs_outputs import GetInputChannel, SwitchOutput
 from protocols.fics.jog import StartJog
-from protocols.fics.variables import SetVariable
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time
+from tests.through_the_door import ask
 
 ME = Origin("test")
 
@@ -24,48 +25,53 @@ ME = Origin("test")
 @in_virtual_time
 async def test_where_a_unit_stands_and_why_axes_do_not_know_it() -> None:
     async with fics_rig() as it:
-        places, reasons, _ = await robots.position(it.plant, ME, "r1", 1, "user")
-        assert {name for name, place in places.items() if place is None} == set(reasons)
-        condition = await robots.status(it.plant, ME, "r1", 1)
-        assert not condition.moving
-        assert condition.axes.keys() == condition.sensors.keys()
+        place = await ask(it.plant, "getUnitPosition", robot_id="r1", unit=1)
+        assert [axis.value is None for axis in place.axes.values()] == [
+            axis.reason is not None for axis in place.axes.values()
+        ]
+        status = await ask(it.plant, "getUnitStatus", robot_id="r1", unit=1)
+        assert not status.moving
+        assert status.axes
 
 
 @in_virtual_time
 async def test_signals_are_read_in_a_row_and_changes_are_read_back() -> None:
     async with fics_rig() as it:
-        found = await robots.channels(it.plant, ME, "r1", GetInputChannel, 2, 3)
-        assert list(found) == [2, 3, 4]
+        found = await ask(it.plant, "getInputs", robot_id="r1", first=2, count=3)
+        assert [channel.channel for channel in found.channels] == [2, 3, 4]
         with pytest.raises(InvalidRequest, match="channels are numbered up to"):
-            await robots.channels(it.plant, ME, "r1", GetInputChannel, 8, 100)
-        told = await robots.switch_output(it.plant, ME, "r1", SwitchOutput(channel=1, bit=2, on=True))
-        assert told.bits & 4
-        await robots.set_variable(it.plant, ME, "r1", SetVariable(number=9, value=12.5))
-        assert (await robots.variables(it.plant, ME, "r1", 9, 1))[9].value == 12.5
+            await ask(it.plant, "getInputs", robot_id="r1", first=8, count=100)
+        switched = OutputState(on=True)
+        told = await ask(it.plant, "switchOutput", robot_id="r1", channel=1, bit=2, request=switched)
+        assert told.channels[0].bits[2]
+        wanted = VariableSetting(value=12.5)
+        await ask(it.plant, "setVariable", robot_id="r1", number=9, request=wanted)
+        held = await ask(it.plant, "getVariables", robot_id="r1", first=9, count=1)
+        assert held.variables[0].value == 12.5
 
 
 @in_virtual_time
 async def test_settings_are_changed_as_a_whole_and_read_back() -> None:
     async with fics_rig() as it:
-        changed = await settings.change(it.plant, ME, "r1", 1, SettingsChange(speed_percent={"X": 50.0}))
+        axes = it.robot.unit(1)
+        changed = await settings.change(axes, SettingsChange(speed_percent={"X": 50.0}))
         assert changed.speed_percent is not None
         assert changed.speed_percent["X"] == 50.0
-        assert (await settings.read(it.plant, ME, "r1", 1)).speed_percent == changed.speed_percent
+        assert (await settings.read(axes)).speed_percent == changed.speed_percent
         with pytest.raises(InvalidRequest, match="No setting is named"):
-            await settings.change(it.plant, ME, "r1", 1, SettingsChange())
+            await settings.change(axes, SettingsChange())
 
 
 @in_virtual_time
 async def test_positions_are_stored_by_name_and_read_to_the_first_that_is_not_set() -> None:
     async with fics_rig() as it:
         axes = {"X": Amount(value=10.0, unit="mm"), "Z": Amount(value=1.0, unit="mm")}
-        place = positions.in_order(it.plant, "r1", 1, "axes", axes)
-        assert place == [10.0, None, 1.0]
-        await positions.store(it.plant, ME, "r1", 1, [(5, [10.0, 2.0, 1.0])])
-        stored = await positions.read(it.plant, ME, "r1", 1, 5, 9)
-        assert stored == ([(5, [10.0, 2.0, 1.0])], 6)
+        unit = it.robot.unit(1)
+        assert numbers("axes", unit, unit.axes, axes) == [10.0, None, 1.0]
+        await store(it.robot, unit, [(5, [10.0, 2.0, 1.0])])
+        assert await read(it.robot, 1, 5, 9) == ([(5, [10.0, 2.0, 1.0])], 6)
         with pytest.raises(InvalidRequest, match="less than first"):
-            await positions.read(it.plant, ME, "r1", 1, 5, 4)
+            await read(it.robot, 1, 5, 4)
 
 
 @in_virtual_time
@@ -76,10 +82,10 @@ async def test_a_jog_lives_by_its_heartbeats_and_is_ended() -> None:
         assert isinstance(session := opened.session, JogSession)
         for _ in range(4):
             await asyncio.sleep(0.3)
-            assert (await jogs.heartbeat(it.plant, ME, "r1", session.id)).state == "jogging"
-        assert (await jogs.end(it.plant, ME, "r1", session.id)).state == "ended"
+            assert (await ask(it.plant, "keepJogging", robot_id="r1", jog_id=session.id)).state == "jogging"
+        assert (await ask(it.plant, "endJog", robot_id="r1", jog_id=session.id)).state == "ended"
         with pytest.raises(NotFound):
-            await jogs.heartbeat(it.plant, ME, "r1", "nobody's")
+            await ask(it.plant, "keepJogging", robot_id="r1", jog_id="nobody's")
 
 
 @in_virtual_time
@@ -88,5 +94,5 @@ async def test_a_power_cycle_is_acknowledged() -> None:
         it.power_cycle()
         await asyncio.sleep(10.0)
         assert it.robot.power_cycled
-        await robots.acknowledge_power_cycle(it.plant, ME, "r1")
+        await ask(it.plant, "acknowledgePowerCycle", robot_id="r1")
         assert not it.robot.power_cycled

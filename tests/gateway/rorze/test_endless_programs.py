@@ -3,7 +3,7 @@
 import pytest
 
 from gateway.core.errors import InvalidText, NotAllowed
-from gateway.operations import programs
+from gateway.door.programs import check
 from gateway.rorze.endless_programs import has_no_end
 from protocols.rorze.programs import AddProgramInstruction, RunProgram, StepProgram
 from protocols.rorze.user_program.instruction import parse
@@ -45,7 +45,7 @@ def test_a_move_without_an_end_is_told_from_others(text: str, endless: bool) -> 
 async def test_an_upload_is_refused_with_its_lines() -> None:
     async with rig(bodies=(0x3F,), groups={}, server=BOUNDED) as it:
         with pytest.raises(InvalidText, match="Line 4: The move has no end") as refused:
-            await it.plant.rorze.uploads.start(it.body(), programs.check(ENDLESS))
+            await it.plant.rorze.uploads.start(it.body(), check(ENDLESS))
         assert [fault.line for fault in refused.value.faults] == [4, 5]
         assert not sent(it, "U")
 

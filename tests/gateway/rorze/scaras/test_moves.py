@@ -21,12 +21,14 @@ from gateway.core.journal.intents import Intents
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
 from gateway.core.stops import CONFIRM_WITHIN_S
-from gateway.operations import moves, scaras
+from gateway.core.targets import Begun
+from gateway.operations import moves
 from gateway.rorze.limited_speed import Rate
 from gateway.rorze.move_requests import Length, RelativeMoveRequest
 from gateway.rorze.scaras import paths
 from gateway.rorze.scaras.geometry import GeometryDiffers
 from gateway.rorze.scaras.record import ScaraMove
+from gateway.rorze.scaras.requests import ScaraMoveRequest
 from gateway.rorze.speed_sets import read_set
 from protocols.rorze.interpolation import PathPoint
 from protocols.rorze.modes import SetSoftLimits
@@ -39,6 +41,7 @@ from simulator.rorze.world import CCW_LIMIT, EMS, STALL
 from tests.gateway.rorze.scaras.cell import BELTS, Cell, cell, deg, mm, read
 from tests.model_book import ModelBook
 from tests.plants import in_virtual_time, lose
+from tests.through_the_door import ask
 
 HALF_PULSES_MDEG = 0.55 * sum(360_000 / turn for turn in (121_791.045, 60_000.0, 100_000.0))
 """Each axis stands up to half a pulse beside its place."""
@@ -291,6 +294,14 @@ ME = Origin("test")
 FIVE = {"value": 5, "unit": "mm/s"}
 
 
+async def start_move(robot: Cell, request: ScaraMoveRequest, wait_s: float = 0.0) -> ScaraMove:
+    begun = await ask(robot.rig.plant, "startScaraMove", scara_id="wafer", request=request, wait=wait_s)
+    assert isinstance(begun, Begun)
+    [move] = begun.moves
+    assert isinstance(move, ScaraMove)
+    return move
+
+
 @pytest.mark.parametrize(
     "request_",
     [
@@ -308,7 +319,7 @@ def test_the_finger_goes_no_faster_than_asked_for_and_the_plan_knows_it(request_
             assert plan.duration_s is not None
             assert plan.duration_s > (plan.length_um or 0.0) / 5_000
             assert robot.frames_of("OHS") == []
-            move = await scaras.start_move(robot.rig.plant, ME, "wafer", slowly)
+            move = await start_move(robot, slowly)
             assert isinstance(move, ScaraMove)
             assert "A[29]" in move.preparation[-1]
             assert 4_000 < await fastest(robot, 4.0) < 5_300
@@ -323,7 +334,7 @@ def test_the_finger_goes_no_faster_than_asked_for_and_the_plan_knows_it(request_
 async def test_axes_that_turn_alone_take_degrees_a_second() -> None:
     async with cell() as robot:
         wanted = read("finger", angle=deg(70), max_speed={"value": 10, "unit": "deg/s"})
-        move = await scaras.start_move(robot.rig.plant, ME, "wafer", wanted)
+        move = await start_move(robot, wanted)
         assert isinstance(move, ScaraMove)
         await asyncio.sleep(1.0)
         assert 78.0 < robot.place().direction / 1000 < 82.0
@@ -349,7 +360,7 @@ async def test_axes_of_unlike_standard_speeds_get_the_gentlest_and_single_axes_g
             max_speed=Rate(value=100, unit="pulse/s"),
         )
         for _ in range(2):
-            move = await scaras.start_move(robot.rig.plant, ME, "wafer", slowly, 30.0)
+            move = await start_move(robot, slowly, 30.0)
             assert isinstance(move, ScaraMove)
             assert move.status is MoveStatus.SUCCEEDED
             assert {(await read_set(body, 29)).acceleration_pps_s for body in robot.scara.members} == {50_000}

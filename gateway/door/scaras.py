@@ -1,28 +1,33 @@
-"""SCARA robots over HTTP: what they are, where the finger is, and how one calculates with them."""
+"""SCARA robots: what they are, where the finger is, how one calculates with them, and what they hold."""
 
+from collections.abc import Mapping, Sequence
 from datetime import datetime
-from typing import Annotated
+from typing import Annotated, Final, Literal
 
-from fastapi import Body, Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.requests import is_seen, json_response, new_router, origin, plant_of
-from api.common.results import StopResult
-from api.scaras.names import ScaraId
-from api.stops import StopBody, perform_stop
+from gateway.core.operation import Rows
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.times import age_ms_of, utc_of
-from gateway.operations import scaras
+from gateway.operations.caller import sees
+from gateway.plant import Plant
 from gateway.rorze.family import Rorze
 from gateway.rorze.power import Homed
+from gateway.rorze.scaras import geometry, paths
 from gateway.rorze.scaras.geometry import Geometry, HeldGeometry, wanted
-from gateway.rorze.scaras.record import ScaraPlace
-from gateway.rorze.scaras.requests import Angle, Distance
+from gateway.rorze.scaras.record import Micrometres, ScaraPlace
+from gateway.rorze.scaras.requests import Angle, Distance, ViaPoint
 from gateway.rorze.scaras.scara import Scara
+from protocols.rorze import interpolation
+from protocols.rorze.interpolation import MOST_POINTS, PathPoint
 from protocols.rorze.scara import Place
 
-router = new_router("scaras")
+ROWS: Final = Rows("scaras")
+PATHS: Final = Rows("scara paths")
+PathNumber = Annotated[
+    interpolation.Path, Field(description="Number of the interpolation path, 0-63.", examples=[3])
+]
 
 
 class ScaraAxis(BaseModel):
@@ -127,82 +132,120 @@ class GeometryApplication(RequestModel, json_schema_extra=example(flash=False)):
     flash: bool = Field(default=False, description="Write all their settings to flash memory too (FIS).")
 
 
-@router.get("/scaras", Right.VIEW, any_scope=True, response_model=ScaraList)
-async def list_scaras(request: Request) -> Response:
+PLAINLY: Final = GeometryApplication()
+
+
+class PathDefinition(
+    RequestModel,
+    json_schema_extra=example(
+        points=[
+            {
+                "x": {"value": 255, "unit": "mm"},
+                "y": {"value": 300, "unit": "mm"},
+                "radius": {"value": 120, "unit": "mm"},
+            },
+            {"x": {"value": 255, "unit": "mm"}, "y": {"value": 450, "unit": "mm"}},
+        ]
+    ),
+):
+    """A whole path; without points it is cleared."""
+
+    points: list[ViaPoint] = Field(max_length=MOST_POINTS, description="In their order; the last is the end.")
+
+
+class StoredPoint(BaseModel):
+    """A point of a path as the controllers hold it."""
+
+    x: Micrometres | None
+    y: Micrometres | None
+    radius: Micrometres | None
+    place: Literal["center"] | None
+
+
+class StoredPath(BaseModel):
+    """A path as the controllers hold it."""
+
+    scara_id: str
+    path: int
+    points: list[StoredPoint] = Field(description="In their order; empty where the path is.")
+
+
+@ROWS.get("/scaras", any_scope=True)
+async def list_scaras(plant: Plant) -> ScaraList:
     """List all SCARA robots; nothing is sent."""
-    there = plant_of(request).family(Rorze).scaras()
-    return json_response(ScaraList(scaras=[_info(it) for it in there if is_seen(request, it.id)]))
+    there = plant.family(Rorze).scaras()
+    return ScaraList(scaras=[_info(it) for it in there if sees(plant, it.id)])
 
 
-@router.get("/scaras/{scara_id}", Right.VIEW, response_model=ScaraInfo)
-async def get_scara(request: Request, scara_id: ScaraId) -> Response:
+@ROWS.get("/scaras/{scara_id}")
+async def get_scara(scara: Scara) -> ScaraInfo:
     """Tell what is known of a SCARA robot; nothing is sent."""
-    return json_response(_info(_scara(request, scara_id)))
+    return _info(scara)
 
 
-@router.get("/scaras/{scara_id}/coordinates", Right.VIEW, response_model=ScaraCoordinates)
-async def get_scara_coordinates(request: Request, scara_id: ScaraId) -> Response:
+@ROWS.get("/scaras/{scara_id}/coordinates")
+async def get_scara_coordinates(scara: Scara) -> ScaraCoordinates:
     """Ask all axes in one frame where they stand (6PD), and calculate where the finger ends."""
-    scara = _scara(request, scara_id)
-    pulses, at = await scaras.stand(plant_of(request), origin(), scara_id)
-    place = ScaraPlace.of(scaras.forward(plant_of(request), scara_id, pulses))
-    return json_response(
-        ScaraCoordinates(
-            scara_id=scara.id,
-            **dict(place),
-            pulses=list(pulses),
-            moving=_moving(scara),
-            power_cycled=_power_cycled(scara),
-            read_at=utc_of(at),
-            age_ms=age_ms_of(at),
-        )
+    pulses, at = await scara.stand()
+    return ScaraCoordinates(
+        scara_id=scara.id,
+        **dict(ScaraPlace.of(scara.place_of(pulses))),
+        pulses=list(pulses),
+        moving=_moving(scara),
+        power_cycled=_power_cycled(scara),
+        read_at=utc_of(at),
+        age_ms=age_ms_of(at),
     )
 
 
-@router.post("/scaras/{scara_id}/kinematics/forward", Right.VIEW, response_model=Kinematics)
-async def calculate_coordinates(request: Request, scara_id: ScaraId, axes: AxisPulses) -> Response:
+@ROWS.post("/scaras/{scara_id}/kinematics/forward", Right.VIEW)
+async def calculate_coordinates(scara: Scara, axes: AxisPulses) -> Kinematics:
     """Calculate where the finger ends at positions of the axes; nothing is sent."""
-    return _kinematics(request, scara_id, axes.pulses)
+    return _kinematics(scara, axes.pulses)
 
 
-@router.post("/scaras/{scara_id}/kinematics/inverse", Right.VIEW, response_model=Kinematics)
-async def calculate_positions(request: Request, scara_id: ScaraId, wanted: WantedPlace) -> Response:
+@ROWS.post("/scaras/{scara_id}/kinematics/inverse", Right.VIEW)
+async def calculate_positions(scara: Scara, wanted: WantedPlace) -> Kinematics:
     """Calculate the positions of the axes for a place, the elbow bent as in the manual's example.
 
     Pulses are cut towards zero, as HLS answers them; the place in the answer is that of the whole pulses.
     Nothing is sent; 422 where the arm does not come.
     """
-    plant, is_turned = plant_of(request), wanted.angle is not None
-    pulses = scaras.inverse(plant, scara_id, wanted.place(), is_turned=is_turned)
-    return _kinematics(request, scara_id, pulses)
+    return _kinematics(scara, scara.pulses_of(wanted.place(), is_turned=wanted.angle is not None))
 
 
-@router.get("/scaras/{scara_id}/geometry", Right.VIEW, response_model=ScaraGeometry)
-async def get_scara_geometry(request: Request, scara_id: ScaraId) -> Response:
+@ROWS.get("/scaras/{scara_id}/geometry")
+async def get_scara_geometry(scara: Scara) -> ScaraGeometry:
     """Ask the controllers for the geometry they calculate with (HTD, HCD, HAD, HFD, HZD), and compare."""
-    found = await scaras.read_geometry(plant_of(request), origin(), scara_id)
-    return json_response(_geometry(_scara(request, scara_id), found))
+    return _geometry(scara, await geometry.read(scara))
 
 
-@router.post("/scaras/{scara_id}/geometry/apply", Right.SETUP, response_model=ScaraGeometry)
-async def apply_scara_geometry(
-    request: Request,
-    scara_id: ScaraId,
-    application: Annotated[GeometryApplication, Body(default_factory=GeometryApplication)],
-) -> Response:
+@ROWS.post("/scaras/{scara_id}/geometry/apply", Right.SETUP)
+async def apply_scara_geometry(scara: Scara, application: GeometryApplication = PLAINLY) -> ScaraGeometry:
     """Give the controllers the configured geometry (HTS, HCS, HAS, HFS, HZS), and read it back."""
-    found = await scaras.apply_geometry(plant_of(request), origin(), scara_id, application.flash)
-    return json_response(_geometry(_scara(request, scara_id), found))
+    return _geometry(scara, await geometry.write(scara, flash=application.flash))
 
 
-@router.post("/scaras/{scara_id}/stop", Right.STOP, response_model=StopResult)
-async def stop_scara(request: Request, scara_id: ScaraId, stop: StopBody) -> Response:
-    """Stop all axes of a robot by software, with one frame for all and then one for each."""
-    return await perform_stop(request, f"/scaras/{scara_id}", stop)
+@PATHS.get("/scaras/{scara_id}/paths/{path}")
+async def get_scara_path(scara: Scara, path: PathNumber) -> StoredPath:
+    """Read a path from all controllers (HDD); 409 where they hold different ones."""
+    return _stored(scara, path, await paths.read(scara, path))
 
 
-def _scara(request: Request, scara_id: str) -> Scara:
-    return plant_of(request).family(Rorze).scara(scara_id)
+@PATHS.put("/scaras/{scara_id}/paths/{path}", Right.SETUP)
+async def write_scara_path(scara: Scara, path: PathNumber, wanted: PathDefinition) -> StoredPath:
+    """Store a path in all controllers, undivided (HDS), in RAM; read it back."""
+    points = [point.point() for point in wanted.points]
+    return _stored(scara, path, await paths.write(scara, path, points))
+
+
+def _stored(scara: Scara, path: int, points: Mapping[int, PathPoint]) -> StoredPath:
+    return StoredPath(scara_id=scara.id, path=path, points=[_point(it) for it in points.values()])
+
+
+def _point(point: PathPoint) -> StoredPoint:
+    x, y, radius = (None if it is None else Micrometres(value=it) for it in (point.x, point.y, point.radius))
+    return StoredPoint(x=x, y=y, radius=radius, place=point.place)
 
 
 def _info(scara: Scara) -> ScaraInfo:
@@ -239,10 +282,9 @@ def _power_cycled(scara: Scara) -> bool:
     return any(body.power.cycled for body in scara.members)
 
 
-def _kinematics(request: Request, scara_id: str, pulses: list[int] | tuple[int, ...]) -> Response:
-    place = ScaraPlace.of(scaras.forward(plant_of(request), scara_id, pulses))
-    scara = _scara(request, scara_id)
-    return json_response(Kinematics(scara_id=scara.id, pulses=list(pulses), **dict(place)))
+def _kinematics(scara: Scara, pulses: Sequence[int]) -> Kinematics:
+    place = ScaraPlace.of(scara.place_of(pulses))
+    return Kinematics(scara_id=scara.id, pulses=list(pulses), **dict(place))
 
 
 def _geometry(scara: Scara, found: list[HeldGeometry]) -> ScaraGeometry:

@@ -1,21 +1,22 @@
-"""Groups over HTTP: virtual bodies, by which one command reaches several bodies at once."""
+"""Groups: virtual bodies, by which one command reaches several bodies at once."""
 
-from typing import Annotated
+from typing import Annotated, Final
 
-from fastapi import Request, Response
 from pydantic import AfterValidator, BaseModel, Field
 
-from api.common.requests import is_seen, json_response, new_router, origin, plant_of
+from gateway.core.addresses import numbered_address
+from gateway.core.operation import Rows
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.tables import check_printable
 from gateway.door.names import GroupId
-from gateway.operations import bodies
+from gateway.operations.caller import require, sees
+from gateway.plant import Plant
 from gateway.rorze.bodies import Group
 from gateway.rorze.family import Rorze
 from protocols.rorze.link_master import MOST_MEMBERS
 
-router = new_router("groups")
+ROWS: Final = Rows("groups")
 
 
 class GroupInfo(BaseModel):
@@ -46,30 +47,30 @@ class GroupDefinition(RequestModel, json_schema_extra=example(members=["00", "3F
     name: Annotated[str, Field(max_length=64), AfterValidator(_check_name)] = ""
 
 
-@router.get("/groups", Right.VIEW, any_scope=True, response_model=GroupList)
-async def list_groups(request: Request) -> Response:
+@ROWS.get("/groups", any_scope=True)
+async def list_groups(plant: Plant) -> GroupList:
     """List all groups."""
-    groups = plant_of(request).family(Rorze).groups()
-    seen = [_info(group) for group in groups if is_seen(request, group.address)]
-    return json_response(GroupList(groups=seen))
+    groups = plant.family(Rorze).groups()
+    return GroupList(groups=[_info(group) for group in groups if sees(plant, group.address)])
 
 
-@router.get("/groups/{group_id}", Right.VIEW, response_model=GroupInfo)
-async def get_group(request: Request, group_id: GroupId) -> Response:
+@ROWS.get("/groups/{group_id}")
+async def get_group(group: Group) -> GroupInfo:
     """Tell who is in a group; nothing is sent."""
-    return json_response(_info(plant_of(request).family(Rorze).group(group_id)))
+    return _info(group)
 
 
-@router.put("/groups/{group_id}", Right.SETUP, response_model=GroupInfo)
-async def define_group(request: Request, group_id: GroupId, definition: GroupDefinition) -> Response:
+@ROWS.put("/groups/{group_id}", Right.SETUP)
+async def define_group(plant: Plant, group_id: GroupId, definition: GroupDefinition) -> GroupInfo:
     """Define a group at the link master (XVS), or define it anew; not while a member moves.
 
     It lasts until the gateway ends; groups of the configuration are defined at every start.
     """
-    group = await bodies.define_group(
-        plant_of(request), origin(), group_id, definition.members, definition.name
-    )
-    return json_response(_info(group))
+    address = numbered_address(group_id)
+    home = address.rpartition(".")[0]
+    reached = (f"{home}.{it}" if home and "." not in it else it for it in definition.members)
+    require(plant, Right.SETUP, address, *reached)  # on all that it will reach
+    return _info(await plant.family(Rorze).define_group(group_id, definition.members, definition.name))
 
 
 def _info(group: Group) -> GroupInfo:

@@ -1,33 +1,32 @@
-"""Robots and their units over HTTP: what they are, where they stand, in which state, what is wrong."""
+"""Robots and their units: what they are, where they stand, in which state, and what is wrong."""
 
 from datetime import datetime
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
-from fastapi import Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.requests import is_seen, json_response, new_router, origin, plant_of
-from api.common.results import StopResult
-from api.robots.names import RobotId, UnitNumber, robot_of, unit_of
-from api.stops import StopBody, perform_stop
 from gateway.core.line_state import LineState
+from gateway.core.operation import Rows
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
+from gateway.core.targets import Target
 from gateway.core.times import age_ms_of, utc_of
-from gateway.fics.axes import Coordinates
+from gateway.door.names import UnitNumber
+from gateway.fics.axes import Coordinates, at_rest
 from gateway.fics.family import Fics
 from gateway.fics.robot import Robot
 from gateway.fics.system_errors import RobotErrorRecord
 from gateway.fics.units import RobotUnit, UnknownReason
-from gateway.operations import robots
-from gateway.operations.commands import do
-from protocols.fics.alarms import TakeCurrentError
+from gateway.operations.caller import sees
+from gateway.plant import Plant
+from gateway.security import entries
+from protocols.fics.alarms import ResetErrors, TakeCurrentError
 from protocols.fics.notation import Quantity, driver_error_text
 from protocols.fics.status import AxisSensors, AxisStatus, MotionMode
 
-router = new_router("robots")
+ROWS: Final = Rows("robots")
 
-Fresh = Annotated[bool, Query(description="Ask the robot first.")]
+Fresh = Annotated[bool, Field(description="Ask the robot first.")]
 
 Motion = Literal["standing", "jog", "move", "homing", "macro", "stopped"]
 _MOTIONS: dict[int, Motion] = {
@@ -156,110 +155,117 @@ class RobotErrors(BaseModel):
     )
 
 
-@router.get("/robots", Right.VIEW, any_scope=True, response_model=RobotList)
-async def list_robots(request: Request) -> Response:
+@ROWS.get("/robots", any_scope=True)
+async def list_robots(plant: Plant) -> RobotList:
     """List all robots; nothing is sent."""
-    all_robots = plant_of(request).family(Fics).robots()
-    seen = [_info(robot) for robot in all_robots if is_seen(request, robot.id)]
-    return json_response(RobotList(robots=seen))
+    seen = (robot for robot in plant.family(Fics).robots() if sees(plant, robot.id))
+    return RobotList(robots=[_info(robot) for robot in seen])
 
 
-@router.get("/robots/{robot_id}", Right.VIEW, response_model=RobotInfo)
-async def get_robot(request: Request, robot_id: RobotId) -> Response:
+@ROWS.get("/robots/{robot_id}")
+async def get_robot(robot: Robot) -> RobotInfo:
     """Tell what is known of a robot; nothing is sent."""
-    return json_response(_info(robot_of(request, robot_id)))
+    return _info(robot)
 
 
-@router.get("/robots/{robot_id}/units/{unit}", Right.VIEW, response_model=UnitInfo)
-async def get_unit(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
+@ROWS.get("/robots/{robot_id}/units/{unit}")
+async def get_unit(robot: Robot, unit: UnitNumber) -> UnitInfo:
     """Tell what is known of a unit; nothing is sent."""
-    return json_response(_unit_info(robot_of(request, robot_id), unit_of(request, robot_id, unit)))
+    return _unit_info(robot, robot.unit(unit))
 
 
-@router.get("/robots/{robot_id}/units/{unit}/position", Right.VIEW, response_model=UnitPosition)
-async def get_unit_position(
-    request: Request, robot_id: RobotId, unit: UnitNumber, coordinates: Coordinates = "user"
-) -> Response:
+@ROWS.get("/robots/{robot_id}/units/{unit}/position")
+async def get_unit_position(axes: RobotUnit, *, coordinates: Coordinates = "user") -> UnitPosition:
     """Ask the robot where the unit stands, in user (APS) or motor coordinates (MPS)."""
-    axes = unit_of(request, robot_id, unit)
-    places, reasons, at = await robots.position(plant_of(request), origin(), robot_id, unit, coordinates)
-    return json_response(
-        UnitPosition(
-            robot_id=robot_id,
-            unit=unit,
-            coordinates=coordinates,
-            axes={
-                name: AxisPlace(
-                    value=place,
-                    unit=axes.systems[name].unit(Quantity.POSITION),
-                    reason=reasons.get(name),
-                )
-                for name, place in places.items()
-            },
-            read_at=utc_of(at),
-            age_ms=age_ms_of(at),
-        )
+    places, at = await axes.position_at(coordinates)
+    reasons = await axes.why_unknown(places)
+    return UnitPosition(
+        robot_id=axes.robot_id,
+        unit=axes.number,
+        coordinates=coordinates,
+        axes={
+            name: AxisPlace(
+                value=place, unit=axes.systems[name].unit(Quantity.POSITION), reason=reasons.get(name)
+            )
+            for name, place in places.items()
+        },
+        read_at=utc_of(at),
+        age_ms=age_ms_of(at),
     )
 
 
-@router.get("/robots/{robot_id}/units/{unit}/status", Right.VIEW, response_model=UnitStatus)
-async def get_unit_status(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
+@ROWS.get("/robots/{robot_id}/units/{unit}/status")
+async def get_unit_status(axes: RobotUnit) -> UnitStatus:
     """Ask the robot how the unit's motor axes are (ACD) and for their sensors (ASD)."""
-    found = await robots.status(plant_of(request), origin(), robot_id, unit)
-    return json_response(
-        UnitStatus(
-            robot_id=robot_id,
-            unit=unit,
-            moving=found.moving,
-            axes={name: _state(status, found.sensors[name]) for name, status in found.axes.items()},
-            read_at=utc_of(found.at),
-            age_ms=age_ms_of(found.at),
-        )
+    statuses, at = await axes.status_at()
+    sensors = await axes.sensors()
+    return UnitStatus(
+        robot_id=axes.robot_id,
+        unit=axes.number,
+        moving=not at_rest(statuses.values()),
+        axes={name: _state(status, sensors[name]) for name, status in statuses.items()},
+        read_at=utc_of(at),
+        age_ms=age_ms_of(at),
     )
 
 
-@router.get("/robots/{robot_id}/errors", Right.VIEW, response_model=RobotErrors)
-async def list_robot_errors(request: Request, robot_id: RobotId, fresh: Fresh = False) -> Response:
+@ROWS.get("/robots/{robot_id}/errors")
+async def list_robot_errors(robot: Robot, target: Target, *, fresh: Fresh = False) -> RobotErrors:
     """Tell which errors stand, as the gateway has read them; with `fresh` the robot is asked (ERR).
 
     An error of the system is not cleared by that.
     """
     if fresh:
-        await do(plant_of(request), origin(), f"/robots/{robot_id}", TakeCurrentError())
-    return json_response(_errors(robot_of(request, robot_id)))
+        await target.ask(TakeCurrentError())
+    return _errors(robot)
 
 
-@router.post("/robots/{robot_id}/errors/reset", Right.OPERATE, response_model=RobotErrors)
-async def reset_robot_errors(request: Request, robot_id: RobotId) -> Response:
+@ROWS.post("/robots/{robot_id}/errors/reset", Right.OPERATE)
+async def reset_robot_errors(robot: Robot, target: Target) -> RobotErrors:
     """Reset the errors and the state EMERGENCY (DRT), and tell what still stands. Nothing moves."""
-    await robots.reset_errors(plant_of(request), origin(), robot_id)
-    return json_response(_errors(robot_of(request, robot_id)))
+    await target.ask(ResetErrors())
+    return _errors(robot)
 
 
-@router.put("/robots/{robot_id}/mode", Right.SETUP, response_model=RobotInfo)
-async def change_robot_mode(request: Request, robot_id: RobotId, wanted: ModeChange) -> Response:
+@ROWS.put("/robots/{robot_id}/mode", Right.SETUP)
+async def change_robot_mode(robot: Robot, wanted: ModeChange) -> RobotInfo:
     """Bring the robot into another mode (MOD) until the gateway ends; refused while it moves."""
-    await robots.change_mode(plant_of(request), origin(), robot_id, wanted.mode)
-    return json_response(_info(robot_of(request, robot_id)))
+    await robot.change_mode(wanted.mode)
+    return _info(robot)
 
 
-@router.post("/robots/{robot_id}/power-cycle/acknowledge", Right.OPERATE, response_model=RobotInfo)
-async def acknowledge_power_cycle(request: Request, robot_id: RobotId) -> Response:
+@ROWS.post("/robots/{robot_id}/power-cycle/acknowledge", Right.OPERATE)
+async def acknowledge_power_cycle(plant: Plant, robot: Robot) -> RobotInfo:
     """Allow motion again after a loss of power, once the speeds are set: they are at 100 % since then."""
-    await robots.acknowledge_power_cycle(plant_of(request), origin(), robot_id)
-    return json_response(_info(robot_of(request, robot_id)))
+    robot.power.acknowledge()
+    plant.security.note(entries.POWER_CYCLE_ACKNOWLEDGED, robot.id)
+    return _info(robot)
 
 
-@router.post("/robots/{robot_id}/stop", Right.STOP, response_model=StopResult)
-async def stop_robot(request: Request, robot_id: RobotId, stop: StopBody) -> Response:
-    """Stop all axes of a robot by software: what waits is cancelled, and the stop goes out first."""
-    return await perform_stop(request, f"/robots/{robot_id}", stop)
+class MacroInfo(BaseModel):
+    """A macro by its name."""
+
+    name: str
+    title: str | None = Field(description="What it does, from the configuration; null where it is not there.")
+    refused: bool = Field(description="Whether the robot has refused it as unknown when it was last called.")
 
 
-@router.post("/robots/{robot_id}/units/{unit}/stop", Right.STOP, response_model=StopResult)
-async def stop_unit(request: Request, robot_id: RobotId, unit: UnitNumber, stop: StopBody) -> Response:
-    """Stop all axes of the unit's robot by software: it knows no stop of a single unit."""
-    return await perform_stop(request, f"/robots/{robot_id}/units/{unit}", stop)
+class MacroList(BaseModel):
+    """The macros that are known: a robot cannot be asked for their names."""
+
+    robot_id: str
+    macros: list[MacroInfo]
+
+
+@ROWS.get("/robots/{robot_id}/macros")
+async def list_macros(robot: Robot) -> MacroList:
+    """List the macros of the configuration, and those the robot has refused; nothing is sent."""
+    macros = robot.macros
+    listed = [
+        MacroInfo(name=name, title=macros.titles.get(name), refused=name in macros.refused)
+        for name in macros.names()
+    ]
+    return MacroList(robot_id=robot.id, macros=listed)
 
 
 def _errors(robot: Robot) -> RobotErrors:

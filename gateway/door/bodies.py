@@ -1,32 +1,32 @@
-"""Bodies over HTTP: what they are, where they stand, in which state, and the speed of a running move."""
+"""Bodies: what they are, where they stand, in which state, and the speed of a running move."""
 
 import asyncio
 from collections.abc import Mapping, Sequence
 from datetime import datetime
 from typing import Annotated, Any, Final, Literal
 
-from fastapi import Query, Request, Response
 from pydantic import BaseModel, Field
 from typing_extensions import TypedDict
 
-from api.bodies.names import body_of
-from api.common.requests import content_response, is_seen, json_response, new_router, origin, plant_of
 from gateway.core.errors import GatewayError
 from gateway.core.move_record import CountedIn
+from gateway.core.operation import Rows
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.times import age_ms_of, utc_of
-from gateway.door.names import BodyId, LineId
-from gateway.operations import bodies
-from gateway.operations.commands import ask
+from gateway.door.names import LineId
+from gateway.operations.caller import sees
+from gateway.plant import Plant
 from gateway.rorze.bodies import PULSES_RUNNING, Body
 from gateway.rorze.family import Rorze
+from gateway.rorze.line import Line
 from gateway.rorze.move_requests import Length
 from gateway.rorze.power import Homed
 from gateway.rorze.signals import SensorBits
+from gateway.security import entries
 from protocols.rorze.encoder import ClearEncoderStallError, GetEncoderStallError
 from protocols.rorze.inputs_outputs import GetSensors
-from protocols.rorze.position import GetPosition
+from protocols.rorze.position import GetPosition, SetPosition
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.stall_sensor import ClearStallSensorError, GetStallSensorError, StallError
 from protocols.rorze.status import (
@@ -40,15 +40,14 @@ from protocols.rorze.status import (
 from protocols.rorze.stops import Accelerate, ChangeSpeed, Decelerate
 from protocols.table import Ack
 
+ROWS: Final = Rows("bodies")
 StallFinder = Literal["stall_sensor", "encoder"]
 WHERE = GetPosition()
 STALL_FINDERS: Final[Sequence[tuple[StallFinder, RorzeCommand[StallError], type[RorzeCommand[Ack]]]]] = (
     ("stall_sensor", GetStallSensorError(), ClearStallSensorError),
     ("encoder", GetEncoderStallError(), ClearEncoderStallError),
 )
-Fresh = Annotated[bool, Query(description="Ask each body for its status and position first.")]
-
-router = new_router("bodies")
+Fresh = Annotated[bool, Field(description="Ask each body for its status and position first.")]
 
 
 class BodyInfo(TypedDict):
@@ -231,111 +230,108 @@ class SpeedAccepted(BaseModel):
     command: str = Field(description="The three characters of the controller's command.")
 
 
-@router.get("/bodies/{body_id}/position", Right.VIEW, response_model=Position)
-async def get_position(request: Request, body_id: BodyId) -> Response:
+@ROWS.get("/bodies/{body_id}/position")
+async def get_position(body: Body) -> Position:
     """Ask the controller where the motor stands (6PD), and for its mode where that is not known (EAD)."""
-    body = body_of(request, body_id)
     if body.mode is None:
-        await bodies.know_mode(plant_of(request), origin(), body_id)
-    reply, at = await _ask(request, body_id, WHERE)
-    return json_response(_position(body, reply.pulses, at))
+        await body.know_mode()
+    reply, answered = await body.ask(WHERE)
+    return _position(body, reply.pulses, answered.at)
 
 
-@router.put("/bodies/{body_id}/position", Right.SETUP, response_model=Position)
-async def set_position(request: Request, body_id: BodyId, position: Length) -> Response:
+@ROWS.put("/bodies/{body_id}/position", Right.SETUP)
+async def set_position(body: Body, position: Length) -> Position:
     """Call the present position by another number (6PS). Nothing moves; refused while the motor moves."""
-    pulses, at = await bodies.set_position(plant_of(request), origin(), body_id, position)
-    return json_response(_position(body_of(request, body_id), pulses, at))
+    pulses = position.pulses(body.scale)
+    _, answered = await body.ask(SetPosition(position=pulses))
+    return _position(body, pulses, answered.at)
 
 
-@router.get("/bodies/{body_id}/status", Right.VIEW, response_model=BodyStatus)
-async def get_status(request: Request, body_id: BodyId) -> Response:
+@ROWS.get("/bodies/{body_id}/status")
+async def get_status(body: Body) -> BodyStatus:
     """Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD).
 
     Where a STALL error stands it is asked who has found it (QRD, PRD).
     """
     (status, first), (cause, _), (sensors, _) = await asyncio.gather(
-        *(_ask(request, body_id, it) for it in (GetControllerStatus(), GetEndCause(), GetSensors()))
+        body.ask(GetControllerStatus()), body.ask(GetEndCause()), body.ask(GetSensors())
     )
-    address, flags = body_of(request, body_id).address, _flags(status.bits or 0, CONTROLLER_STATUS_BITS)
-    stalls = await _stalls(request, address) if flags["stall_error"] else []
-    return json_response(
-        BodyStatus(
-            body_id=address,
-            moving=bool((status.bits or 0) & PULSES_RUNNING),
-            status=StatusBits(**flags),
-            sensors=SensorBits(**_flags(sensors.bits or 0, SENSOR_BITS)),
-            stalls=stalls,
-            end_causes=names_of(cause.bits, END_CAUSE_BITS),
-            read_at=utc_of(first),
-            age_ms=age_ms_of(first),
-        )
+    flags = _flags(status.bits or 0, CONTROLLER_STATUS_BITS)
+    stalls = await _stalls(body) if flags["stall_error"] else []
+    return BodyStatus(
+        body_id=body.address,
+        moving=bool((status.bits or 0) & PULSES_RUNNING),
+        status=StatusBits(**flags),
+        sensors=SensorBits(**_flags(sensors.bits or 0, SENSOR_BITS)),
+        stalls=stalls,
+        end_causes=names_of(cause.bits, END_CAUSE_BITS),
+        read_at=utc_of(first.at),
+        age_ms=age_ms_of(first.at),
     )
 
 
-async def _stalls(request: Request, address: str) -> list[StallFound]:
+async def _stalls(body: Body) -> list[StallFound]:
     return [
-        StallFound(finder=finder, reset=f"/bodies/{address}/commands/{clears.name()}")
+        StallFound(finder=finder, reset=f"/bodies/{body.address}/commands/{clears.name()}")
         for finder, question, clears in STALL_FINDERS
-        if (await _ask(request, address, question))[0].stalled
+        if (await body.ask(question))[0].stalled
     ]
 
 
-@router.post("/bodies/{body_id}/speed", Right.OPERATE, response_model=SpeedAccepted)
-async def change_speed_of_move(request: Request, body_id: BodyId, speed: SpeedRequest) -> Response:
+@ROWS.post("/bodies/{body_id}/speed", Right.OPERATE)
+async def change_speed_of_move(body: Body, speed: SpeedRequest) -> SpeedAccepted:
     """Change the speed of the running move; refused at standstill, while homing and while interpolating."""
     command = speed.command()
-    await _ask(request, body_id, command)
-    return json_response(SpeedAccepted(body_id=body_of(request, body_id).address, command=command.code))
+    await body.ask(command)
+    return SpeedAccepted(body_id=body.address, command=command.code)
 
 
-@router.get("/lines/{line_id}/positions", Right.VIEW, response_model=LinePositions)
-async def get_positions(request: Request, line_id: LineId) -> Response:
+@ROWS.get("/lines/{line_id}/positions")
+async def get_positions(plant: Plant, line_id: LineId) -> LinePositions:
     """Ask all bodies of a line where they stand (6PD), in the fewest frames."""
-    told, unanswered = await _sweep(request, line_id, WHERE)
+    told, unanswered = await _sweep(plant, line_id, WHERE)
     positions = [_position(body, reply.pulses, at) for body, (reply, at) in told.items()]
-    return json_response(LinePositions(line_id=line_id, positions=positions, unanswered=unanswered))
+    return LinePositions(line_id=line_id, positions=positions, unanswered=unanswered)
 
 
-@router.get("/lines/{line_id}/statuses", Right.VIEW, response_model=LineStatuses)
-async def get_statuses(request: Request, line_id: LineId) -> Response:
+@ROWS.get("/lines/{line_id}/statuses")
+async def get_statuses(plant: Plant, line_id: LineId) -> LineStatuses:
     """Ask all bodies of a line for their status (9CD), in the fewest frames."""
-    told, unanswered = await _sweep(request, line_id, GetControllerStatus())
+    told, unanswered = await _sweep(plant, line_id, GetControllerStatus())
     statuses = [_motor_status(body, reply.bits or 0, at) for body, (reply, at) in told.items()]
-    return json_response(LineStatuses(line_id=line_id, statuses=statuses, unanswered=unanswered))
+    return LineStatuses(line_id=line_id, statuses=statuses, unanswered=unanswered)
 
 
-@router.get("/bodies", Right.VIEW, any_scope=True, response_model=BodyList)
-async def list_bodies(request: Request, *, fresh: Fresh = False) -> Response:
+@ROWS.get("/bodies", any_scope=True)
+async def list_bodies(plant: Plant, *, fresh: Fresh = False) -> BodyList:
     """List all bodies as they were last seen; with `fresh`, they are asked for status and position first."""
-    if fresh:
-        await bodies.poll_all(plant_of(request), origin())
-    rorze = plant_of(request).family(Rorze)
-    seen = [_info(rorze, body) for body in rorze.bodies() if is_seen(request, body.address)]
-    return content_response({"bodies": seen})
+    rorze = plant.family(Rorze)
+    if fresh:  # those out of scope, too; the silent keep what was known
+        await asyncio.gather(*(_poll_line(rorze, line) for line in rorze.lines.values()))
+    return {"bodies": [_info(rorze, body) for body in rorze.bodies() if sees(plant, body.address)]}
 
 
-@router.get("/bodies/{body_id}", Right.VIEW, response_model=BodyInfo)
-async def get_body(request: Request, body_id: BodyId) -> Response:
+async def _poll_line(rorze: Rorze, line: Line) -> None:
+    for command in (GetControllerStatus(), GetPosition()):
+        await rorze.sweeps[line.id].ask(rorze.bodies_of(line), command)
+
+
+@ROWS.get("/bodies/{body_id}")
+async def get_body(rorze: Rorze, body: Body) -> BodyInfo:
     """Tell what is known of a body; nothing is sent."""
-    return content_response(_info(plant_of(request).family(Rorze), body_of(request, body_id)))
+    return _info(rorze, body)
 
 
-@router.post("/bodies/{body_id}/power-cycle/acknowledge", Right.OPERATE, response_model=BodyInfo)
-async def acknowledge_body_power_cycle(request: Request, body_id: BodyId) -> Response:
+@ROWS.post("/bodies/{body_id}/power-cycle/acknowledge", Right.OPERATE)
+async def acknowledge_body_power_cycle(plant: Plant, body: Body) -> BodyInfo:
     """Allow motions to places again after a loss of power: its position counts from where it was switched on.
 
     The controller is asked whether it has kept its power since. Its settings and its position table are those
     of its flash memory. Homing does the same as this, and so does setting its position.
     """
-    await bodies.acknowledge_power_cycle(plant_of(request), origin(), body_id)
-    return content_response(_info(plant_of(request).family(Rorze), body_of(request, body_id)))
-
-
-async def _ask(request: Request, body_id: str, command: RorzeCommand[Any]) -> tuple[Any, float]:
-    """Ask a body, and give its reply with the time when it came."""
-    answer = await ask(plant_of(request), origin(), f"/bodies/{body_id}", command)
-    return answer.replies[0], answer.at or 0.0
+    await body.acknowledge_power_cycle()
+    plant.security.note(entries.POWER_CYCLE_ACKNOWLEDGED, body.address)
+    return _info(plant.family(Rorze), body)
 
 
 def _position(body: Body, pulses: int, at: float) -> Position:
@@ -352,10 +348,13 @@ def _position(body: Body, pulses: int, at: float) -> Position:
 
 
 async def _sweep(
-    request: Request, line_id: str, command: RorzeCommand[Any]
+    plant: Plant, line_id: str, command: RorzeCommand[Any]
 ) -> tuple[Mapping[Body, tuple[Any, float]], list[Unanswered]]:
     """Ask all bodies of a line, and part those that answered from those that did not."""
-    results = await bodies.sweep(plant_of(request), origin(), line_id, command)
+    plant.target(f"/lines/{line_id}")  # a line that leads to a robot says so
+    rorze = plant.family(Rorze)
+    line = rorze.lines[line_id]
+    results = await rorze.sweeps[line.id].ask(rorze.bodies_of(line), command)
     told = {body: it for body, it in results.items() if not isinstance(it, GatewayError)}
     unanswered = [
         Unanswered(body_id=body.address, detail=it.detail)

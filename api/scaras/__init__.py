@@ -1,1 +1,0 @@
-"""SCARA robots over HTTP."""

@@ -1,0 +1,259 @@
+"""A body's table of stored positions in parts, with the names that the gateway keeps for them."""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Annotated, Any, Final, Self
+
+from pydantic import BaseModel, Field, model_validator
+
+from gateway.core.operation import Expectation, Rows, Wait
+from gateway.core.records import RequestModel, SentBack, example, require_same
+from gateway.core.rights import Right
+from gateway.core.tables import Name
+from gateway.core.works import Works
+from gateway.door.records import list_records
+from gateway.plant import Plant
+from gateway.rorze import positions
+from gateway.rorze.bodies import Body
+from gateway.rorze.family import Rorze
+from gateway.rorze.move_requests import Length
+from gateway.rorze.position_uploads import TableUpload
+from gateway.rorze.positions import LAST_POSITION, NamedPosition, Position, PositionReading, Wanted
+
+ROWS: Final = Rows("positions")
+MAX_TABLE_BYTES: Final = 262_144
+"""A whole table as GET gives it: each of 2048 positions with its name, number, pulses, value and unit."""
+PositionNumber = Annotated[int, Field(ge=0, le=LAST_POSITION)]
+First = Annotated[PositionNumber, Field(description="The first position.")]
+Last = Annotated[PositionNumber, Field(description="The last position.")]
+Number = Annotated[PositionNumber, Field(description="0-2047.", examples=[7])]
+
+
+class PositionToStore(SentBack):
+    """A position to be stored."""
+
+    read_only = frozenset(("value", "unit"))
+
+    number: PositionNumber
+    position: Length | None = Field(default=None, description="Left out, where the motor stands.")
+    pulses: Annotated[int, Field(gt=-1_000_000_000, lt=1_000_000_000)] | None = Field(
+        default=None, description="Instead of `position`: as GET gives it, encoder counts in encoder mode."
+    )
+    name: Name | None = Field(default=None, description="Left out or null, it keeps the name it has.")
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        if self.position is not None and self.pulses is not None:
+            raise ValueError("give position or pulses, one of them")
+        if self.told and self.pulses is None:
+            raise ValueError("value and unit follow from pulses: give pulses, or position")
+        return self
+
+
+class PositionsToStore(
+    SentBack,
+    json_schema_extra=example(
+        positions=[{"number": 7}, {"number": 8, "position": {"value": 500, "unit": "pulse"}}]
+    ),
+):
+    """Positions to be stored; others stay as they are."""
+
+    read_only = frozenset(("body_id", "flash"))
+
+    positions: Annotated[list[PositionToStore], Field(min_length=1, max_length=LAST_POSITION + 1)]
+    flash: bool = Field(default=False, description="Write the whole table to flash memory too (FPS).")
+
+
+class PositionName(RequestModel, json_schema_extra=example(name="unload")):
+    """What a position is called."""
+
+    name: Name | None = Field(description="Null takes the name away.")
+
+
+class PositionLabel(BaseModel):
+    """What a position is called now."""
+
+    body_id: str
+    number: int
+    name: str | None
+
+
+class BodyPositions(BaseModel):
+    """Stored positions of a body."""
+
+    body_id: str
+    positions: list[NamedPosition]
+    flash: dict[int, int] = Field(
+        description="What flash memory holds of these, in pulses by number: what counts at power-on. "
+        "Only what is known: the gateway has to have seen that the table was saved (FPS) or loaded (FPD)."
+    )
+
+
+@ROWS.get("/bodies/{body_id}/positions", tagged=True)
+async def list_body_positions(
+    plant: Plant, body: Body, *, first: First = 0, last: Last = LAST_POSITION
+) -> BodyPositions:
+    """Read stored positions (3ND), each in a frame of its own: all 2048 take 90 s at 9600 baud.
+
+    `POST .../positions/readings` answers at once.
+    """
+    return _table_of(plant, body, await positions.read(body, first, last))
+
+
+@ROWS.post("/bodies/{body_id}/positions/readings", Right.VIEW, over="It is over.")
+async def read_body_positions(
+    plant: Plant, body: Body, *, first: First = 0, last: Last = LAST_POSITION, wait: Wait = None
+) -> PositionReading:
+    """Begin to read stored positions; the record at `Location` has them in the end."""
+    begun = plant.position_readings.start(body, first, last, partial(named, plant, body))
+    await plant.position_readings.wait(begun, wait or 0.0)
+    return begun
+
+
+def _readings(plant: Plant, body_id: str) -> tuple[Works[Any], str]:
+    return plant.position_readings, f"/bodies/{plant.family(Rorze).body(body_id).address}"
+
+
+list_records(
+    ROWS,
+    "/bodies/{body_id}/positions/readings",
+    PositionReading,
+    _readings,
+    one="a reading of positions",
+    names=("get_body_position_reading", "cancel_body_position_reading"),
+    cancelled="Read no more.",
+    right=Right.VIEW,
+)
+
+
+@ROWS.put("/bodies/{body_id}/positions", Right.SETUP, most_bytes=MAX_TABLE_BYTES)
+async def store_body_positions(
+    plant: Plant,
+    body: Body,
+    upload: PositionsToStore,
+    *,
+    first: First = 0,
+    last: Last = LAST_POSITION,
+    expects: Expectation | None,
+) -> BodyPositions:
+    """Store positions (3PS) and read them back; without a position, where the motor stands.
+
+    `If-Match` is the ETag of the positions from `first` to `last`, which are read first then. Each position
+    takes 0.13 s at 9600 baud: for many, `POST .../positions/uploads` answers at once.
+    """
+    wanted, names = _of(body, upload)
+    if expects is not None:
+        expects(_table_of(plant, body, await positions.read(body, first, last)))
+    await _require_unchanged(plant, body, upload)
+    return await store(plant, body, wanted, names, flash=upload.flash)
+
+
+@ROWS.post("/bodies/{body_id}/positions/uploads", Right.SETUP, over="It is over.", most_bytes=MAX_TABLE_BYTES)
+async def upload_body_position_table(
+    plant: Plant, body: Body, upload: PositionsToStore, *, wait: Wait = None
+) -> TableUpload:
+    """Begin to store positions as `PUT .../positions` does; the record at `Location` tells how far it is.
+
+    What takes long does so without holding a request: all 2048 positions take four minutes at 9600 baud.
+    """
+    wanted, names = _of(body, upload)
+    await _require_unchanged(plant, body, upload)
+    return await begin_to_store(plant, body, wanted, names, flash=upload.flash, wait_s=wait or 0.0)
+
+
+def _uploads(plant: Plant, body_id: str) -> tuple[Works[Any], str]:
+    return plant.position_uploads, f"/bodies/{plant.family(Rorze).body(body_id).address}"
+
+
+list_records(
+    ROWS,
+    "/bodies/{body_id}/positions/uploads",
+    TableUpload,
+    _uploads,
+    one="an upload of positions",
+    names=("get_body_position_upload", "cancel_body_position_upload"),
+    cancelled="Store no more; what was sent stays in RAM, and `error` says how much that is.",
+)
+
+
+@ROWS.put("/bodies/{body_id}/positions/{number}/name", Right.SETUP)
+async def name_body_position(plant: Plant, body: Body, number: Number, wanted: PositionName) -> PositionLabel:
+    """Name a position. The gateway keeps the name; nothing is sent."""
+    await plant.names.name(body.address, {number: wanted.name or ""})
+    return PositionLabel(body_id=body.address, number=number, name=wanted.name)
+
+
+async def store(
+    plant: Plant, body: Body, wanted: Sequence[Wanted], names: Mapping[int, str], *, flash: bool = False
+) -> BodyPositions:
+    """Store positions, and give them as they were read back; then name them.
+
+    :raises BodyBusy: others are being stored; nothing was sent.
+    :raises GatewayError: as of `positions.store`.
+    """
+    plant.position_uploads.require_none(f"/bodies/{body.address}")
+    held = await positions.store(body, wanted, flash=flash)
+    await plant.names.name(body.address, names)
+    return _table_of(plant, body, held)
+
+
+async def begin_to_store(
+    plant: Plant,
+    body: Body,
+    wanted: Sequence[Wanted],
+    names: Mapping[int, str],
+    *,
+    flash: bool,
+    wait_s: float,
+) -> TableUpload:
+    """Begin to store and name positions, and give the record after `wait_s` at most; errors as of `start`."""
+
+    async def name_all(held: Sequence[Position]) -> list[NamedPosition]:
+        await plant.names.name(body.address, names)
+        return [named(plant, body, it) for it in held]
+
+    begun = plant.position_uploads.start(body, wanted, flash=flash, named=name_all)
+    await plant.position_uploads.wait(begun, wait_s)
+    return begun
+
+
+def _of(body: Body, upload: PositionsToStore) -> tuple[list[Wanted], dict[int, str]]:
+    """The positions of a request in pulses, and their names."""
+    wanted = [
+        Wanted(it.number, it.pulses if it.position is None else it.position.pulses(body.scale))
+        for it in upload.positions
+    ]
+    return wanted, {it.number: it.name for it in upload.positions if it.name is not None}
+
+
+async def _require_unchanged(plant: Plant, body: Body, upload: PositionsToStore) -> None:
+    """Refuse a value in the body's unit that is neither that of the pulses beside it nor that of now."""
+    scale = body.scale
+    for it in upload.positions:
+        follows = {
+            "value": None if scale is None else scale.value(it.pulses or 0),
+            "unit": None if scale is None else scale.unit,
+        }
+        if not it.told.items() <= follows.items():
+            [held] = await positions.read(body, it.number, it.number)
+            require_same(it.told, named(plant, body, held), f"positions.{it.number}.")
+
+
+def _table_of(plant: Plant, body: Body, held: Sequence[Position]) -> BodyPositions:
+    return BodyPositions(
+        body_id=body.address,
+        positions=[named(plant, body, it) for it in held],
+        flash=body.position_flash.held_of(it.number for it in held),
+    )
+
+
+def named(plant: Plant, body: Body, position: Position) -> NamedPosition:
+    """A position with its name, and in the unit of the body's scale."""
+    scale = body.scale
+    return NamedPosition(
+        number=position.number,
+        name=plant.names.of(body.address).get(position.number),
+        pulses=position.pulses,
+        value=None if scale is None else scale.value(position.pulses),
+        unit=None if scale is None else scale.unit,
+    )

@@ -1,0 +1,96 @@
+"""Moves of robots: started, planned, listed and waited for; macros run as moves."""
+
+from typing import Annotated, Final
+
+from pydantic import BaseModel, Field
+
+from gateway.core.move_record import MoveRecord
+from gateway.core.operation import Rows, Wait
+from gateway.core.origin import current
+from gateway.core.records import RequestModel, example
+from gateway.core.rights import Right
+from gateway.core.targets import Result, Target
+from gateway.door.moves import Limit
+from gateway.fics.move_record import RobotMove
+from gateway.fics.move_requests import RobotMoveRequest
+from gateway.fics.plans import PlannedRobotMove
+from gateway.fics.robot import Robot
+from gateway.fics.samples import RobotSamples
+from gateway.operations import moves
+from gateway.operations.commands import do
+from gateway.plant import Plant
+from protocols.fics.macros import Arguments, MacroName, RunMacro
+from protocols.fics.notation import Unit
+from protocols.table import Effect
+
+ROWS: Final = Rows("robot moves")
+SAMPLES: Final = Rows("samples")
+MOVES: Final = "/robots/{robot_id}/units/{unit}/moves"
+
+
+class MacroRunRequest(RequestModel, json_schema_extra=example(unit=1, arguments=[150, 140, -5])):
+    """How to run a macro (C-HOST manual 1-7)."""
+
+    unit: Unit | None = Field(
+        default=None, description="The unit that is selected while it runs; left out, the only one."
+    )
+    arguments: Arguments | None = Field(default=None, description="Up to four numbers; null leaves one out.")
+
+
+class RobotMoveList(BaseModel):
+    """Moves of a unit, newest first."""
+
+    moves: list[RobotMove]
+
+
+AS_IT_IS: Final = MacroRunRequest()
+
+
+@ROWS.post(MOVES, Right.OPERATE, effect=Effect.MOTION, result=RobotMove, planned=PlannedRobotMove)
+async def start_robot_move(
+    plant: Plant, target: Target, move: RobotMoveRequest, *, wait: Wait = None
+) -> Result | BaseModel:
+    """Start a move of a unit, or with `validate_only` say what it would be.
+
+    202 when the robot has not refused it and it is not over, 200 when it ended while the request waited. A
+    move that has started and failed is no HTTP error: see its `status`, `end_cause` and `error`.
+    """
+    return await moves.start(plant, current(), target.path, move, wait or 0.0)
+
+
+@ROWS.get(MOVES)
+async def list_robot_moves(target: Target, *, limit: Limit = 100) -> RobotMoveList:
+    """List the unit's moves, newest first."""
+    return RobotMoveList(moves=target.log.of(target.address, limit))
+
+
+@ROWS.get(f"{MOVES}/{{move_id}}", result=RobotMove)
+async def get_robot_move(plant: Plant, target: Target, move_id: str, *, wait: Wait = None) -> MoveRecord:
+    """Get a move, at once or when it is over."""
+    return await moves.get(plant, target.path, move_id, wait or 0.0)
+
+
+@ROWS.post("/robots/{robot_id}/macros/{name}/runs", Right.OPERATE, effect=Effect.MOTION, result=RobotMove)
+async def run_macro(
+    plant: Plant,
+    robot: Robot,
+    name: Annotated[MacroName, Field(description="Three capital letters or digits.", examples=["PCK"])],
+    run: MacroRunRequest = AS_IT_IS,
+    *,
+    wait: Wait = None,
+) -> Result:
+    """Run a macro of the robot; the run is a move of the unit it is started on."""
+    target = f"/robots/{robot.id}" + ("" if run.unit is None else f"/units/{run.unit}")
+    command = RunMacro(macro=name, arguments=run.arguments)
+    return await do(plant, current(), target, command, wait or 0.0)
+
+
+@SAMPLES.get(f"{MOVES}/{{move_id}}/samples")
+async def get_robot_samples(plant: Plant, target: Target, move_id: str) -> RobotSamples:
+    """Get where a unit was seen during a move, and where its settings lead an axis that goes alone.
+
+    How a robot times several axes, or an S-curve, no command tells: there `note` says why nothing is planned.
+    The settings are read from the robot when somebody first asks.
+    """
+    told: RobotSamples = await moves.samples(plant, current(), target.path, move_id)
+    return told

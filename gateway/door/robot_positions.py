@@ -1,0 +1,175 @@
+"""A unit's table of stored positions in parts."""
+
+from collections.abc import Sequence
+from typing import Annotated, Final, NamedTuple
+
+from pydantic import BaseModel, Field
+
+from gateway.core.errors import InvalidRequest
+from gateway.core.operation import Expectation, Rows
+from gateway.core.records import RequestModel, SentBack, example
+from gateway.core.rights import Right
+from gateway.door.names import UnitNumber
+from gateway.fics.amounts import Amounts, AxisValue, numbers
+from gateway.fics.robot import Robot
+from gateway.fics.units import RobotUnit
+from protocols.fics.notation import PositionNumber, Quantity
+from protocols.fics.positions import LAST_POSITION
+
+ROWS: Final = Rows("robot positions")
+First = Annotated[PositionNumber, Field(description="The first position.")]
+Last = Annotated[PositionNumber, Field(description="The last position.")]
+Numbered = tuple[int, list[float | None]]
+"""A position's number, and its coordinates in the order of the axes."""
+
+Wanted = tuple[int, list[float | None] | None]
+"""The same to be stored; without coordinates, where the unit stands."""
+
+
+class Stored(NamedTuple):
+    """Positions that a robot holds."""
+
+    positions: list[Numbered]
+    ended_at: int | None
+    """The number that is not set, where the robot ended before the last that was asked for."""
+
+
+class PositionEntry(RequestModel):
+    """A position to be stored."""
+
+    number: PositionNumber
+    axes: Annotated[Amounts, Field(min_length=1)] | None = Field(
+        default=None,
+        description="By name; an axis that is not named is left out. Without axes, where the unit stands.",
+    )
+
+
+class PositionUpload(
+    SentBack,
+    json_schema_extra=example(positions=[{"number": 1, "axes": {"X": {"value": 10, "unit": "mm"}}}]),
+):
+    """Positions to be stored; others stay as they are."""
+
+    read_only = frozenset(("robot_id", "unit", "ended_at"))
+
+    positions: Annotated[list[PositionEntry], Field(min_length=1, max_length=LAST_POSITION)]
+
+
+class StoredEntry(BaseModel):
+    """A stored position."""
+
+    number: int
+    axes: dict[str, AxisValue] = Field(description="By name, without the axes it has no coordinate for.")
+
+
+class PositionTable(BaseModel):
+    """Stored positions of a unit."""
+
+    robot_id: str
+    unit: int
+    positions: list[StoredEntry]
+    ended_at: int | None = Field(
+        description="The number that is not set, where the robot ended: what is stored behind it has to be "
+        "asked for from there. Null where `last` was reached."
+    )
+
+
+class Uploaded(BaseModel):
+    """Positions that were stored."""
+
+    robot_id: str
+    unit: int
+    count: int
+
+
+@ROWS.get("/robots/{robot_id}/units/{unit}/positions", tagged=True)
+async def list_positions(
+    robot: Robot, unit: UnitNumber, *, first: First = 1, last: Last = LAST_POSITION
+) -> PositionTable:
+    """Read stored positions (POR); the robot ends at the first number that is not set."""
+    return table_of(robot.unit(unit), await read(robot, unit, first, last))
+
+
+@ROWS.put("/robots/{robot_id}/units/{unit}/positions", Right.SETUP)
+async def store_positions(
+    robot: Robot,
+    unit: UnitNumber,
+    upload: PositionUpload,
+    *,
+    first: First = 1,
+    last: Last = LAST_POSITION,
+    expects: Expectation | None,
+) -> Uploaded:
+    """Store positions undivided (POF, POS); a stop in the middle ends the upload first.
+
+    A number alone stores where the unit stands; refused while it moves, and where an axis is not homed.
+    `If-Match` is the ETag of the positions from `first` to `last`, which are read first then.
+    """
+    it = robot.unit(unit)
+    wanted: list[Wanted] = [
+        (
+            entry.number,
+            None if entry.axes is None else numbers(f"positions.{index}.axes", it, it.axes, entry.axes),
+        )
+        for index, entry in enumerate(upload.positions)
+    ]
+    return await store(robot, it, wanted, (first, last), expects)
+
+
+async def read(robot: Robot, unit: int, first: int, last: int) -> Stored:
+    """Read stored positions; the robot ends at the first number that is not set.
+
+    :raises InvalidRequest: the last is before the first.
+    :raises GatewayError: they were not read; errors as of `download`.
+    """
+    robot.unit(unit)
+    if last < first:
+        raise InvalidRequest(f"last: it is less than first, {first}; nothing was sent.")
+    stored = await robot.positions(first, last, unit)
+    following = stored[-1][0] + 1 if stored else first
+    return Stored(stored, following if following <= last else None)
+
+
+async def store(
+    robot: Robot,
+    unit: RobotUnit,
+    positions: Sequence[Wanted],
+    known: Sequence[int] = (1, LAST_POSITION),
+    expects: Expectation | None = None,
+) -> Uploaded:
+    """Store positions undivided, and see that the robot holds them.
+
+    `expects` refuses what the robot holds if the sender does not know it, from the first to the last `known`.
+    Errors as of `tables.store`, and as of `tables.here` where one is to be where the unit stands.
+    """
+
+    def require(held: Stored) -> None:
+        if expects is not None:
+            expects(table_of(unit, held))
+
+    since = await robot.asking.as_expected(
+        lambda: read(robot, unit.number, *known), require if expects else None
+    )
+    here: list[float | None] = []
+    if any(coordinates is None for _, coordinates in positions):
+        here = await robot.tables.here(unit)
+    stored = [(number, here if axes is None else axes) for number, axes in positions]
+    await robot.upload_positions(stored, unit.number, since=since)
+    return Uploaded(robot_id=unit.robot_id, unit=unit.number, count=len(stored))
+
+
+def table_of(unit: RobotUnit, stored: Stored) -> PositionTable:
+    """Stored positions as they are told."""
+    entries = [StoredEntry(number=number, axes=_named(unit, values)) for number, values in stored.positions]
+    return PositionTable(
+        robot_id=unit.robot_id, unit=unit.number, positions=entries, ended_at=stored.ended_at
+    )
+
+
+def _named(unit: RobotUnit, values: list[float | None]) -> dict[str, AxisValue]:
+    padded = values + [None] * (len(unit.axes) - len(values))
+    return {
+        name: AxisValue(value=value, unit=unit.systems[name].unit(Quantity.POSITION))
+        for name, value in unit.by_axis(unit.axes, padded).items()
+        if value is not None
+    }

@@ -1,0 +1,65 @@
+"""Moves of SCARA robots: started, planned, listed and waited for."""
+
+from typing import Final
+
+from pydantic import BaseModel
+
+from gateway.core.move_record import MoveRecord
+from gateway.core.operation import Rows, Wait
+from gateway.core.rights import Right
+from gateway.core.targets import Begun, Target
+from gateway.door.moves import Limit
+from gateway.operations import moves
+from gateway.plant import Plant
+from gateway.rorze.family import Rorze
+from gateway.rorze.scaras.record import PlannedScaraMove, ScaraMove
+from gateway.rorze.scaras.requests import ScaraMoveRequest
+from gateway.rorze.scaras.scara import Scara
+from gateway.rorze.scaras.speed import at_own_speed
+from protocols.table import Effect
+
+ROWS: Final = Rows("scara moves")
+
+
+class ScaraMoveList(BaseModel):
+    """Moves of a robot, newest first."""
+
+    moves: list[ScaraMove]
+
+
+@ROWS.post(
+    "/scaras/{scara_id}/moves",
+    Right.OPERATE,
+    effect=Effect.MOTION,
+    result=ScaraMove,
+    planned=PlannedScaraMove,
+)
+async def start_scara_move(
+    plant: Plant, scara: Scara, move: ScaraMoveRequest, *, wait: Wait = None
+) -> Begun | PlannedScaraMove:
+    """Start a move of all axes, or with `validate_only` say what it would be.
+
+    In one undivided turn of the line the gateway reads where the axes stand (6PD), tells all controllers
+    (HPS), prepares the move, sees that they agree and that nothing has moved, and starts it by one frame
+    (HMM; HFM and HNM for `finger` and `align`). 202 when it is accepted and not over, 200 when it ended while
+    the request waited. When one axis fails all are stopped: see `status`, `failed_axes` and `error`.
+    """
+    scara_moves = plant.family(Rorze).scara_moves
+    if move.validate_only:
+        return await scara_moves.plan(scara, move)
+    plant.require_unlatched(scara.id)
+    async with at_own_speed(scara, move) as ready:
+        begun = await scara_moves.start(scara, ready)
+    return Begun(f"/scaras/{scara.id}", [await scara_moves.log.wait(begun.id, wait or 0.0)])
+
+
+@ROWS.get("/scaras/{scara_id}/moves")
+async def list_scara_moves(target: Target, *, limit: Limit = 100) -> ScaraMoveList:
+    """List the robot's moves, newest first."""
+    return ScaraMoveList(moves=target.log.of(target.address, limit))
+
+
+@ROWS.get("/scaras/{scara_id}/moves/{move_id}", result=ScaraMove)
+async def get_scara_move(plant: Plant, target: Target, move_id: str, *, wait: Wait = None) -> MoveRecord:
+    """Get a move, at once or when it is over."""
+    return await moves.get(plant, target.path, move_id, wait or 0.0)
