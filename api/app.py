@@ -7,23 +7,15 @@ from fastapi import FastAPI, HTTPException
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api import (
-    access_keys,
-    alarms,
-    audit,
     backups,
     catalogue,
     command_routes,
-    configuration,
     health,
-    leases,
     lines,
-    port_scans,
     samples,
-    security_log,
-    sessions,
     sign_in,
     streams,
-    system,
+    tickets,
     walker,
 )
 from api.bodies import position_tables, text_commands
@@ -131,13 +123,13 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
         telemetry={"tracing": False, "metrics": False, "logs": False},
     )
     app.plant = plant
-    app.state.access = Access(plant, credentials)
+    plant.credentials = credentials or plant.credentials
+    app.state.access = Access(plant)
     app.state.traffic = traffic = Traffic()
     app.state.metrics = metrics_of(plant, traffic)
     problems.install(app, partial(calls_for, plant))
     modules = [position_tables, robot_position_tables, samples, streams, catalogue, health]
-    modules += [text_commands, robot_text_commands, alarms, audit, lines, system, backups]
-    modules += [leases, configuration, port_scans, access_keys, sessions, security_log]
+    modules += [text_commands, robot_text_commands, lines, tickets, backups]
     routers = [*map(walker.router, SECTIONS), *(module.router for module in modules)]
     families: list[type[Family]] = [type(family) for family in plant.families.values()]
     for family in families:

@@ -4,37 +4,25 @@ import asyncio
 import re
 from collections.abc import AsyncIterator, Sequence
 from datetime import datetime
-from typing import Annotated, Any, Literal, Union
+from typing import Annotated, Literal
 
 from fastapi import Header, Query, Request, Response, WebSocket
 from pydantic import AwareDatetime, BaseModel, Field
 from starlette.datastructures import QueryParams
 from starlette.responses import StreamingResponse
 
-from api.common.documentation import begins
 from api.common.query_params import require_known
 from api.common.requests import (
-    begun_response,
-    content_response,
-    is_seen,
-    json_response,
     new_router,
-    origin,
     plant_of,
-    wait_headers,
-    wait_s,
 )
 from api.common.sockets import CLOSE_GOING_AWAY, refuse, tell
 from gateway.core.aside import aside
 from gateway.core.errors import GatewayError, InvalidRequest
-from gateway.core.operation import Wait
 from gateway.core.rights import Right
 from gateway.door.names import LineId
-from gateway.families import FAMILIES
-from gateway.operations import bodies as body_operations
 from gateway.operations import traces
 from gateway.operations.traces import AT_ONCE
-from gateway.rorze.scans import Scan
 
 MAX_TRACE_ENTRIES = 10_000
 KEEP_ALIVE_S = 15.0
@@ -52,16 +40,6 @@ TracedRequest = Annotated[
 ]
 
 router = new_router("lines")
-
-
-_INFOS: Any = Union[tuple(family.line_info for family in FAMILIES.values())]  # noqa: UP007
-AnyLineInfo = Annotated[_INFOS, Field(discriminator="protocol")]
-
-
-class LineList(BaseModel):
-    """All lines of the configuration."""
-
-    lines: list[AnyLineInfo]
 
 
 class TraceRecord(BaseModel):
@@ -82,40 +60,6 @@ class Trace(BaseModel):
 
     line_id: str
     entries: list[TraceRecord]
-
-
-@router.get("/lines", Right.VIEW, any_scope=True, response_model=LineList)
-async def list_lines(request: Request) -> Response:
-    """List all lines."""
-    plant = plant_of(request)
-    seen = [plant.info(line_id) for line_id in plant.ports() if is_seen(request, line_id)]
-    return content_response({"lines": seen})
-
-
-@router.get("/lines/{line_id}", Right.VIEW, response_model=AnyLineInfo)
-async def get_line(request: Request, line_id: LineId) -> Response:
-    """Tell the state of a line; nothing is sent."""
-    return content_response(plant_of(request).info(line_id))
-
-
-@router.post("/lines/{line_id}/scans", Right.SETUP, **begins(Scan, "The scan is over."))
-async def start_scan(request: Request, line_id: LineId, wait: Wait = None) -> Response:
-    """Ask all 120 body numbers of the line, between its other work, whether somebody is there.
-
-    A line with a robot has none.
-    """
-    plant, waited_s = plant_of(request), wait_s(request, wait)
-    scan = await body_operations.start_scan(plant, origin(), line_id)
-    await body_operations.get_scan(plant, line_id, scan.id, waited_s)
-    return begun_response(scan, f"/lines/{line_id}/scans", waited_s)
-
-
-@router.get("/lines/{line_id}/scans/{scan_id}", Right.VIEW, response_model=Scan)
-async def get_scan(request: Request, line_id: LineId, scan_id: str, wait: Wait = None) -> Response:
-    """Get a scan, at once or when it is over."""
-    waited_s = wait_s(request, wait)
-    scan = await body_operations.get_scan(plant_of(request), line_id, scan_id, waited_s)
-    return json_response(scan, headers=wait_headers(waited_s))
 
 
 @router.get("/lines/{line_id}/trace", Right.VIEW, response_model=Trace)

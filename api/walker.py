@@ -76,10 +76,9 @@ def _declared(operation: Operation) -> dict[str, Any]:
         }
         return {"response_model": operation.result, "responses": {**DECLARED, **ends}}
     if operation.over is not None:
-        return {**declared, **begins(operation.result, operation.over)}
+        return {**declared, **begins(operation.result, operation.over, operation.ended)}
     if operation.effect is Effect.MOTION and not operation.opens:
-        ended = operation.result if operation.planned is None else operation.result | operation.planned
-        return begins_moves("/".join(operation.path.split("/")[:3]), operation.result, ended)
+        return begins_moves("/".join(operation.path.split("/")[:3]), operation.result, operation.ended)
     return {
         **declared,
         "response_model": operation.result,
@@ -119,7 +118,7 @@ def _signature(operation: Operation) -> dict[str, Any]:
 def _response(request: Request, operation: Operation, result: Any, waited_s: float) -> Response:
     if operation.stopping is not None:
         return json_response(result, 202 if result.state == "stopping" else 200)
-    if operation.over is not None:
+    if operation.over is not None and not (operation.planned and isinstance(result, operation.planned)):
         return begun_response(result, _place(operation, result), waited_s)
     if operation.plain is not None:
         return plain_text.answer(request, operation, result)
@@ -136,5 +135,7 @@ def _response(request: Request, operation: Operation, result: Any, waited_s: flo
 
 def _place(operation: Operation, record: Any) -> str:
     """Where a record is found again, by the whole address of what it is about."""
-    kept = (operation.kept_at or operation.path).split("/")
-    return "/".join([*record.target.split("/"), *kept[3:]])
+    kept = operation.kept_at or operation.path
+    if operation.target is None:
+        return kept
+    return "/".join([*record.target.split("/"), *kept.split("/")[3:]])

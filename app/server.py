@@ -28,9 +28,9 @@ from gateway.core.aside import SWITCH_S
 from gateway.core.errors import GatewayError
 from gateway.core.journal.opening import Opened, longest_s, open_journal
 from gateway.core.lease_tokens import LeaseTokens
-from gateway.core.origin import Origin
+from gateway.core.origin import Origin, acting
+from gateway.door import configuration
 from gateway.memory import make_sense
-from gateway.operations import configuration
 from gateway.plant import Plant
 from gateway.security import entries
 from gateway.security.log import Keeping, SecurityLog
@@ -205,8 +205,8 @@ async def _reload(plant: Plant) -> None:
     """Read the configuration again; one that cannot be served leaves everything as it is."""
     notify("RELOADING=1", f"MONOTONIC_USEC={time.monotonic_ns() // 1000}")
     try:
-        with asking(EVERYBODY):
-            found = await configuration.reload(plant, Origin("SIGHUP"), dry_run=False)
+        with asking(EVERYBODY), acting(Origin("SIGHUP")):
+            found = await configuration.reload(plant, dry_run=False)
         log.info("SIGHUP: %s", found.model_dump_json())
     except GatewayError as error:
         log.error("SIGHUP: the configuration stays as it was: %s", error.detail)  # noqa: TRY400  # it says all

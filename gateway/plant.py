@@ -10,6 +10,8 @@ from functools import partial
 from typing import Any, TypeVar, cast
 
 from gateway import logbook
+from gateway.access.credentials import Credentials
+from gateway.access.grants import Sessions
 from gateway.access.territory import Territory
 from gateway.causes import CONFIGURED_ANEW, LINE_DOWN, UNUSABLE, causes_of
 from gateway.config import Config
@@ -80,6 +82,10 @@ class Plant:
         self.security = security or SecurityLog()
         self.security.on_trouble = self._security_trouble
         self.security.on_burst = self._refusals_burst
+        self.credentials = Credentials()
+        """Of those who may ask; the server replaces them by its own."""
+        self.sessions = Sessions()
+        """Of browsers that have signed in."""
         self.names = Names()
         self.names.on_named = self._positions_named
         self.recorders: dict[str, Recorder] = {}

@@ -16,10 +16,8 @@ from starlette.types import Scope
 from api.common.problems import CALLER, path_of
 from api.front.certificates import CERTIFIED
 from gateway.access import keys
-from gateway.access.credentials import Credentials
 from gateway.access.errors import NotAuthenticated, NothingShown, NotPermitted
-from gateway.access.grants import Grant, SessionInfo, Sessions, Tickets
-from gateway.access.keys import KeyStore
+from gateway.access.grants import Grant, SessionInfo, Tickets
 from gateway.access.limits import Limits, Rates, Usages, Use
 from gateway.access.principal import EVERYBODY, PRINCIPAL, Principal
 from gateway.access.principal import current as current_principal
@@ -115,11 +113,11 @@ class _Counted(_Of):
 class Access:
     """Asks each request for a credential, a right and a scope; with mode `open` none is asked for."""
 
-    def __init__(self, plant: Plant, credentials: Credentials | None = None) -> None:
+    def __init__(self, plant: Plant) -> None:
         settings = plant.config.access
         self.is_open = settings.mode == "open"
-        self.credentials = credentials or Credentials()
-        self.sessions = Sessions()
+        self.credentials = plant.credentials
+        self.sessions = plant.sessions
         self.tickets = Tickets()
         self.territory = plant.territory
         self._named_by = _parameters_of(plant.families.values())
@@ -193,11 +191,6 @@ class Access:
             return _Of(EVERYBODY, current())
         grant, _ = self._grant_of(scope, self.sessions.grant_to_stop)
         return _Of(grant.principal, _in_the_name_of(grant.principal, current(), scope))
-
-    @property
-    def keys(self) -> KeyStore | None:
-        """The keys of this gateway; None where nobody needs one."""
-        return self.credentials.keys
 
     def sees(self, address: str) -> bool:
         """Whether the caller may see this in a list."""

@@ -60,6 +60,8 @@ class Operation:
     """Whether a lease of somebody else keeps a caller from it."""
     any_scope: bool
     """Whether callers with any scope may ask, and are shown what theirs covers."""
+    whole_plant: bool
+    """Whether it is about the whole plant, though its path names something."""
     effect: Effect
     title: str
     description: str
@@ -90,14 +92,19 @@ class Operation:
     plain: str | None = None
     """The member of request and result that may go alone, as plain text."""
     planned: Any = None
-    """Of a motion: what it answers where the request only asks what it would be."""
+    """What it answers where the request only asks what would be done."""
     http_only: str | None = None
     """Why only HTTP can serve it."""
 
     @property
     def target(self) -> str | None:
         """The parameter of the path that names what it is about; None: the whole plant."""
-        return next((name for name in names_in(self.path)), None)
+        return None if self.whole_plant else next(iter(names_in(self.path)), None)
+
+    @property
+    def ended(self) -> Any:
+        """What it answers where nothing is under way any more."""
+        return self.result if self.planned is None else self.result | self.planned
 
     @property
     def expects(self) -> bool:
@@ -193,6 +200,7 @@ def operation(tag: str, verb: Verb, path: str, right: Right, run: Run, **told: A
         "effect": _EFFECTS[right],
         "leased": right in LEASED,
         "any_scope": False,
+        "whole_plant": False,
         "result": signature(run).return_annotation,
         **told,
     }

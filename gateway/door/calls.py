@@ -55,7 +55,8 @@ def _admit(plant: Plant, operation: Operation, values: Mapping[str, Any]) -> Non
 
 def _only_asks(operation: Operation, values: Mapping[str, Any]) -> bool:
     """Whether the request is not to be done, but to be worked out."""
-    return getattr(values.get(operation.request_name or ""), "validate_only", False)
+    request = values.get(operation.request_name or "")
+    return getattr(request, "validate_only", False) or getattr(request, "dry_run", False)
 
 
 @cache

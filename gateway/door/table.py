@@ -5,11 +5,19 @@ from typing import Final
 
 from gateway.core.operation import Operation, Rows
 from gateway.door import (
+    access_keys,
+    alarms,
+    audit,
+    backups,
     bodies,
     body_jogs,
     body_positions,
+    configuration,
     groups,
+    leases,
+    lines,
     moves,
+    port_scans,
     programs,
     robot_jogs,
     robot_moves,
@@ -17,7 +25,10 @@ from gateway.door import (
     robots,
     scara_moves,
     scaras,
+    security_log,
+    sessions,
     stops,
+    system,
 )
 from gateway.families import FAMILIES
 
@@ -40,6 +51,17 @@ SECTIONS: Final = (
     robot_jogs.ROWS,
     robot_positions.ROWS,
     stops.ROWS,
+    alarms.ROWS,
+    audit.ROWS,
+    leases.ROWS,
+    configuration.ROWS,
+    port_scans.ROWS,
+    security_log.ROWS,
+    access_keys.ROWS,
+    sessions.ROWS,
+    system.ROWS,
+    lines.ROWS,
+    backups.ROWS,
 )
 """What takes more than one thing of a family: the plant with its names, leases, alarms and logs."""
 

@@ -43,6 +43,11 @@ class Scan(Record):
     started_at: datetime
     ended_at: datetime | None = None
 
+    @property
+    def target(self) -> str:
+        """The path of the line."""
+        return f"/lines/{self.line_id}"
+
 
 class Scans(Works[Scan]):
     """The scans of all lines; one at a time on each."""

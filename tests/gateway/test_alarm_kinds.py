@@ -12,11 +12,11 @@ from gateway.config import parse
 from gateway.core.alarms import AlarmLasts, Cause
 from gateway.core.origin import Origin, acting
 from gateway.event_types import EVENT_TYPES
-from gateway.operations.alarms import reset
 from simulator.rorze.line import build_line
 from tests.fics_plants import SCARA
 from tests.plants import Wire, configuration, in_virtual_time
 from tests.tested_plant import TestedPlant
+from tests.through_the_door import reset
 
 PARTS: Final = {
     "body_id": "line1.3F",

@@ -17,8 +17,8 @@ from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore
 from gateway.core.rights import RIGHT_OF, Right
+from gateway.door.alarms import listed
 from gateway.event_types import EVENT_TYPES
-from gateway.operations.alarms import listed, reset
 from gateway.operations.commands import do
 from gateway.plant import Plant
 from gateway.security.entries import SIGN_IN_REFUSED
@@ -35,6 +35,7 @@ from simulator.rorze.world import EMS
 from tests.fics_plants import fics_rig
 from tests.plants import SET_UP_S, Rig, Wire, configuration, finished, in_virtual_time, rig, start
 from tests.tested_plant import TestedPlant
+from tests.through_the_door import reset
 from tests.world import World
 from transports.base import Receiver, TransportLost
 

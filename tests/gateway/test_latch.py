@@ -12,7 +12,6 @@ from gateway.core.alarms import AlarmLasts, Latched
 from gateway.core.lanes import Lane
 from gateway.core.origin import Origin
 from gateway.core.sequence_lock import SequenceLock
-from gateway.operations.alarms import reset
 from gateway.operations.commands import do
 from gateway.operations.stops import stop
 from gateway.plant import Plant
@@ -35,6 +34,7 @@ from simulator.rorze.controller import (
 from simulator.rorze.world import EMS
 from tests.fics_plants import FicsRig, fics_rig
 from tests.plants import Rig, configuration, finished, in_virtual_time, rig
+from tests.through_the_door import reset
 from tests.world import World
 
 R = TypeVar("R", Rig, FicsRig)

@@ -12,9 +12,9 @@ from gateway.core.errors import Cancelled
 from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore
 from gateway.core.works import OWN_FAULT
+from gateway.door import backups
 from gateway.door.programs import ProgramSource
 from gateway.fics.backup_restore import RobotRestore
-from gateway.operations import backups
 from gateway.rorze import positions, program_uploads
 from gateway.rorze.positions import NamedPosition, Position, Wanted
 from gateway.rorze.program_runs import ProgramRuns
@@ -47,13 +47,13 @@ async def upload(it: Rig) -> program_uploads.ProgramUpload:
 async def restore(it: Rig) -> Restore:
     found = backups.check_bodies(f"[body 3F]\n[speed-sets]\n{SPEEDS}")
     wanted = backups.for_body(it.plant, "3F", found, None)
-    return await backups.start(it.plant, ME, wanted, False, False, LONGEST_S)
+    return await backups.start(it.plant, wanted, False, False, LONGEST_S)
 
 
 async def restore_robot(it: FicsRig) -> Restore:
     found = backups.check_robot(it.plant, "r1", f"[robot r1]\n[unit 1 positions]\n{TABLE}")
-    wanted = await backups.for_robot(it.plant, ME, "r1", found)
-    return await backups.start(it.plant, ME, wanted, False, False, LONGEST_S)
+    wanted = backups.for_robot(it.plant, "r1", found)
+    return await backups.start(it.plant, wanted, False, False, LONGEST_S)
 
 
 @pytest.mark.parametrize(
@@ -122,10 +122,10 @@ async def test_readings_and_stored_tables_that_a_fault_has_ended_say_so(
 ) -> None:
     async with rig(groups={}) as it:
         fail_once(monkeypatch, (readings, "_read"))
-        backup = await backups.read(it.plant, ME, backups.of_body(it.plant, "3F"), LONGEST_S)
+        backup = await backups.read(it.plant, backups.of_body(it.plant, "3F"), LONGEST_S)
         assert (backup.status, backup.error and backup.error.type) == ("failed", OWN_FAULT.kind)
         assert (
-            await backups.read(it.plant, ME, backups.of_body(it.plant, "3F"), LONGEST_S)
+            await backups.read(it.plant, backups.of_body(it.plant, "3F"), LONGEST_S)
         ).status == "succeeded"
 
         async def nobody(_: Sequence[Position]) -> list[NamedPosition]:

@@ -16,9 +16,8 @@ from gateway.config import Server
 from gateway.config_file import ConfigFile
 from gateway.core.errors import BodyBusy, InvalidRequest, NotFound
 from gateway.core.origin import Origin
+from gateway.door.port_scans import PortScanRequest
 from gateway.fics.config import Line as FicsLine
-from gateway.operations import port_scans
-from gateway.operations.configuration import add_line, reload
 from gateway.port_scans import PortScan, PortScans, require_device
 from simulator.fics.layout import Layout
 from simulator.fics.line import build_line as build_robot
@@ -28,6 +27,7 @@ from tests.own_faults import Place, fail_once, named
 from tests.plants import Wire, in_virtual_time
 from tests.simulated_line import SimulatedCable, Unplugged
 from tests.tested_plant import TestedPlant
+from tests.through_the_door import add_line, ask, reload
 from transports import Transport
 
 ME = Origin("test", "r-1")
@@ -55,7 +55,9 @@ class Hall:
         return cable
 
     async def scan(self, *ports: str) -> PortScan:
-        return await port_scans.start(self.plant, ME, ports, 120.0)
+        wanted = PortScanRequest(ports=list(ports))
+        scan: PortScan = await ask(self.plant, "startPortScan", request=wanted, wait=120.0)
+        return scan
 
 
 @asynccontextmanager
@@ -186,17 +188,17 @@ async def test_one_scan_runs_at_a_time_and_one_that_is_broken_off_tells_what_was
     tmp_path: Path,
 ) -> None:
     async with hall(tmp_path) as it:
-        scan = await port_scans.start(it.plant, ME, [LEG], 3.0)
+        scan = await ask(it.plant, "startPortScan", request=PortScanRequest(ports=[LEG]), wait=3.0)
         assert scan.status == "running"
         assert "asking body" in scan.doing[0]
         with pytest.raises(BodyBusy, match="still running"):
             await it.scan(CELL)
-        over = await port_scans.break_off(it.plant, ME)
+        over = await ask(it.plant, "breakOffPortScan")
         assert (over is scan, over.status, over.found[0].line["bodies"]) == (True, "failed", [{"id": "0A"}])
         assert "Not all 120 body numbers were asked" in over.found[0].comment
-        assert await port_scans.get(it.plant, ME, "current", 0) is scan
+        assert await ask(it.plant, "getPortScan", scan_id="current") is scan
         with pytest.raises(NotFound, match="No scan of ports is running"):
-            await port_scans.break_off(it.plant, ME)
+            await ask(it.plant, "breakOffPortScan")
 
 
 @in_virtual_time
@@ -212,14 +214,14 @@ async def test_the_end_of_the_gateway_ends_a_scan_that_has_not_begun(tmp_path: P
 async def test_ports_are_a_matter_of_admins(tmp_path: Path, role: Role) -> None:
     async with hall(tmp_path) as it:
         with asking(Principal("somebody", role)):
-            for ask in (
-                port_scans.list_ports(it.plant, ME),
-                port_scans.start(it.plant, ME, [CELL], 0),
-                port_scans.get(it.plant, ME, "current", 0),
-                port_scans.break_off(it.plant, ME),
+            for asked in (
+                ask(it.plant, "listPorts"),
+                ask(it.plant, "startPortScan", request=PortScanRequest(ports=[CELL]), wait=0),
+                ask(it.plant, "getPortScan", scan_id="current"),
+                ask(it.plant, "breakOffPortScan"),
             ):
                 with pytest.raises(NotPermitted):
-                    await ask
+                    await asked
 
 
 @in_virtual_time
@@ -230,7 +232,7 @@ async def test_serial_ports_are_listed_with_the_lines_that_have_them(
         monkeypatch.setattr("gateway.port_scans.serial_devices", lambda: ["/dev/ttyUSB0", "/dev/ttyUSB1"])
         wanted = it.file.load().lines[0].model_copy(update={"address": "serial:///dev/ttyUSB1?baud=9600"})
         it.plant.config = it.plant.config.model_copy(update={"lines": (wanted,)})
-        found = await port_scans.list_ports(it.plant, ME)
+        found = (await ask(it.plant, "listPorts")).ports
         assert [(port.port, port.line_id) for port in found] == [
             ("/dev/ttyUSB0", None),
             ("/dev/ttyUSB1", "line1"),

@@ -17,7 +17,6 @@ from gateway.core.origin import Origin
 from gateway.core.targets import Answer, Begun
 from gateway.door.groups import GroupDefinition
 from gateway.operations.commands import do
-from gateway.operations.configuration import add_bodies, add_line, reload
 from gateway.operations.moves import get
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
@@ -25,7 +24,7 @@ from simulator.rorze.line import build_line
 from tests.open_access import OPEN
 from tests.plants import Wire, in_virtual_time
 from tests.tested_plant import TestedPlant
-from tests.through_the_door import ask
+from tests.through_the_door import add_bodies, add_line, ask, reload
 from transports.base import Transport
 
 ME = Origin("test", "r-1")

@@ -387,7 +387,7 @@ def app(keys: Keys) -> FastAPI:
     }
     plant = Plant(Config.model_validate({"lines": tables, "scaras": [scara]}))
     app = create_app(plant, keys.credentials)
-    app.state.access = Probing(plant, keys.credentials)
+    app.state.access = Probing(plant)
     return app
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from gateway.core.errors import ControllerRefused, NotFound
 from gateway.core.origin import Origin
-from gateway.operations.audit import Deed, Wanted, deeds
+from gateway.door.audit import Deed, Wanted, deeds
 from gateway.operations.commands import ask, do
 from gateway.operations.stops import stop
 from gateway.plant import Plant

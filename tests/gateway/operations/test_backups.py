@@ -13,8 +13,9 @@ import pytest
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NotFound
 from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore, RestorePlan, Units
+from gateway.door import backups
 from gateway.door.programs import ProgramSource
-from gateway.operations import backups, commands, stops
+from gateway.operations import commands, stops
 from gateway.rorze.power import is_mark
 from gateway.rorze.units import Scale
 from protocols.rorze.moves import MoveClockwise
@@ -56,18 +57,18 @@ SMALL = "[body 3F]\n[speed-sets]\nOLS60\nOHS40000\nOSS100000\nOAS50\nOBS50\n[pro
 
 async def planned(it: Rig, text: str, units: Units | None = None) -> RestorePlan:
     wanted = backups.for_body(it.plant, "3F", backups.check_bodies(text), None, units)
-    return await backups.plan(it.plant, ME, wanted)
+    return await backups.plan(it.plant, wanted)
 
 
 async def restored(
     it: Rig, text: str, *, flash: bool = False, wait_s: float = 3000.0, units: Units | None = None
 ) -> Restore:
     wanted = backups.for_body(it.plant, "3F", backups.check_bodies(text), None, units)
-    return await backups.start(it.plant, ME, wanted, flash, False, wait_s)
+    return await backups.start(it.plant, wanted, flash, False, wait_s)
 
 
 async def read(it: Rig) -> str:
-    return await backups.text(it.plant, ME, backups.of_body(it.plant, "3F"))
+    return await backups.text(backups.of_body(it.plant, "3F"))
 
 
 def parts(text: str, *names: str) -> str:
@@ -261,12 +262,12 @@ async def test_a_backup_restored_is_verified_once_more_after_a_power_cycle() -> 
         contents = backups.check_bodies(SMALL)
         wanted = backups.for_body(it.plant, "3F", contents, None)
         with pytest.raises(InvalidRequest, match="lost with the power"):
-            await backups.start(it.plant, ME, wanted, False, True, 0.0)
-        begun = await backups.start(it.plant, ME, wanted, True, True, 60.0)
+            await backups.start(it.plant, wanted, False, True, 0.0)
+        begun = await backups.start(it.plant, wanted, True, True, 60.0)
         assert (begun.status, begun.phase, begun.saved) == ("running", "awaiting_power_cycle", False)
         it.machine.brown_out(0x3F, 3.0, asyncio.get_running_loop().time())
         it.wire.turn()
-        over = await backups.RESTORES.get(it.plant, "/bodies/3F", "current", 60.0)
+        over = await ask(it.plant, "getBodyRestore", body_id="3F", restore_id="current", wait=60.0)
         assert (over.status, over.phase, over.saved, over.differences) == ("verified", "done", True, [])
 
 
@@ -340,7 +341,7 @@ async def test_nothing_else_changes_a_body_meanwhile_and_reads_are_served_at_onc
             taken.append(now() - began)
             await asyncio.sleep(0.1)
         assert max(taken) < 0.25
-        over = await backups.RESTORES.get(it.plant, "/bodies/3F", "current", 600.0)
+        over = await ask(it.plant, "getBodyRestore", body_id="3F", restore_id="current", wait=600.0)
         assert (over.status, over.differences) == ("verified", [])
         assert "body.restore.progress" in it.types("body.restore")
 
@@ -355,7 +356,7 @@ async def test_a_stop_ends_a_restore_which_tells_what_differs() -> None:
         await stops.stop(it.plant, ME, "/bodies/3F", "immediate")
         [stop] = [sent for sent in it.wire.sent if sent.frame == "&3F5IS"]
         assert stop.at - began < 0.03
-        over = await backups.RESTORES.get(it.plant, "/bodies/3F", begun.id, 60.0)
+        over = await ask(it.plant, "getBodyRestore", body_id="3F", restore_id=begun.id, wait=60.0)
         assert over.status == "cancelled"
         assert over.error is not None
         assert "A stop came first" in over.error.detail
@@ -367,11 +368,11 @@ async def test_a_cancelled_restore_tells_what_differs() -> None:
     async with one_body(baud=9600) as it:
         begun = await restored(it, SMALL, wait_s=0.0)
         await it.wire.begun("&3FUWSEND")
-        over = await backups.RESTORES.cancel(it.plant, ME, "/bodies/3F")
+        over = await ask(it.plant, "cancelBodyRestore", body_id="3F")
         assert (over.id, over.status) == (begun.id, "cancelled")
         assert over.differences == (await planned(it, SMALL)).differences != []
         with pytest.raises(NotFound):
-            await backups.RESTORES.cancel(it.plant, ME, "/bodies/3F")
+            await ask(it.plant, "cancelBodyRestore", body_id="3F")
 
 
 @in_virtual_time
@@ -411,7 +412,7 @@ async def test_a_body_that_stays_away_leaves_the_restore_failed() -> None:
         await it.wire.begun("&3FUWSEND")
         it.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
         it.wire.turn()
-        over = await backups.RESTORES.get(it.plant, "/bodies/3F", "current", 600.0)
+        over = await ask(it.plant, "getBodyRestore", body_id="3F", restore_id="current", wait=600.0)
         assert (over.status, over.differences) == ("failed", None)
         assert over.error is not None
 
@@ -468,7 +469,10 @@ async def one_cut(it: Rig, dice: Random, text: str, within: int = 0) -> Restore:
 
     it.wire.write = cut  # type: ignore[method-assign]
     try:
-        return await backups.RESTORES.get(it.plant, "/bodies/3F", begun.id, 600.0)
+        over: Restore = await ask(
+            it.plant, "getBodyRestore", body_id="3F", restore_id=begun.id, wait=600.0
+        )
+        return over
     finally:
         it.wire.write = write  # type: ignore[method-assign]
 
@@ -579,17 +583,17 @@ async def test_a_section_that_is_not_there_is_left_as_it_is() -> None:
 async def test_a_backup_of_a_line_has_all_its_bodies_and_goes_back_to_chosen_ones() -> None:
     async with rig(bodies=(0x00, 0x01), groups={}) as it:
         await teach(it, 0x01)
-        text = await backups.text(it.plant, ME, backups.of_line(it.plant, "line1"))
+        text = await backups.text(backups.of_line(it.plant, "line1"))
         contents = backups.check_bodies(parts(text, "settings", "program"))
         assert list(contents) == [0x00, 0x01]
         await teach(it, 0x00)
-        every = await backups.plan(it.plant, ME, backups.for_line(it.plant, "line1", contents, None))
+        every = await backups.plan(it.plant, backups.for_line(it.plant, "line1", contents, None))
         assert {found.target for found in every.differences} == {"line1.00"}
         one = backups.for_line(it.plant, "line1", contents, ["01"])
-        over = await backups.start(it.plant, ME, one, False, False, 3000.0)
+        over = await backups.start(it.plant, one, False, False, 3000.0)
         assert (over.status, over.target, over.controllers) == ("verified", "/lines/line1", ["line1.01"])
         assert it.types("line.restore") == ["line.restore.started", "line.restore.verified"]
-        assert await backups.RESTORES.get(it.plant, "/lines/line1", over.id, 0.0) is over
+        assert await ask(it.plant, "getLineRestore", line_id="line1", restore_id=over.id, wait=0.0) is over
 
 
 @in_virtual_time
@@ -597,9 +601,9 @@ async def test_a_line_is_backed_up_without_those_who_do_not_answer_only_when_tha
     async with rig(bodies=(0x00, 0x01), present=(0x01,), groups={}) as it:
         sent = len(it.wire.sent)
         with pytest.raises(GatewayError, match="00"):
-            await backups.text(it.plant, ME, backups.of_line(it.plant, "line1"))
+            await backups.text(backups.of_line(it.plant, "line1"))
         assert not [frame for frame in it.wire.frames(sent) if frame[3:6] == "EAD"]
-        text = await backups.text(it.plant, ME, backups.of_line(it.plant, "line1", ["01"]))
+        text = await backups.text(backups.of_line(it.plant, "line1", ["01"]))
         assert list(backups.check_bodies(text)) == [0x01]
 
 
@@ -610,7 +614,7 @@ async def test_a_backup_of_another_body_is_taken_only_when_that_is_said() -> Non
         with pytest.raises(InvalidRequest, match="nothing of body 00; there is 3F"):
             backups.for_body(it.plant, "00", contents, None)
         wanted = backups.for_body(it.plant, "00", contents, "3F")
-        assert (await backups.start(it.plant, ME, wanted, False, False, 600.0)).status == "verified"
+        assert (await backups.start(it.plant, wanted, False, False, 600.0)).status == "verified"
         assert it.axis(0x00).program == ("*A", "1AM50", "END")
         for chosen in (["00"], ["01"]):
             with pytest.raises((InvalidRequest, NotFound)):

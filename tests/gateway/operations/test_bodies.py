@@ -5,7 +5,6 @@ import pytest
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.origin import Origin
 from gateway.door.groups import GroupDefinition
-from gateway.operations import bodies
 from gateway.rorze.move_requests import Length
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time, rig
@@ -33,18 +32,18 @@ async def test_a_group_is_defined_by_an_address_in_any_case() -> None:
 @in_virtual_time
 async def test_a_scan_finds_who_answers_and_belongs_to_its_line() -> None:
     async with rig(lines=("left", "right"), present=(0x3F,)) as it:
-        scan = await bodies.start_scan(it.plant, ME, "left")
-        over = await bodies.get_scan(it.plant, "left", scan.id, 120.0)
+        scan = await ask(it.plant, "startScan", line_id="left")
+        over = await ask(it.plant, "getScan", line_id="left", scan_id=scan.id, wait=120.0)
         assert (over.status, [found.body_id for found in over.found]) == ("finished", ["left.3F"])
         with pytest.raises(NotFound, match="right has no scan"):
-            await bodies.get_scan(it.plant, "right", scan.id, 0.0)
+            await ask(it.plant, "getScan", line_id="right", scan_id=scan.id)
 
 
 @in_virtual_time
 async def test_a_line_with_a_robot_has_nobody_to_scan_for() -> None:
     async with fics_rig() as it:
         with pytest.raises(InvalidRequest, match="leads to a robot and has no bodies"):
-            await bodies.start_scan(it.plant, ME, "cell")
+            await ask(it.plant, "startScan", line_id="cell")
 
 
 @in_virtual_time

@@ -7,15 +7,17 @@ from random import Random
 import pytest
 
 from gateway.core.errors import BodyBusy, InvalidRequest, InvalidText
-from gateway.core.origin import Origin
+from gateway.core.origin import Origin, acting
 from gateway.core.restore_record import Restore, RestorePlan
-from gateway.operations import backups, commands
+from gateway.door import backups
+from gateway.operations import commands
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
 from protocols.fics.speeds import SetSpeedPercent
 from protocols.fics.variables import SetVariable
 from tests.fics_plants import FicsRig, fics_rig
 from tests.plants import in_virtual_time
+from tests.through_the_door import ask
 from tests.virtual_time import run_virtual
 
 ME, OTHER = Origin("test", "1"), Origin("other", "2")
@@ -23,19 +25,20 @@ SMALL = "[robot r1]\n[unit 1 settings]\nspeed_percent X=50 Y=25.5\n[unit 1 posit
 
 
 async def read(it: FicsRig) -> str:
-    return await backups.text(it.plant, ME, backups.of_robot(it.plant, "r1"))
+    return await backups.text(backups.of_robot(it.plant, "r1"))
 
 
 async def wanted(it: FicsRig, text: str) -> backups.Wanted:
-    return await backups.for_robot(it.plant, ME, "r1", backups.check_robot(it.plant, "r1", text))
+    return backups.for_robot(it.plant, "r1", backups.check_robot(it.plant, "r1", text))
 
 
 async def planned(it: FicsRig, text: str) -> RestorePlan:
-    return await backups.plan(it.plant, ME, await wanted(it, text))
+    return await backups.plan(it.plant, await wanted(it, text))
 
 
 async def restored(it: FicsRig, text: str, wait_s: float = 600.0) -> Restore:
-    return await backups.start(it.plant, ME, await wanted(it, text), False, False, wait_s)
+    with acting(ME):
+        return await backups.start(it.plant, await wanted(it, text), False, False, wait_s)
 
 
 def teach(it: FicsRig) -> None:
@@ -105,11 +108,11 @@ async def test_nobody_else_changes_or_moves_the_robot_meanwhile() -> None:
         assert begun.status == "running"
         with pytest.raises(BodyBusy, match="A backup is being restored"):
             await commands.ask(it.plant, OTHER, "/robots/r1/units/1", SetSpeedPercent(percents=[70.0]))
-        with pytest.raises(BodyBusy, match="A backup is being restored"):
-            await backups.text(it.plant, OTHER, backups.of_robot(it.plant, "r1"))
+        with acting(OTHER), pytest.raises(BodyBusy, match="A backup is being restored"):
+            await backups.text(backups.of_robot(it.plant, "r1"))
         with pytest.raises(BodyBusy, match="A backup is being restored"):
             await it.move(MoveRelative(coordinates=[1.0]))
-        over = await backups.RESTORES.get(it.plant, "/robots/r1", "current", 600.0)
+        over = await ask(it.plant, "getRobotRestore", robot_id="r1", restore_id="current", wait=600.0)
         assert (over.status, over.id) == ("verified", begun.id)
 
 
@@ -118,7 +121,7 @@ async def test_a_stop_ends_a_restore_which_tells_what_differs() -> None:
     async with fics_rig(baud=9600) as it:
         await restored(it, SMALL, wait_s=0.2)
         await it.robot.stop("immediate")
-        over = await backups.RESTORES.get(it.plant, "/robots/r1", "current", 600.0)
+        over = await ask(it.plant, "getRobotRestore", robot_id="r1", restore_id="current", wait=600.0)
         assert over.status == "cancelled"
         assert over.differences == (await planned(it, SMALL)).differences != []
 
@@ -128,7 +131,7 @@ async def test_no_robot_is_restored_while_it_moves_and_none_has_flash_memory() -
     async with fics_rig() as it:
         await it.move(HomeRobot())
         with pytest.raises(InvalidRequest, match="no command that writes flash memory"):
-            await backups.start(it.plant, ME, await wanted(it, SMALL), True, False, 0.0)
+            await backups.start(it.plant, await wanted(it, SMALL), True, False, 0.0)
         await it.start(MoveRelative(coordinates=[20.0]))
         await asyncio.sleep(0.1)
         with pytest.raises(BodyBusy):
@@ -147,7 +150,7 @@ def test_whenever_the_power_is_cut_a_restore_is_verified_or_tells_what_differs(s
                 begun = await restored(it, text, wait_s=0.0)
                 for_s = dice.choice((0.05, 0.7, 3.0))
                 it.cable.after(dice.randrange(1, 220), partial(it.brown_out, for_s))
-                over = await backups.RESTORES.get(it.plant, "/robots/r1", begun.id, 600.0)
+                over = await ask(it.plant, "getRobotRestore", robot_id="r1", restore_id=begun.id, wait=600.0)
                 ends.append(over.status)
                 assert over.differences == (await planned(it, text)).differences
                 assert over.status == ("differs" if over.differences else "verified")

@@ -283,211 +283,6 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/bodies/{body_id}/moves/{move_id}/samples.csv": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Download Samples
-         * @description Get the same as CSV: time, time_s, pulses, the planned pulses, and the value in the body's unit.
-         */
-        get: operations["downloadSamples"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/units/{unit}/moves/{move_id}/samples": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Robot Samples
-         * @description Get where a unit was seen during a move, and where its settings lead an axis that goes alone.
-         *
-         *     How a robot times several axes, or an S-curve, no command tells: there `note` says why nothing is planned.
-         *     The settings are read from the robot when somebody first asks.
-         */
-        get: operations["getRobotSamples"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/units/{unit}/moves/{move_id}/samples.csv": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Download Robot Samples
-         * @description Get the same as CSV: time, time_s, a column for each axis with its unit, and one for its plan.
-         */
-        get: operations["downloadRobotSamples"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/stop": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Stop All
-         * @description Stop all bodies and robots of all lines by software. It does not replace a hardware stop.
-         */
-        post: operations["stopAll"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/stop": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Stop Body
-         * @description Stop a body by software: what waits is cancelled, and the stop goes out at the next frame boundary.
-         */
-        post: operations["stopBody"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/groups/{group_id}/stop": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Stop Group
-         * @description Stop all members of a group by software, with one frame for all and then one for each.
-         */
-        post: operations["stopGroup"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/alarms": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Alarms
-         * @description List alarms over restarts: what has happened, what the motor did, and the calls that help.
-         */
-        get: operations["listAlarms"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/alarms/{alarm_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Alarm
-         * @description Get an alarm.
-         */
-        get: operations["getAlarm"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/alarms/{alarm_id}/reset": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Reset Alarm
-         * @description Reset an alarm, once its cause is over. Nothing moves, and nothing is sent.
-         */
-        post: operations["resetAlarm"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/audit": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Deeds
-         * @description List all that had an effect, or was to have one, over restarts: caller, target, command and outcome.
-         *
-         *     A key with a scope names a target in it.
-         */
-        get: operations["listDeeds"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
     "/groups": {
         parameters: {
             query?: never;
@@ -527,1891 +322,6 @@ export interface paths {
          *     It lasts until the gateway ends; groups of the configuration are defined at every start.
          */
         put: operations["defineGroup"];
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/lines": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Lines
-         * @description List all lines.
-         */
-        get: operations["listLines"];
-        put?: never;
-        /**
-         * Add Line
-         * @description Write one more line with its bodies or its robot into the configuration file, and serve it.
-         *
-         *     A scan of ports gives the line of who is found there. The file keeps its comments.
-         */
-        post: operations["addLine"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/lines/{line_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Line
-         * @description Tell the state of a line; nothing is sent.
-         */
-        get: operations["getLine"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/lines/{line_id}/scans": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Start Scan
-         * @description Ask all 120 body numbers of the line, between its other work, whether somebody is there.
-         *
-         *     A line with a robot has none.
-         */
-        post: operations["startScan"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/lines/{line_id}/scans/{scan_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Scan
-         * @description Get a scan, at once or when it is over.
-         */
-        get: operations["getScan"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/lines/{line_id}/trace": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Trace
-         * @description Give the newest bytes of the line, a robot's too, both ways, with their times.
-         */
-        get: operations["getTrace"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/events": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Events
-         * @description List what has happened after a cursor, or from the oldest event that is kept.
-         *
-         *     Ask again after the answer's `cursor` to go on. The event `stream.gap` stands for events no longer kept.
-         *     With `sample` the values that are watched follow the events, as read within a second.
-         */
-        get: operations["listEvents"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/commands": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Commands
-         * @description List every command that controllers and robots know.
-         */
-        get: operations["listCommands"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/raw": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Send Raw
-         * @description Send a command as text. A command that moves makes a move, and one that stops makes a stop.
-         */
-        post: operations["sendRaw"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/livez": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Livez
-         * @description Answer, as long as the process can.
-         */
-        get: operations["livez"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/readyz": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Readyz
-         * @description Say whether all lines are open and set up, somebody answers on each, and the journal can be written.
-         *
-         *     A journal in trouble is no 503: nobody else could carry out the stops and reads that go on.
-         */
-        get: operations["readyz"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/version": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Version
-         * @description Tell the version.
-         */
-        get: operations["version"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/tickets": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Issue Ticket
-         * @description Give a ticket for one event stream, which ends with the session or the key it was given for.
-         *
-         *     It is for browsers, whose WebSockets and EventSources send no key.
-         */
-        post: operations["issueTicket"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/system/identity": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Identity
-         * @description Tell who asks, with which role and rights, and for what.
-         */
-        get: operations["getIdentity"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/system/posture": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Posture
-         * @description Tell how the gateway is protected, and name each default that was weakened; values to admins only.
-         */
-        get: operations["getPosture"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/program": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Program
-         * @description Read the user program from the controller (UED, UPD); with `Accept: text/plain` its text alone.
-         */
-        get: operations["getProgram"];
-        /**
-         * Upload Program
-         * @description Upload a user program (UCS, UWS), read it back and compare it; its source alone may come as text/plain.
-         *
-         *     It is assembled first: what is wrong with it is told by line and column, and nothing is sent. Refused
-         *     while the motor moves or a program runs. A stop breaks it off; `stored` says what the body holds then.
-         */
-        put: operations["uploadProgram"];
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/program/uploads/{upload_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Program Upload
-         * @description Get an upload, at once or when it is over; `current` is the one under way, or the last.
-         */
-        get: operations["getProgramUpload"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/program/uploads/current": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        post?: never;
-        /**
-         * Cancel Program Upload
-         * @description Cancel the upload under way before its next instruction; what is stored then stays in RAM.
-         */
-        delete: operations["cancelProgramUpload"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/program/runs": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Run Program
-         * @description Run the user program (URG), or one instruction of it (USG); it may move the motor. A stop ends it.
-         */
-        post: operations["runProgram"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/program/runs/current": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Program State
-         * @description Ask the controller whether its program runs, how it ended and where it is (URD, UND, UED, UPD).
-         */
-        get: operations["getProgramState"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/program/runs/{run_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Program Run
-         * @description Get a run that the gateway has started, at once or when it is over.
-         */
-        get: operations["getProgramRun"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/memories": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Memories
-         * @description Read memories of the user program, one by one (UDD).
-         */
-        get: operations["getMemories"];
-        /**
-         * Set Memories
-         * @description Set memories in order (UDS), and tell what they hold then: a program may change them at once.
-         */
-        put: operations["setMemories"];
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/memories/{name}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        /**
-         * Set Memory
-         * @description Set a memory (UDS), and tell what it holds then: a program that runs may change it at once.
-         */
-        put: operations["setMemory"];
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/settings": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Body Settings
-         * @description Ask a body for the settings that FIS keeps (RC-420 manual 18), some ninety frames.
-         *
-         *     Speed sets 0-29 and patterns stand at `/speed-sets` and `/patterns`; the standard set is here.
-         */
-        get: operations["getBodySettings"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        /**
-         * Change Body Settings
-         * @description Set those of the named settings that differ, one by one, and read each back; refused while it moves.
-         *
-         *     Null ends soft limits, error outputs and what interrupts do. With `If-Match` all settings are read before,
-         *     and nothing is sent where they are otherwise than they were.
-         */
-        patch: operations["changeBodySettings"];
-        trace?: never;
-    };
-    "/bodies/{body_id}/homing": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Homing
-         * @description Ask a body how it searches its origin, and how far its last search went (0PD).
-         */
-        get: operations["getHoming"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        /**
-         * Change Homing
-         * @description Set what differs of the set-up of homing, and read it back; refused while the motor moves.
-         */
-        patch: operations["changeHoming"];
-        trace?: never;
-    };
-    "/bodies/{body_id}/encoder": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Encoder
-         * @description Ask a body what its encoder counts (6ED, 6MD), and how it is set up (RC-420 manual 13.7).
-         */
-        get: operations["getEncoder"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        /**
-         * Change Encoder
-         * @description Set what differs of the set-up of the encoder, and read it back; refused while the motor moves.
-         */
-        patch: operations["changeEncoder"];
-        trace?: never;
-    };
-    "/bodies/{body_id}/encoder/resolution": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        /**
-         * Set Encoder Resolution
-         * @description Set multiplier and ratio (PAS, PBS) by what a turn is to motor and encoder (RC-420 manual 13.7.2).
-         */
-        put: operations["setEncoderResolution"];
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/speed-sets": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Speed Sets
-         * @description Ask a body for its speed parameter sets, five frames for each.
-         */
-        get: operations["listSpeedSets"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/speed-sets/{n}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Speed Set
-         * @description Ask a body for a speed parameter set (OLD, OHD, OSD, OAD, OBD).
-         */
-        get: operations["getSpeedSet"];
-        /**
-         * Set Speed Set
-         * @description Set the parameters of a set that differ, and read each back; refused while the motor moves.
-         */
-        put: operations["setSpeedSet"];
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        /**
-         * Change Speed Set
-         * @description Set those of the named parameters that differ, and read each back; refused while the motor moves.
-         */
-        patch: operations["changeSpeedSet"];
-        trace?: never;
-    };
-    "/bodies/{body_id}/patterns": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Patterns
-         * @description Ask a body for its acceleration patterns: one frame for each, and sixteen more for one that is set.
-         */
-        get: operations["listPatterns"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/patterns/{n}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Pattern
-         * @description Ask a body for an acceleration pattern (SPD) with its speed changes (SED).
-         */
-        get: operations["getPattern"];
-        /**
-         * Set Pattern
-         * @description Set what differs of a pattern and its speed changes, and read it back; refused while the motor moves.
-         *
-         *     Where a change shall go, all are cleared (SES) and those that stay are set again.
-         */
-        put: operations["setPattern"];
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        /**
-         * Change Pattern
-         * @description Set what differs of what is named, and read it back; refused while the motor moves.
-         */
-        patch: operations["changePattern"];
-        trace?: never;
-    };
-    "/bodies/{body_id}/patterns/{n}/curve": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Curve
-         * @description Work out how a move with this pattern would go, with the settings of now; nothing moves.
-         */
-        get: operations["getCurve"];
-        put?: never;
-        /**
-         * Draft Curve
-         * @description Work out how a move would go if the pattern were this one; nothing is set, and nothing moves.
-         */
-        post: operations["draftCurve"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/backup": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Body Backup
-         * @description Read all that a body keeps: settings, speeds, patterns, positions, memories, user program.
-         *
-         *     It takes two minutes at 9600 baud; others are served meanwhile. `POST .../backups` answers at once.
-         */
-        get: operations["getBodyBackup"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/backups": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Start Body Backup
-         * @description Begin to read all that a body keeps; the record at `Location` has the text in the end.
-         */
-        post: operations["startBodyBackup"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/backups/{backup_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Body Backup Record
-         * @description Get a backup, at once or when it is over; `current` is the one under way, or the last.
-         */
-        get: operations["getBodyBackupRecord"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/backups/current": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        post?: never;
-        /**
-         * Cancel Body Backup
-         * @description Read no more.
-         */
-        delete: operations["cancelBodyBackup"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/restores": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Restore Body
-         * @description Bring a body back to a backup: write what differs, read it back, and tell what differs still.
-         *
-         *     Refused while the motor moves or a program runs. A stop ends it.
-         */
-        post: operations["restoreBody"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/restores/{restore_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Body Restore
-         * @description Get a restore, at once or when it is over; `current` is the one under way, or the last.
-         */
-        get: operations["getBodyRestore"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/restores/current": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        post?: never;
-        /**
-         * Cancel Body Restore
-         * @description Write no more; what differs is still read and told, unless it is cancelled once more.
-         */
-        delete: operations["cancelBodyRestore"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/comparisons": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Compare Body
-         * @description Begin to tell what a restore would write and what differs; the record at `Location` has it in the end.
-         *
-         *     Nothing is written but the gateway's own mark. `POST .../restores` with `dry_run` is the same in one
-         *     request, which takes two minutes at 9600 baud.
-         */
-        post: operations["compareBody"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/comparisons/{comparison_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Body Comparison
-         * @description Get a comparison, at once or when it is over; `current` is the one under way, or the last.
-         */
-        get: operations["getBodyComparison"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/bodies/{body_id}/comparisons/current": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        post?: never;
-        /**
-         * Cancel Body Comparison
-         * @description Read no more.
-         */
-        delete: operations["cancelBodyComparison"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/lines/{line_id}/backup": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Line Backup
-         * @description Read all that the bodies of a line keep, as one text. It takes two minutes a body at 9600 baud.
-         *
-         *     All of them have to answer; `bodies` leaves out who does not. `POST .../backups` answers at once.
-         */
-        get: operations["getLineBackup"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/lines/{line_id}/backups": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Start Line Backup
-         * @description Begin to read all that the bodies of a line keep, one after the other, as one text.
-         *
-         *     All of them have to answer; `bodies` leaves out who does not. The record has the text in the end.
-         */
-        post: operations["startLineBackup"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/lines/{line_id}/backups/{backup_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Line Backup Record
-         * @description Get a backup, at once or when it is over; `current` is the one under way, or the last.
-         */
-        get: operations["getLineBackupRecord"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/lines/{line_id}/backups/current": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        post?: never;
-        /**
-         * Cancel Line Backup
-         * @description Read no more.
-         */
-        delete: operations["cancelLineBackup"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/lines/{line_id}/restores": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Restore Line
-         * @description Bring the bodies of a line, or chosen ones, back to a backup, one after the other.
-         */
-        post: operations["restoreLine"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/lines/{line_id}/restores/{restore_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Line Restore
-         * @description Get a restore, at once or when it is over; `current` is the one under way, or the last.
-         */
-        get: operations["getLineRestore"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/lines/{line_id}/restores/current": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        post?: never;
-        /**
-         * Cancel Line Restore
-         * @description Write no more; what differs is still read and told, unless it is cancelled once more.
-         */
-        delete: operations["cancelLineRestore"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/lines/{line_id}/comparisons": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Compare Line
-         * @description Begin to tell what a restore of a line's bodies would write and what differs, one after the other.
-         */
-        post: operations["compareLine"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/lines/{line_id}/comparisons/{comparison_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Line Comparison
-         * @description Get a comparison, at once or when it is over; `current` is the one under way, or the last.
-         */
-        get: operations["getLineComparison"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/lines/{line_id}/comparisons/current": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        post?: never;
-        /**
-         * Cancel Line Comparison
-         * @description Read no more.
-         */
-        delete: operations["cancelLineComparison"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/backup": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Robot Backup
-         * @description Read what a robot tells of what it keeps: variables, and of each unit settings and positions.
-         */
-        get: operations["getRobotBackup"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/backups": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Start Robot Backup
-         * @description Begin to read what a robot tells of what it keeps; the record at `Location` has the text in the end.
-         */
-        post: operations["startRobotBackup"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/backups/{backup_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Robot Backup Record
-         * @description Get a backup, at once or when it is over; `current` is the one under way, or the last.
-         */
-        get: operations["getRobotBackupRecord"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/backups/current": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        post?: never;
-        /**
-         * Cancel Robot Backup
-         * @description Read no more.
-         */
-        delete: operations["cancelRobotBackup"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/restores": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Restore Robot
-         * @description Bring a robot back to a backup: write what differs, read it back, and tell what differs still.
-         *
-         *     Refused while it moves. A stop ends it. There is no `flash`: C-HOST has no command for it.
-         */
-        post: operations["restoreRobot"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/restores/{restore_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Robot Restore
-         * @description Get a restore, at once or when it is over; `current` is the one under way, or the last.
-         */
-        get: operations["getRobotRestore"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/restores/current": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        post?: never;
-        /**
-         * Cancel Robot Restore
-         * @description Write no more; what differs is still read and told, unless it is cancelled once more.
-         */
-        delete: operations["cancelRobotRestore"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/comparisons": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Compare Robot
-         * @description Begin to tell what a restore of a robot would write and what differs.
-         */
-        post: operations["compareRobot"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/comparisons/{comparison_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Robot Comparison
-         * @description Get a comparison, at once or when it is over; `current` is the one under way, or the last.
-         */
-        get: operations["getRobotComparison"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/comparisons/current": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        post?: never;
-        /**
-         * Cancel Robot Comparison
-         * @description Read no more.
-         */
-        delete: operations["cancelRobotComparison"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/leases": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Leases
-         * @description List who has leased what; a key with a scope sees those within it.
-         */
-        get: operations["listLeases"];
-        put?: never;
-        /**
-         * Take Lease
-         * @description Lease a line, a body, a group or a robot: until it ends, nobody else moves or sets what is in it.
-         *
-         *     Its holder sends its `token` as the header `Lease-Token` with each motion and each setting; several
-         *     tokens stand side by side with commas. A token that is not good any more is refused though nobody else has
-         *     a lease. Reads and stops need none. When it ends, moves go on to their ends, and what would never end (a
-         *     JOG, a move without an end) is stopped.
-         */
-        post: operations["takeLease"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/leases/{lease_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Lease
-         * @description Tell who has a lease, and for how long.
-         */
-        get: operations["getLease"];
-        put?: never;
-        post?: never;
-        /**
-         * End Lease
-         * @description Give a lease back; an admin ends that of anybody.
-         */
-        delete: operations["endLease"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/leases/{lease_id}/renew": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Renew Lease
-         * @description Let a lease last for its whole time from now on; its token stands in the header Lease-Token.
-         */
-        post: operations["renewLease"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/system/reload": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Reload Configuration
-         * @description Read the configuration file again, and serve the lines in it.
-         *
-         *     Lines that did not change go on undisturbed, and so do moves and events. One that did is closed and opened
-         *     anew, which is refused while something moves on it. `needs_restart` names what a restart alone changes.
-         */
-        post: operations["reloadConfiguration"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/lines/{line_id}/bodies": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Add Bodies
-         * @description Write bodies that a scan has found into the configuration file, and serve them.
-         *
-         *     Their line is opened anew, which is refused while something moves on it.
-         */
-        post: operations["addBodies"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/system/ports": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Ports
-         * @description List the serial ports of the gateway's machine, and which line has each; nothing is sent.
-         */
-        get: operations["listPorts"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/system/scans": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Start Port Scan
-         * @description Ask who is at ports that no line has: an RC-400 with which bodies, or a Fics robot.
-         *
-         *     Only questions are sent; whatever else is at a port hears bytes that it does not know. `POST /lines` adds
-         *     the `line` of what is found, with its `comment`.
-         */
-        post: operations["startPortScan"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/system/scans/{scan_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Port Scan
-         * @description Get a scan of ports, at once or when it is over; `current` is the one under way, or the last.
-         */
-        get: operations["getPortScan"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/system/scans/current": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        post?: never;
-        /**
-         * Break Off Port Scan
-         * @description Ask nobody more; what was found until then is in the record.
-         */
-        delete: operations["breakOffPortScan"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/access/keys": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Keys
-         * @description List the keys, without what is secret of them.
-         */
-        get: operations["listKeys"];
-        put?: never;
-        /**
-         * Make Key
-         * @description Make a key and tell it once. The header Idempotency-Key is refused: it would have the secret kept.
-         */
-        post: operations["makeKey"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/access/keys/{name}/rotate": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Rotate Key
-         * @description Make a new key in the place of a good one and tell it once; the old one is good for the overlap yet.
-         */
-        post: operations["rotateKey"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/access/keys/{name}/approve": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Approve Key
-         * @description Let a key of an admin be good that another admin has made (`access.four_eyes`).
-         */
-        post: operations["approveKey"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/access/keys/{name}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        post?: never;
-        /**
-         * Revoke Key
-         * @description Let a key never be used again: its next request is refused, and its event streams end within 5 s.
-         */
-        delete: operations["revokeKey"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/access/sessions": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Sessions
-         * @description List who has signed in with a browser, from where, and when the session was last used.
-         */
-        get: operations["listSessions"];
-        put?: never;
-        post?: never;
-        /**
-         * End Sessions
-         * @description End all sessions of a key, which stays good, and list them.
-         */
-        delete: operations["endSessions"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/access/sessions/{session_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        post?: never;
-        /**
-         * End Session
-         * @description End a session: its next request is refused, and its event streams end within 5 s.
-         */
-        delete: operations["endSession"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/security": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Security Entries
-         * @description List the security log: sign-ins, refusals, keys, sessions, leases, reloads and what else needs a name.
-         *
-         *     No use of the gateway pushes an entry out; what comes in a flood is counted in one.
-         */
-        get: operations["listSecurityEntries"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/scaras": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Scaras
-         * @description List all SCARA robots; nothing is sent.
-         */
-        get: operations["listScaras"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/scaras/{scara_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Scara
-         * @description Tell what is known of a SCARA robot; nothing is sent.
-         */
-        get: operations["getScara"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/scaras/{scara_id}/coordinates": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Scara Coordinates
-         * @description Ask all axes in one frame where they stand (6PD), and calculate where the finger ends.
-         */
-        get: operations["getScaraCoordinates"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/scaras/{scara_id}/kinematics/forward": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Calculate Coordinates
-         * @description Calculate where the finger ends at positions of the axes; nothing is sent.
-         */
-        post: operations["calculateCoordinates"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/scaras/{scara_id}/kinematics/inverse": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Calculate Positions
-         * @description Calculate the positions of the axes for a place, the elbow bent as in the manual's example.
-         *
-         *     Pulses are cut towards zero, as HLS answers them; the place in the answer is that of the whole pulses.
-         *     Nothing is sent; 422 where the arm does not come.
-         */
-        post: operations["calculatePositions"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/scaras/{scara_id}/geometry": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Scara Geometry
-         * @description Ask the controllers for the geometry they calculate with (HTD, HCD, HAD, HFD, HZD), and compare.
-         */
-        get: operations["getScaraGeometry"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/scaras/{scara_id}/geometry/apply": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Apply Scara Geometry
-         * @description Give the controllers the configured geometry (HTS, HCS, HAS, HFS, HZS), and read it back.
-         */
-        post: operations["applyScaraGeometry"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/scaras/{scara_id}/stop": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Stop Scara
-         * @description Stop all axes of a robot by software, with one frame for all and then one for each.
-         */
-        post: operations["stopScara"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/scaras/{scara_id}/moves": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Scara Moves
-         * @description List the robot's moves, newest first.
-         */
-        get: operations["listScaraMoves"];
-        put?: never;
-        /**
-         * Start Scara Move
-         * @description Start a move of all axes, or with `validate_only` say what it would be.
-         *
-         *     In one undivided turn of the line the gateway reads where the axes stand (6PD), tells all controllers
-         *     (HPS), prepares the move, sees that they agree and that nothing has moved, and starts it by one frame
-         *     (HMM; HFM and HNM for `finger` and `align`). 202 when it is accepted and not over, 200 when it ended while
-         *     the request waited. When one axis fails all are stopped: see `status`, `failed_axes` and `error`.
-         */
-        post: operations["startScaraMove"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/scaras/{scara_id}/moves/{move_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Scara Move
-         * @description Get a move, at once or when it is over.
-         */
-        get: operations["getScaraMove"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/scaras/{scara_id}/paths/{path}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Scara Path
-         * @description Read a path from all controllers (HDD); 409 where they hold different ones.
-         */
-        get: operations["getScaraPath"];
-        /**
-         * Write Scara Path
-         * @description Store a path in all controllers, undivided (HDS), in RAM; read it back.
-         */
-        put: operations["writeScaraPath"];
         post?: never;
         delete?: never;
         options?: never;
@@ -2654,6 +564,1961 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/bodies/{body_id}/program": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Program
+         * @description Read the user program from the controller (UED, UPD); with `Accept: text/plain` its text alone.
+         */
+        get: operations["getProgram"];
+        /**
+         * Upload Program
+         * @description Upload a user program (UCS, UWS), read it back and compare it; its source alone may come as text/plain.
+         *
+         *     It is assembled first: what is wrong with it is told by line and column, and nothing is sent. Refused
+         *     while the motor moves or a program runs. A stop breaks it off; `stored` says what the body holds then.
+         */
+        put: operations["uploadProgram"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/program/uploads/{upload_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Program Upload
+         * @description Get an upload, at once or when it is over; `current` is the one under way, or the last.
+         */
+        get: operations["getProgramUpload"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/program/uploads/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Cancel Program Upload
+         * @description Cancel the upload under way before its next instruction; what is stored then stays in RAM.
+         */
+        delete: operations["cancelProgramUpload"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/program/runs": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Run Program
+         * @description Run the user program (URG), or one instruction of it (USG); it may move the motor. A stop ends it.
+         */
+        post: operations["runProgram"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/program/runs/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Program State
+         * @description Ask the controller whether its program runs, how it ended and where it is (URD, UND, UED, UPD).
+         */
+        get: operations["getProgramState"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/program/runs/{run_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Program Run
+         * @description Get a run that the gateway has started, at once or when it is over.
+         */
+        get: operations["getProgramRun"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Scaras
+         * @description List all SCARA robots; nothing is sent.
+         */
+        get: operations["listScaras"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Scara
+         * @description Tell what is known of a SCARA robot; nothing is sent.
+         */
+        get: operations["getScara"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}/coordinates": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Scara Coordinates
+         * @description Ask all axes in one frame where they stand (6PD), and calculate where the finger ends.
+         */
+        get: operations["getScaraCoordinates"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}/kinematics/forward": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Calculate Coordinates
+         * @description Calculate where the finger ends at positions of the axes; nothing is sent.
+         */
+        post: operations["calculateCoordinates"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}/kinematics/inverse": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Calculate Positions
+         * @description Calculate the positions of the axes for a place, the elbow bent as in the manual's example.
+         *
+         *     Pulses are cut towards zero, as HLS answers them; the place in the answer is that of the whole pulses.
+         *     Nothing is sent; 422 where the arm does not come.
+         */
+        post: operations["calculatePositions"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}/geometry": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Scara Geometry
+         * @description Ask the controllers for the geometry they calculate with (HTD, HCD, HAD, HFD, HZD), and compare.
+         */
+        get: operations["getScaraGeometry"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}/geometry/apply": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Apply Scara Geometry
+         * @description Give the controllers the configured geometry (HTS, HCS, HAS, HFS, HZS), and read it back.
+         */
+        post: operations["applyScaraGeometry"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}/stop": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Stop Scara
+         * @description Stop all axes of a robot by software, with one frame for all and then one for each.
+         */
+        post: operations["stopScara"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}/paths/{path}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Scara Path
+         * @description Read a path from all controllers (HDD); 409 where they hold different ones.
+         */
+        get: operations["getScaraPath"];
+        /**
+         * Write Scara Path
+         * @description Store a path in all controllers, undivided (HDS), in RAM; read it back.
+         */
+        put: operations["writeScaraPath"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}/moves": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Scara Moves
+         * @description List the robot's moves, newest first.
+         */
+        get: operations["listScaraMoves"];
+        put?: never;
+        /**
+         * Start Scara Move
+         * @description Start a move of all axes, or with `validate_only` say what it would be.
+         *
+         *     In one undivided turn of the line the gateway reads where the axes stand (6PD), tells all controllers
+         *     (HPS), prepares the move, sees that they agree and that nothing has moved, and starts it by one frame
+         *     (HMM; HFM and HNM for `finger` and `align`). 202 when it is accepted and not over, 200 when it ended while
+         *     the request waited. When one axis fails all are stopped: see `status`, `failed_axes` and `error`.
+         */
+        post: operations["startScaraMove"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}/moves/{move_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Scara Move
+         * @description Get a move, at once or when it is over.
+         */
+        get: operations["getScaraMove"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Robots
+         * @description List all robots; nothing is sent.
+         */
+        get: operations["listRobots"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Robot
+         * @description Tell what is known of a robot; nothing is sent.
+         */
+        get: operations["getRobot"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/units/{unit}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Unit
+         * @description Tell what is known of a unit; nothing is sent.
+         */
+        get: operations["getUnit"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/units/{unit}/position": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Unit Position
+         * @description Ask the robot where the unit stands, in user (APS) or motor coordinates (MPS).
+         */
+        get: operations["getUnitPosition"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/units/{unit}/status": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Unit Status
+         * @description Ask the robot how the unit's motor axes are (ACD) and for their sensors (ASD).
+         */
+        get: operations["getUnitStatus"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/errors": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Robot Errors
+         * @description Tell which errors stand, as the gateway has read them; with `fresh` the robot is asked (ERR).
+         *
+         *     An error of the system is not cleared by that.
+         */
+        get: operations["listRobotErrors"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/errors/reset": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Reset Robot Errors
+         * @description Reset the errors and the state EMERGENCY (DRT), and tell what still stands. Nothing moves.
+         */
+        post: operations["resetRobotErrors"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/mode": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Change Robot Mode
+         * @description Bring the robot into another mode (MOD) until the gateway ends; refused while it moves.
+         */
+        put: operations["changeRobotMode"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/power-cycle/acknowledge": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Acknowledge Power Cycle
+         * @description Allow motion again after a loss of power, once the speeds are set: they are at 100 % since then.
+         */
+        post: operations["acknowledgePowerCycle"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/macros": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Macros
+         * @description List the macros of the configuration, and those the robot has refused; nothing is sent.
+         */
+        get: operations["listMacros"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/stop": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Stop Robot
+         * @description Stop all axes of a robot by software: what waits is cancelled, and the stop goes out first.
+         */
+        post: operations["stopRobot"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/units/{unit}/stop": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Stop Unit
+         * @description Stop all axes of the unit's robot by software: it knows no stop of a single unit.
+         */
+        post: operations["stopUnit"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/units/{unit}/moves": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Robot Moves
+         * @description List the unit's moves, newest first.
+         */
+        get: operations["listRobotMoves"];
+        put?: never;
+        /**
+         * Start Robot Move
+         * @description Start a move of a unit, or with `validate_only` say what it would be.
+         *
+         *     202 when the robot has not refused it and it is not over, 200 when it ended while the request waited. A
+         *     move that has started and failed is no HTTP error: see its `status`, `end_cause` and `error`.
+         */
+        post: operations["startRobotMove"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/units/{unit}/moves/{move_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Robot Move
+         * @description Get a move, at once or when it is over.
+         */
+        get: operations["getRobotMove"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/macros/{name}/runs": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Run Macro
+         * @description Run a macro of the robot; the run is a move of the unit it is started on.
+         */
+        post: operations["runMacro"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/units/{unit}/moves/{move_id}/samples": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Robot Samples
+         * @description Get where a unit was seen during a move, and where its settings lead an axis that goes alone.
+         *
+         *     How a robot times several axes, or an S-curve, no command tells: there `note` says why nothing is planned.
+         *     The settings are read from the robot when somebody first asks.
+         */
+        get: operations["getRobotSamples"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/jogs": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Start Jog
+         * @description Start to jog an axis. It stops when no heartbeat has come for half a second.
+         */
+        post: operations["startJog"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/jogs/{jog_id}/heartbeat": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Keep Jogging
+         * @description Let the axis move for another half second; 409 when it is being stopped, or nobody can reach it.
+         */
+        post: operations["keepJogging"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/jogs/{jog_id}/stop": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * End Jog
+         * @description Stop the axis, and answer when it stands still.
+         *
+         *     Where that was not seen in time, the state is `stopping` and the whole robot is being stopped; ask again
+         *     until the state is another.
+         */
+        post: operations["endJog"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/units/{unit}/positions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Positions
+         * @description Read stored positions (POR); the robot ends at the first number that is not set.
+         */
+        get: operations["listPositions"];
+        /**
+         * Store Positions
+         * @description Store positions undivided (POF, POS); a stop in the middle ends the upload first.
+         *
+         *     A number alone stores where the unit stands; refused while it moves, and where an axis is not homed.
+         *     `If-Match` is the ETag of the positions from `first` to `last`, which are read first then.
+         */
+        put: operations["storePositions"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/stop": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Stop All
+         * @description Stop all bodies and robots of all lines by software. It does not replace a hardware stop.
+         */
+        post: operations["stopAll"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/stop": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Stop Body
+         * @description Stop a body by software: what waits is cancelled, and the stop goes out at the next frame boundary.
+         */
+        post: operations["stopBody"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/groups/{group_id}/stop": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Stop Group
+         * @description Stop all members of a group by software, with one frame for all and then one for each.
+         */
+        post: operations["stopGroup"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/alarms": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Alarms
+         * @description List alarms over restarts: what has happened, what the motor did, and the calls that help.
+         */
+        get: operations["listAlarms"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/alarms/{alarm_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Alarm
+         * @description Get an alarm.
+         */
+        get: operations["getAlarm"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/alarms/{alarm_id}/reset": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Reset Alarm
+         * @description Reset an alarm, once its cause is over. Nothing moves, and nothing is sent.
+         */
+        post: operations["resetAlarm"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/audit": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Deeds
+         * @description List all that had an effect, or was to have one, over restarts: caller, target, command and outcome.
+         *
+         *     A key with a scope names a target in it.
+         */
+        get: operations["listDeeds"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/leases": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Leases
+         * @description List who has leased what; a key with a scope sees those within it.
+         */
+        get: operations["listLeases"];
+        put?: never;
+        /**
+         * Take Lease
+         * @description Lease a line, a body, a group or a robot: until it ends, nobody else moves or sets what is in it.
+         *
+         *     Its holder sends its `token` as the header `Lease-Token` with each motion and each setting; several
+         *     tokens stand side by side with commas. A token that is not good any more is refused though nobody else has
+         *     a lease. Reads and stops need none. When it ends, moves go on to their ends, and what would never end (a
+         *     JOG, a move without an end) is stopped.
+         */
+        post: operations["takeLease"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/leases/{lease_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Lease
+         * @description Tell who has a lease, and for how long.
+         */
+        get: operations["getLease"];
+        put?: never;
+        post?: never;
+        /**
+         * End Lease
+         * @description Give a lease back; an admin ends that of anybody.
+         */
+        delete: operations["endLease"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/leases/{lease_id}/renew": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Renew Lease
+         * @description Let a lease last for its whole time from now on; its token stands in the header Lease-Token.
+         */
+        post: operations["renewLease"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/system/reload": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Reload Configuration
+         * @description Read the configuration file again, and serve the lines in it.
+         *
+         *     Lines that did not change go on undisturbed, and so do moves and events. One that did is closed and opened
+         *     anew, which is refused while something moves on it. `needs_restart` names what a restart alone changes.
+         */
+        post: operations["reloadConfiguration"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Lines
+         * @description List all lines.
+         */
+        get: operations["listLines"];
+        put?: never;
+        /**
+         * Add Line
+         * @description Write one more line with its bodies or its robot into the configuration file, and serve it.
+         *
+         *     A scan of ports gives the line of who is found there. The file keeps its comments.
+         */
+        post: operations["addLine"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/bodies": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Add Bodies
+         * @description Write bodies that a scan has found into the configuration file, and serve them.
+         *
+         *     Their line is opened anew, which is refused while something moves on it.
+         */
+        post: operations["addBodies"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/system/ports": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Ports
+         * @description List the serial ports of the gateway's machine, and which line has each; nothing is sent.
+         */
+        get: operations["listPorts"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/system/scans": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Start Port Scan
+         * @description Ask who is at ports that no line has: an RC-400 with which bodies, or a Fics robot.
+         *
+         *     Only questions are sent; whatever else is at a port hears bytes that it does not know. `POST /lines` adds
+         *     the `line` of what is found, with its `comment`.
+         */
+        post: operations["startPortScan"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/system/scans/{scan_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Port Scan
+         * @description Get a scan of ports, at once or when it is over; `current` is the one under way, or the last.
+         */
+        get: operations["getPortScan"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/system/scans/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Break Off Port Scan
+         * @description Ask nobody more; what was found until then is in the record.
+         */
+        delete: operations["breakOffPortScan"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/security": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Security Entries
+         * @description List the security log: sign-ins, refusals, keys, sessions, leases, reloads and what else needs a name.
+         *
+         *     No use of the gateway pushes an entry out; what comes in a flood is counted in one.
+         */
+        get: operations["listSecurityEntries"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/access/keys": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Keys
+         * @description List the keys, without what is secret of them.
+         */
+        get: operations["listKeys"];
+        put?: never;
+        /**
+         * Make Key
+         * @description Make a key and tell it once. The header Idempotency-Key is refused: it would have the secret kept.
+         */
+        post: operations["makeKey"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/access/keys/{name}/rotate": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Rotate Key
+         * @description Make a new key in the place of a good one and tell it once; the old one is good for the overlap yet.
+         */
+        post: operations["rotateKey"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/access/keys/{name}/approve": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Approve Key
+         * @description Let a key of an admin be good that another admin has made (`access.four_eyes`).
+         */
+        post: operations["approveKey"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/access/keys/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Revoke Key
+         * @description Let a key never be used again: its next request is refused, and its event streams end within 5 s.
+         */
+        delete: operations["revokeKey"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/access/sessions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Sessions
+         * @description List who has signed in with a browser, from where, and when the session was last used.
+         */
+        get: operations["listSessions"];
+        put?: never;
+        post?: never;
+        /**
+         * End Sessions
+         * @description End all sessions of a key, which stays good, and list them.
+         */
+        delete: operations["endSessions"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/access/sessions/{session_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * End Session
+         * @description End a session: its next request is refused, and its event streams end within 5 s.
+         */
+        delete: operations["endSession"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/system/identity": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Identity
+         * @description Tell who asks, with which role and rights, and for what.
+         */
+        get: operations["getIdentity"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/system/posture": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Posture
+         * @description Tell how the gateway is protected, and name each default that was weakened; values to admins only.
+         */
+        get: operations["getPosture"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Line
+         * @description Tell the state of a line; nothing is sent.
+         */
+        get: operations["getLine"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/scans": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Start Scan
+         * @description Ask all 120 body numbers of the line, between its other work, whether somebody is there.
+         *
+         *     A line with a robot has none.
+         */
+        post: operations["startScan"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/scans/{scan_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Scan
+         * @description Get a scan, at once or when it is over.
+         */
+        get: operations["getScan"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/backups": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Start Body Backup
+         * @description Begin to read all that a body keeps; the record at `Location` has the text in the end.
+         */
+        post: operations["startBodyBackup"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/backups/{backup_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Body Backup Record
+         * @description Get a backup, at once or when it is over; `current` is the one under way, or the last.
+         */
+        get: operations["getBodyBackupRecord"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/backups/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Cancel Body Backup
+         * @description Read no more.
+         */
+        delete: operations["cancelBodyBackup"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/restores": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Restore Body
+         * @description Bring a body back to a backup: write what differs, read it back, and tell what differs still.
+         *
+         *     Refused while the motor moves or a program runs. A stop ends it.
+         */
+        post: operations["restoreBody"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/restores/{restore_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Body Restore
+         * @description Get a restore, at once or when it is over; `current` is the one under way, or the last.
+         */
+        get: operations["getBodyRestore"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/restores/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Cancel Body Restore
+         * @description Write no more; what differs is still read and told, unless it is cancelled once more.
+         */
+        delete: operations["cancelBodyRestore"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/comparisons": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Compare Body
+         * @description Begin to tell what a restore would write and what differs; the record at `Location` has it in the end.
+         *
+         *     Nothing is written but the gateway's own mark. `POST .../restores` with `dry_run` is the same in one
+         *     request, which takes two minutes at 9600 baud.
+         */
+        post: operations["compareBody"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/comparisons/{comparison_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Body Comparison
+         * @description Get a comparison, at once or when it is over; `current` is the one under way, or the last.
+         */
+        get: operations["getBodyComparison"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/comparisons/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Cancel Body Comparison
+         * @description Read no more.
+         */
+        delete: operations["cancelBodyComparison"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/backups": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Start Line Backup
+         * @description Begin to read all that the bodies of a line keep, one after the other, as one text.
+         *
+         *     All of them have to answer; `bodies` leaves out who does not. The record has the text in the end.
+         */
+        post: operations["startLineBackup"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/backups/{backup_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Line Backup Record
+         * @description Get a backup, at once or when it is over; `current` is the one under way, or the last.
+         */
+        get: operations["getLineBackupRecord"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/backups/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Cancel Line Backup
+         * @description Read no more.
+         */
+        delete: operations["cancelLineBackup"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/restores": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Restore Line
+         * @description Bring the bodies of a line, or chosen ones, back to a backup, one after the other.
+         */
+        post: operations["restoreLine"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/restores/{restore_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Line Restore
+         * @description Get a restore, at once or when it is over; `current` is the one under way, or the last.
+         */
+        get: operations["getLineRestore"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/restores/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Cancel Line Restore
+         * @description Write no more; what differs is still read and told, unless it is cancelled once more.
+         */
+        delete: operations["cancelLineRestore"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/comparisons": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Compare Line
+         * @description Begin to tell what a restore of a line's bodies would write and what differs, one after the other.
+         */
+        post: operations["compareLine"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/comparisons/{comparison_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Line Comparison
+         * @description Get a comparison, at once or when it is over; `current` is the one under way, or the last.
+         */
+        get: operations["getLineComparison"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/comparisons/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Cancel Line Comparison
+         * @description Read no more.
+         */
+        delete: operations["cancelLineComparison"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/backups": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Start Robot Backup
+         * @description Begin to read what a robot tells of what it keeps; the record at `Location` has the text in the end.
+         */
+        post: operations["startRobotBackup"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/backups/{backup_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Robot Backup Record
+         * @description Get a backup, at once or when it is over; `current` is the one under way, or the last.
+         */
+        get: operations["getRobotBackupRecord"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/backups/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Cancel Robot Backup
+         * @description Read no more.
+         */
+        delete: operations["cancelRobotBackup"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/restores": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Restore Robot
+         * @description Bring a robot back to a backup: write what differs, read it back, and tell what differs still.
+         *
+         *     Refused while it moves. A stop ends it. There is no `flash`: C-HOST has no command for it.
+         */
+        post: operations["restoreRobot"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/restores/{restore_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Robot Restore
+         * @description Get a restore, at once or when it is over; `current` is the one under way, or the last.
+         */
+        get: operations["getRobotRestore"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/restores/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Cancel Robot Restore
+         * @description Write no more; what differs is still read and told, unless it is cancelled once more.
+         */
+        delete: operations["cancelRobotRestore"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/comparisons": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Compare Robot
+         * @description Begin to tell what a restore of a robot would write and what differs.
+         */
+        post: operations["compareRobot"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/comparisons/{comparison_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Robot Comparison
+         * @description Get a comparison, at once or when it is over; `current` is the one under way, or the last.
+         */
+        get: operations["getRobotComparison"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/comparisons/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Cancel Robot Comparison
+         * @description Read no more.
+         */
+        delete: operations["cancelRobotComparison"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/bodies/{body_id}/positions.csv": {
         parameters: {
             query?: never;
@@ -2668,6 +2533,558 @@ export interface paths {
         get: operations["downloadBodyPositions"];
         put?: never;
         post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/units/{unit}/positions.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Download Positions
+         * @description Read stored positions as CSV: the number, then a column for each axis with its unit.
+         *
+         *     The robot ends at the first number that is not set; the header `Ended-At` names it.
+         */
+        get: operations["downloadPositions"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/moves/{move_id}/samples.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Download Samples
+         * @description Get the same as CSV: time, time_s, pulses, the planned pulses, and the value in the body's unit.
+         */
+        get: operations["downloadSamples"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/units/{unit}/moves/{move_id}/samples.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Download Robot Samples
+         * @description Get the same as CSV: time, time_s, a column for each axis with its unit, and one for its plan.
+         */
+        get: operations["downloadRobotSamples"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/events": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Events
+         * @description List what has happened after a cursor, or from the oldest event that is kept.
+         *
+         *     Ask again after the answer's `cursor` to go on. The event `stream.gap` stands for events no longer kept.
+         *     With `sample` the values that are watched follow the events, as read within a second.
+         */
+        get: operations["listEvents"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/commands": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Commands
+         * @description List every command that controllers and robots know.
+         */
+        get: operations["listCommands"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/livez": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Livez
+         * @description Answer, as long as the process can.
+         */
+        get: operations["livez"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/readyz": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Readyz
+         * @description Say whether all lines are open and set up, somebody answers on each, and the journal can be written.
+         *
+         *     A journal in trouble is no 503: nobody else could carry out the stops and reads that go on.
+         */
+        get: operations["readyz"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/version": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Version
+         * @description Tell the version.
+         */
+        get: operations["version"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/raw": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Send Raw
+         * @description Send a command as text. A command that moves makes a move, and one that stops makes a stop.
+         */
+        post: operations["sendRaw"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/raw": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Send Robot Raw
+         * @description Send a command as text. A command that moves makes a move, and one that stops makes a stop.
+         */
+        post: operations["sendRobotRaw"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/units/{unit}/raw": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Send Unit Raw
+         * @description Send a command as text to a unit.
+         */
+        post: operations["sendUnitRaw"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/trace": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Trace
+         * @description Give the newest bytes of the line, a robot's too, both ways, with their times.
+         */
+        get: operations["getTrace"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/tickets": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Issue Ticket
+         * @description Give a ticket for one event stream, which ends with the session or the key it was given for.
+         *
+         *     It is for browsers, whose WebSockets and EventSources send no key.
+         */
+        post: operations["issueTicket"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/backup": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Body Backup
+         * @description Read all that a body keeps: settings, speeds, patterns, positions, memories, user program.
+         *
+         *     It takes two minutes at 9600 baud; others are served meanwhile. `POST .../backups` answers at once.
+         */
+        get: operations["getBodyBackup"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/backup": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Line Backup
+         * @description Read all that the bodies of a line keep, as one text. It takes two minutes a body at 9600 baud.
+         *
+         *     All of them have to answer; `bodies` leaves out who does not. `POST .../backups` answers at once.
+         */
+        get: operations["getLineBackup"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/backup": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Robot Backup
+         * @description Read what a robot tells of what it keeps: variables, and of each unit settings and positions.
+         */
+        get: operations["getRobotBackup"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/settings": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Body Settings
+         * @description Ask a body for the settings that FIS keeps (RC-420 manual 18), some ninety frames.
+         *
+         *     Speed sets 0-29 and patterns stand at `/speed-sets` and `/patterns`; the standard set is here.
+         */
+        get: operations["getBodySettings"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Change Body Settings
+         * @description Set those of the named settings that differ, one by one, and read each back; refused while it moves.
+         *
+         *     Null ends soft limits, error outputs and what interrupts do. With `If-Match` all settings are read before,
+         *     and nothing is sent where they are otherwise than they were.
+         */
+        patch: operations["changeBodySettings"];
+        trace?: never;
+    };
+    "/bodies/{body_id}/homing": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Homing
+         * @description Ask a body how it searches its origin, and how far its last search went (0PD).
+         */
+        get: operations["getHoming"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Change Homing
+         * @description Set what differs of the set-up of homing, and read it back; refused while the motor moves.
+         */
+        patch: operations["changeHoming"];
+        trace?: never;
+    };
+    "/bodies/{body_id}/encoder": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Encoder
+         * @description Ask a body what its encoder counts (6ED, 6MD), and how it is set up (RC-420 manual 13.7).
+         */
+        get: operations["getEncoder"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Change Encoder
+         * @description Set what differs of the set-up of the encoder, and read it back; refused while the motor moves.
+         */
+        patch: operations["changeEncoder"];
+        trace?: never;
+    };
+    "/bodies/{body_id}/encoder/resolution": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Set Encoder Resolution
+         * @description Set multiplier and ratio (PAS, PBS) by what a turn is to motor and encoder (RC-420 manual 13.7.2).
+         */
+        put: operations["setEncoderResolution"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/speed-sets": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Speed Sets
+         * @description Ask a body for its speed parameter sets, five frames for each.
+         */
+        get: operations["listSpeedSets"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/speed-sets/{n}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Speed Set
+         * @description Ask a body for a speed parameter set (OLD, OHD, OSD, OAD, OBD).
+         */
+        get: operations["getSpeedSet"];
+        /**
+         * Set Speed Set
+         * @description Set the parameters of a set that differ, and read each back; refused while the motor moves.
+         */
+        put: operations["setSpeedSet"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Change Speed Set
+         * @description Set those of the named parameters that differ, and read each back; refused while the motor moves.
+         */
+        patch: operations["changeSpeedSet"];
+        trace?: never;
+    };
+    "/bodies/{body_id}/patterns": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Patterns
+         * @description Ask a body for its acceleration patterns: one frame for each, and sixteen more for one that is set.
+         */
+        get: operations["listPatterns"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/patterns/{n}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Pattern
+         * @description Ask a body for an acceleration pattern (SPD) with its speed changes (SED).
+         */
+        get: operations["getPattern"];
+        /**
+         * Set Pattern
+         * @description Set what differs of a pattern and its speed changes, and read it back; refused while the motor moves.
+         *
+         *     Where a change shall go, all are cleared (SES) and those that stay are set again.
+         */
+        put: operations["setPattern"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Change Pattern
+         * @description Set what differs of what is named, and read it back; refused while the motor moves.
+         */
+        patch: operations["changePattern"];
+        trace?: never;
+    };
+    "/bodies/{body_id}/patterns/{n}/curve": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Curve
+         * @description Work out how a move with this pattern would go, with the settings of now; nothing moves.
+         */
+        get: operations["getCurve"];
+        put?: never;
+        /**
+         * Draft Curve
+         * @description Work out how a move would go if the pattern were this one; nothing is set, and nothing moves.
+         */
+        post: operations["draftCurve"];
         delete?: never;
         options?: never;
         head?: never;
@@ -2884,7 +3301,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/robots": {
+    "/bodies/{body_id}/memories": {
         parameters: {
             query?: never;
             header?: never;
@@ -2892,11 +3309,15 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Robots
-         * @description List all robots; nothing is sent.
+         * Get Memories
+         * @description Read memories of the user program, one by one (UDD).
          */
-        get: operations["listRobots"];
-        put?: never;
+        get: operations["getMemories"];
+        /**
+         * Set Memories
+         * @description Set memories in order (UDS), and tell what they hold then: a program may change them at once.
+         */
+        put: operations["setMemories"];
         post?: never;
         delete?: never;
         options?: never;
@@ -2904,129 +3325,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/robots/{robot_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Robot
-         * @description Tell what is known of a robot; nothing is sent.
-         */
-        get: operations["getRobot"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/units/{unit}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Unit
-         * @description Tell what is known of a unit; nothing is sent.
-         */
-        get: operations["getUnit"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/units/{unit}/position": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Unit Position
-         * @description Ask the robot where the unit stands, in user (APS) or motor coordinates (MPS).
-         */
-        get: operations["getUnitPosition"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/units/{unit}/status": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Unit Status
-         * @description Ask the robot how the unit's motor axes are (ACD) and for their sensors (ASD).
-         */
-        get: operations["getUnitStatus"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/errors": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Robot Errors
-         * @description Tell which errors stand, as the gateway has read them; with `fresh` the robot is asked (ERR).
-         *
-         *     An error of the system is not cleared by that.
-         */
-        get: operations["listRobotErrors"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/errors/reset": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Reset Robot Errors
-         * @description Reset the errors and the state EMERGENCY (DRT), and tell what still stands. Nothing moves.
-         */
-        post: operations["resetRobotErrors"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/mode": {
+    "/bodies/{body_id}/memories/{name}": {
         parameters: {
             query?: never;
             header?: never;
@@ -3035,302 +3334,15 @@ export interface paths {
         };
         get?: never;
         /**
-         * Change Robot Mode
-         * @description Bring the robot into another mode (MOD) until the gateway ends; refused while it moves.
+         * Set Memory
+         * @description Set a memory (UDS), and tell what it holds then: a program that runs may change it at once.
          */
-        put: operations["changeRobotMode"];
+        put: operations["setMemory"];
         post?: never;
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/power-cycle/acknowledge": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Acknowledge Power Cycle
-         * @description Allow motion again after a loss of power, once the speeds are set: they are at 100 % since then.
-         */
-        post: operations["acknowledgePowerCycle"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/stop": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Stop Robot
-         * @description Stop all axes of a robot by software: what waits is cancelled, and the stop goes out first.
-         */
-        post: operations["stopRobot"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/units/{unit}/stop": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Stop Unit
-         * @description Stop all axes of the unit's robot by software: it knows no stop of a single unit.
-         */
-        post: operations["stopUnit"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/units/{unit}/moves": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Robot Moves
-         * @description List the unit's moves, newest first.
-         */
-        get: operations["listRobotMoves"];
-        put?: never;
-        /**
-         * Start Robot Move
-         * @description Start a move of a unit, or with `validate_only` say what it would be.
-         *
-         *     202 when the robot has not refused it and it is not over, 200 when it ended while the request waited. A
-         *     move that has started and failed is no HTTP error: see its `status`, `end_cause` and `error`.
-         */
-        post: operations["startRobotMove"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/units/{unit}/moves/{move_id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Robot Move
-         * @description Get a move, at once or when it is over.
-         */
-        get: operations["getRobotMove"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/macros/{name}/runs": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Run Macro
-         * @description Run a macro of the robot; the run is a move of the unit it is started on.
-         */
-        post: operations["runMacro"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/macros": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Macros
-         * @description List the macros of the configuration, and those the robot has refused; nothing is sent.
-         */
-        get: operations["listMacros"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/jogs": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Start Jog
-         * @description Start to jog an axis. It stops when no heartbeat has come for half a second.
-         */
-        post: operations["startJog"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/jogs/{jog_id}/heartbeat": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Keep Jogging
-         * @description Let the axis move for another half second; 409 when it is being stopped, or nobody can reach it.
-         */
-        post: operations["keepJogging"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/jogs/{jog_id}/stop": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * End Jog
-         * @description Stop the axis, and answer when it stands still.
-         *
-         *     Where that was not seen in time, the state is `stopping` and the whole robot is being stopped; ask again
-         *     until the state is another.
-         */
-        post: operations["endJog"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/units/{unit}/positions": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Positions
-         * @description Read stored positions (POR); the robot ends at the first number that is not set.
-         */
-        get: operations["listPositions"];
-        /**
-         * Store Positions
-         * @description Store positions undivided (POF, POS); a stop in the middle ends the upload first.
-         *
-         *     A number alone stores where the unit stands; refused while it moves, and where an axis is not homed.
-         *     `If-Match` is the ETag of the positions from `first` to `last`, which are read first then.
-         */
-        put: operations["storePositions"];
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/units/{unit}/positions.csv": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Download Positions
-         * @description Read stored positions as CSV: the number, then a column for each axis with its unit.
-         *
-         *     The robot ends at the first number that is not set; the header `Ended-At` names it.
-         */
-        get: operations["downloadPositions"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/units/{unit}/settings": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Settings
-         * @description Ask the robot for all settings of a unit, one by one; refused while it moves.
-         */
-        get: operations["getSettings"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        /**
-         * Change Settings
-         * @description Change settings of a unit and read them back; refused while it moves.
-         *
-         *     All are checked before the first is sent. They are sent one by one, each read back before the next; where
-         *     the robot refuses one, or tells another value afterwards, the problem tells which were changed before it.
-         *     With `If-Match` all settings are read before, and nothing is sent where they are otherwise than they were.
-         */
-        patch: operations["changeSettings"];
         trace?: never;
     };
     "/robots/{robot_id}/inputs": {
@@ -3435,44 +3447,32 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/robots/{robot_id}/raw": {
+    "/robots/{robot_id}/units/{unit}/settings": {
         parameters: {
             query?: never;
             header?: never;
             path?: never;
             cookie?: never;
         };
-        get?: never;
-        put?: never;
         /**
-         * Send Robot Raw
-         * @description Send a command as text. A command that moves makes a move, and one that stops makes a stop.
+         * Get Settings
+         * @description Ask the robot for all settings of a unit, one by one; refused while it moves.
          */
-        post: operations["sendRobotRaw"];
+        get: operations["getSettings"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/robots/{robot_id}/units/{unit}/raw": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
         /**
-         * Send Unit Raw
-         * @description Send a command as text to a unit.
+         * Change Settings
+         * @description Change settings of a unit and read them back; refused while it moves.
+         *
+         *     All are checked before the first is sent. They are sent one by one, each read back before the next; where
+         *     the robot refuses one, or tells another value afterwards, the problem tells which were changed before it.
+         *     With `If-Match` all settings are read before, and nothing is sent where they are otherwise than they were.
          */
-        post: operations["sendUnitRaw"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
+        patch: operations["changeSettings"];
         trace?: never;
     };
 }
@@ -21416,464 +21416,6 @@ export interface operations {
             };
         };
     };
-    downloadSamples: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-                move_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "text/csv": string;
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getRobotSamples: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-                /**
-                 * @description Number of the unit, from 1.
-                 * @example 1
-                 */
-                unit: number;
-                move_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RobotSamples"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    downloadRobotSamples: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-                /**
-                 * @description Number of the unit, from 1.
-                 * @example 1
-                 */
-                unit: number;
-                move_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "text/csv": string;
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    stopAll: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: {
-            content: {
-                "application/json": components["schemas"]["StopRequest"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["StopResult"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    stopBody: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: {
-            content: {
-                "application/json": components["schemas"]["StopRequest"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["StopResult"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    stopGroup: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80.
-                 * @example 80
-                 */
-                group_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: {
-            content: {
-                "application/json": components["schemas"]["StopRequest"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["StopResult"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    listAlarms: {
-        parameters: {
-            query?: {
-                /** @description Only those that stand, or only those that were reset. */
-                standing?: boolean | null;
-                limit?: number;
-            };
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["AlarmList"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getAlarm: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                alarm_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Alarm"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    resetAlarm: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                alarm_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Alarm"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    listDeeds: {
-        parameters: {
-            query?: {
-                /** @description Only those of callers whose name has this in it. */
-                caller?: string | null;
-                /** @description Only those for this body or group with its line, or robot: arm.3F, r1. */
-                target?: string | null;
-                /** @description Only those not before this time. */
-                since?: string | null;
-                /** @description Only those before this time. */
-                until?: string | null;
-                /** @description Only those older than this cursor. */
-                cursor?: string | null;
-                limit?: number;
-            };
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Audit"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
     listGroups: {
         parameters: {
             query?: never;
@@ -22007,67 +21549,35 @@ export interface operations {
             };
         };
     };
-    listLines: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["LineList"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    addLine: {
+    startBodyJog: {
         parameters: {
             query?: never;
             header?: {
                 /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
                 "Idempotency-Key"?: string;
             };
-            path?: never;
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+            };
             cookie?: never;
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["NewLine"];
+                "application/json": components["schemas"]["BodyJogRequest"];
             };
         };
         responses: {
             /** @description Successful Response */
-            200: {
+            201: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Reloaded"];
+                    "application/json": components["schemas"]["BodyJog"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -22090,87 +21600,86 @@ export interface operations {
             };
         };
     };
-    getLine: {
+    keepJoggingBody: {
         parameters: {
             query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The line's id.
-                 * @example line1
-                 */
-                line_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["LineInfo"] | components["schemas"]["RobotLineInfo"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    startScan: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
             header?: {
                 /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
                 /**
-                 * @description The line's id.
-                 * @example line1
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
                  */
-                line_id: string;
+                body_id: string;
+                jog_id: string;
             };
             cookie?: never;
         };
         requestBody?: never;
         responses: {
-            /** @description The scan is over. */
+            /** @description Successful Response */
             200: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Scan"];
+                    "application/json": components["schemas"]["BodyJog"];
                 };
             };
-            /** @description Successful Response */
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    endBodyJog: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+                jog_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The motor was seen to stand still. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BodyJog"];
+                };
+            };
+            /** @description It may still move: the stop is repeated. */
             202: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Scan"];
+                    "application/json": components["schemas"]["BodyJog"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -22193,20 +21702,21 @@ export interface operations {
             };
         };
     };
-    getScan: {
+    listBodyPositions: {
         parameters: {
             query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
+                /** @description The first position. */
+                first?: number;
+                /** @description The last position. */
+                last?: number;
             };
             header?: never;
             path: {
                 /**
-                 * @description The line's id.
-                 * @example line1
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
                  */
-                line_id: string;
-                scan_id: string;
+                body_id: string;
             };
             cookie?: never;
         };
@@ -22218,7 +21728,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Scan"];
+                    "application/json": components["schemas"]["BodyPositions"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -22241,34 +21751,34 @@ export interface operations {
             };
         };
     };
-    getTrace: {
+    storeBodyPositions: {
         parameters: {
             query?: {
-                /** @description How many records. */
-                limit?: number;
-                /**
-                 * @deprecated
-                 * @description Another word for `limit`.
-                 */
-                last?: number | null;
-                /** @description Only records not before this time. */
-                since?: string | null;
-                /** @description Only what is about these bodies of the line, joined by commas, such as 3F,01; frames of their groups, too. */
-                bodies?: string | null;
-                /** @description Only what this request has sent (X-Request-Id), and its answers. */
-                request_id?: string | null;
+                /** @description The first position. */
+                first?: number;
+                /** @description The last position. */
+                last?: number;
             };
-            header?: never;
+            header?: {
+                /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
+                "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /**
-                 * @description The line's id.
-                 * @example line1
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
                  */
-                line_id: string;
+                body_id: string;
             };
             cookie?: never;
         };
-        requestBody?: never;
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PositionsToStore"];
+            };
+        };
         responses: {
             /** @description Successful Response */
             200: {
@@ -22276,7 +21786,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Trace"];
+                    "application/json": components["schemas"]["BodyPositions"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -22299,98 +21809,13 @@ export interface operations {
             };
         };
     };
-    listEvents: {
+    readBodyPositions: {
         parameters: {
             query?: {
-                /** @description Only events after this cursor. */
-                after?: string | null;
-                /** @description Only events of these bodies, groups, SCARA robots and robots: addresses joined by commas, such as 3F,arm.02,wafer,r1,r2/units/1. A robot's address means its units too. */
-                bodies?: string | null;
-                /** @description Only events of these types, joined by commas, such as body.move.*,line.down. */
-                types?: string | null;
-                limit?: number;
-                /** @description Live values too (body.position, robot.position, io): each so many times a second at most. They are no events: a new value takes the place of one that was not sent yet. */
-                sample?: number | null;
-            };
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["EventList"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    listCommands: {
-        parameters: {
-            query?: {
-                /** @description Only the commands of one family. */
-                family?: ("rorze" | "fics") | null;
-            };
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["CommandList"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    sendRaw: {
-        parameters: {
-            query?: {
+                /** @description The first position. */
+                first?: number;
+                /** @description The last position. */
+                last?: number;
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
@@ -22404,28 +21829,24 @@ export interface operations {
             };
             cookie?: never;
         };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["RawRequest"];
-            };
-        };
+        requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description It is over. */
             200: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["RawReply"] | components["schemas"]["StopResult"];
+                    "application/json": components["schemas"]["PositionReading"];
                 };
             };
-            /** @description The command has started a move. */
+            /** @description Successful Response */
             202: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Move"];
+                    "application/json": components["schemas"]["PositionReading"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -22448,11 +21869,21 @@ export interface operations {
             };
         };
     };
-    livez: {
+    getBodyPositionReading: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
             header?: never;
-            path?: never;
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+                reading_id: string;
+            };
             cookie?: never;
         };
         requestBody?: never;
@@ -22463,56 +21894,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Liveness"];
-                };
-            };
-        };
-    };
-    readyz: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Readiness"];
-                };
-            };
-            /** @description A line is down, silent or being set up. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Readiness"];
-                };
-            };
-        };
-    };
-    version: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Version"];
+                    "application/json": components["schemas"]["PositionReading"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -22535,11 +21917,17 @@ export interface operations {
             };
         };
     };
-    issueTicket: {
+    cancelBodyPositionReading: {
         parameters: {
             query?: never;
             header?: never;
-            path?: never;
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+            };
             cookie?: never;
         };
         requestBody?: never;
@@ -22550,7 +21938,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Ticket"];
+                    "application/json": components["schemas"]["PositionReading"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -22573,22 +21961,47 @@ export interface operations {
             };
         };
     };
-    getIdentity: {
+    uploadBodyPositionTable: {
         parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+            };
             cookie?: never;
         };
-        requestBody?: never;
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PositionsToStore"];
+            };
+        };
         responses: {
-            /** @description Successful Response */
+            /** @description It is over. */
             200: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Identity"];
+                    "application/json": components["schemas"]["TableUpload"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TableUpload"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -22611,11 +22024,21 @@ export interface operations {
             };
         };
     };
-    getPosture: {
+    getBodyPositionUpload: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
             header?: never;
-            path?: never;
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+                upload_id: string;
+            };
             cookie?: never;
         };
         requestBody?: never;
@@ -22626,7 +22049,110 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Posture"];
+                    "application/json": components["schemas"]["TableUpload"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancelBodyPositionUpload: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TableUpload"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    nameBodyPosition: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+                /**
+                 * @description 0-2047.
+                 * @example 7
+                 */
+                number: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PositionName"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PositionLabel"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -23020,13 +22546,4674 @@ export interface operations {
             };
         };
     };
-    getMemories: {
+    listScaras: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScaraList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getScara: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
+                scara_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScaraInfo"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getScaraCoordinates: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
+                scara_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScaraCoordinates"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    calculateCoordinates: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
+                scara_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AxisPulses"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Kinematics"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    calculatePositions: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
+                scara_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["WantedPlace"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Kinematics"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getScaraGeometry: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
+                scara_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScaraGeometry"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    applyScaraGeometry: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
+                scara_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["GeometryApplication"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScaraGeometry"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    stopScara: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
+                scara_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["StopRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StopResult"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getScaraPath: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
+                scara_id: string;
+                /**
+                 * @description Number of the interpolation path, 0-63.
+                 * @example 3
+                 */
+                path: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StoredPath"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    writeScaraPath: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
+                scara_id: string;
+                /**
+                 * @description Number of the interpolation path, 0-63.
+                 * @example 3
+                 */
+                path: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PathDefinition"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StoredPath"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listScaraMoves: {
         parameters: {
             query?: {
-                /** @description D0-D199, C0-C29 or T0-T29. */
-                first?: string;
-                /** @description How many of the same bank. */
-                count?: number;
+                limit?: number;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
+                scara_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScaraMoveList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    startScaraMove: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
+                scara_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ScaraLineRequest"] | components["schemas"]["ScaraPathRequest"] | components["schemas"]["ScaraOffsetRequest"] | components["schemas"]["ScaraExtendRequest"] | components["schemas"]["ScaraRetractRequest"] | components["schemas"]["ScaraRotateRequest"] | components["schemas"]["ScaraFingerRequest"] | components["schemas"]["ScaraAlignRequest"];
+            };
+        };
+        responses: {
+            /** @description The move is over; `status` says how it ended. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScaraMove"] | components["schemas"]["PlannedScaraMove"];
+                };
+            };
+            /** @description The controllers have accepted the move; ask again at Location. */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScaraMove"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getScaraMove: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
+                scara_id: string;
+                move_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScaraMove"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listRobots: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getRobot: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotInfo"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getUnit: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
+                unit: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["UnitInfo"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getUnitPosition: {
+        parameters: {
+            query?: {
+                coordinates?: "user" | "motor";
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
+                unit: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["UnitPosition"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getUnitStatus: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
+                unit: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["UnitStatus"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listRobotErrors: {
+        parameters: {
+            query?: {
+                /** @description Ask the robot first. */
+                fresh?: boolean;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotErrors"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    resetRobotErrors: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotErrors"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    changeRobotMode: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ModeChange"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotInfo"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    acknowledgePowerCycle: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotInfo"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listMacros: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MacroList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    stopRobot: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["StopRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StopResult"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    stopUnit: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
+                unit: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["StopRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StopResult"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listRobotMoves: {
+        parameters: {
+            query?: {
+                limit?: number;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
+                unit: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotMoveList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    startRobotMove: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
+                unit: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RobotAbsoluteMoveRequest"] | components["schemas"]["RobotRelativeMoveRequest"] | components["schemas"]["RobotPositionMoveRequest"] | components["schemas"]["RobotHomeRequest"] | components["schemas"]["RobotStepRequest"];
+            };
+        };
+        responses: {
+            /** @description The move is over; `status` says how it ended. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotMove"] | components["schemas"]["PlannedRobotMove"];
+                };
+            };
+            /** @description The robot has not refused the move; ask again at Location. */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotMove"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getRobotMove: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
+                unit: number;
+                move_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotMove"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    runMacro: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+                /**
+                 * @description Three capital letters or digits.
+                 * @example PCK
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["MacroRunRequest"];
+            };
+        };
+        responses: {
+            /** @description The move is over; `status` says how it ended. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotMove"];
+                };
+            };
+            /** @description The robot has not refused the move; ask again at Location. */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotMove"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getRobotSamples: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
+                unit: number;
+                move_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotSamples"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    startJog: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["JogRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["JogSession"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    keepJogging: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+                jog_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["JogSession"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    endJog: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+                jog_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The axis was seen to stand still. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["JogSession"];
+                };
+            };
+            /** @description It may still move: the whole robot is being stopped. */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["JogSession"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listPositions: {
+        parameters: {
+            query?: {
+                /** @description The first position. */
+                first?: number;
+                /** @description The last position. */
+                last?: number;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
+                unit: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PositionTable"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    storePositions: {
+        parameters: {
+            query?: {
+                /** @description The first position. */
+                first?: number;
+                /** @description The last position. */
+                last?: number;
+            };
+            header?: {
+                /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
+                "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
+                unit: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PositionUpload"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Uploaded"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    stopAll: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["StopRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StopResult"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    stopBody: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["StopRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StopResult"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    stopGroup: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80.
+                 * @example 80
+                 */
+                group_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["StopRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StopResult"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listAlarms: {
+        parameters: {
+            query?: {
+                /** @description Only those that stand, or only those that were reset. */
+                standing?: boolean | null;
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AlarmList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getAlarm: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                alarm_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Alarm"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    resetAlarm: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                alarm_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Alarm"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listDeeds: {
+        parameters: {
+            query?: {
+                /** @description Only those of callers whose name has this in it. */
+                caller?: string | null;
+                /** @description Only those for this body or group with its line, or robot: arm.3F, r1. */
+                target?: string | null;
+                /** @description Only those not before this time. */
+                since?: string | null;
+                /** @description Only those before this time. */
+                until?: string | null;
+                /** @description Only those older than this cursor. */
+                cursor?: string | null;
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Audit"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listLeases: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LeaseList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    takeLease: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LeaseRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Taken"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getLease: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The id of a lease.
+                 * @example lease-1
+                 */
+                lease_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Lease"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    endLease: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The id of a lease.
+                 * @example lease-1
+                 */
+                lease_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Lease"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    renewLease: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The id of a lease.
+                 * @example lease-1
+                 */
+                lease_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Taken"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    reloadConfiguration: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["ReloadRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Reloaded"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listLines: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LineList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    addLine: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewLine"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Reloaded"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    addBodies: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewBodies"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Reloaded"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listPorts: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PortList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    startPortScan: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PortScanRequest"];
+            };
+        };
+        responses: {
+            /** @description The scan is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PortScan"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PortScan"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getPortScan: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                scan_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PortScan"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    breakOffPortScan: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PortScan"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listSecurityEntries: {
+        parameters: {
+            query?: {
+                limit?: number;
+                /** @description Only those older than this cursor. */
+                cursor?: number | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SecurityEntries"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listKeys: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["KeyList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    makeKey: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewKey"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MadeKey"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    rotateKey: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The name of a key.
+                 * @example mes
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Rotation"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MadeKey"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    approveKey: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The name of a key.
+                 * @example mes
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["KeyInfo"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    revokeKey: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The name of a key.
+                 * @example mes
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["KeyInfo"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listSessions: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    endSessions: {
+        parameters: {
+            query: {
+                /** @description The name of a key. */
+                key: string;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    endSession: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The id of a session. */
+                session_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionInfo"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getIdentity: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Identity"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getPosture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Posture"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getLine: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LineInfo"] | components["schemas"]["RobotLineInfo"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    startScan: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The scan is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Scan"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Scan"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getScan: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
+                line_id: string;
+                scan_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Scan"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    startBodyBackup: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description It is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getBodyBackupRecord: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+                backup_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancelBodyBackup: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    restoreBody: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["BodyRestoreRequest"];
+            };
+        };
+        responses: {
+            /** @description With `dry_run` the plan; else the restore is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"] | components["schemas"]["RestorePlan"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getBodyRestore: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+                restore_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancelBodyRestore: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    compareBody: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["BodyComparisonRequest"];
+            };
+        };
+        responses: {
+            /** @description It is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BackupComparison"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BackupComparison"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getBodyComparison: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+                comparison_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BackupComparison"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancelBodyComparison: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BackupComparison"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    startLineBackup: {
+        parameters: {
+            query?: {
+                /** @description These only, joined by commas: 00,3F. Left out: all. */
+                bodies?: string | null;
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description It is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getLineBackupRecord: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
+                line_id: string;
+                backup_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancelLineBackup: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    restoreLine: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LineRestoreRequest"];
+            };
+        };
+        responses: {
+            /** @description With `dry_run` the plan; else the restore is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"] | components["schemas"]["RestorePlan"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getLineRestore: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
+                line_id: string;
+                restore_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancelLineRestore: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    compareLine: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LineComparisonRequest"];
+            };
+        };
+        responses: {
+            /** @description It is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BackupComparison"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BackupComparison"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getLineComparison: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
+                line_id: string;
+                comparison_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BackupComparison"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancelLineComparison: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BackupComparison"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    startRobotBackup: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description It is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getRobotBackupRecord: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+                backup_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancelRobotBackup: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    restoreRobot: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RobotRestoreRequest"];
+            };
+        };
+        responses: {
+            /** @description With `dry_run` the plan; else the restore is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"] | components["schemas"]["RestorePlan"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getRobotRestore: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+                restore_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancelRobotRestore: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    compareRobot: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RobotComparisonRequest"];
+            };
+        };
+        responses: {
+            /** @description It is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BackupComparison"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BackupComparison"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getRobotComparison: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+                comparison_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BackupComparison"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancelRobotComparison: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BackupComparison"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    downloadBodyPositions: {
+        parameters: {
+            query?: {
+                /** @description The first position. */
+                first?: number;
+                /** @description The last position. */
+                last?: number;
             };
             header?: never;
             path: {
@@ -23046,7 +27233,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["MemoryList"];
+                    "text/csv": string;
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -23069,35 +27256,40 @@ export interface operations {
             };
         };
     };
-    setMemories: {
+    downloadPositions: {
         parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
+            query?: {
+                /** @description The first position. */
+                first?: number;
+                /** @description The last position. */
+                last?: number;
             };
+            header?: never;
             path: {
                 /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
+                 * @description The robot's id in the configuration.
+                 * @example r1
                  */
-                body_id: string;
+                robot_id: string;
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
+                unit: number;
             };
             cookie?: never;
         };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["MemoryChanges"];
-            };
-        };
+        requestBody?: never;
         responses: {
             /** @description Successful Response */
             200: {
                 headers: {
+                    /** @description The number that is not set, where the robot ended; absent where `last` was reached. */
+                    "Ended-At"?: number;
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["MemoryList"];
+                    "text/csv": string;
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -23120,30 +27312,296 @@ export interface operations {
             };
         };
     };
-    setMemory: {
+    downloadSamples: {
         parameters: {
             query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
+            header?: never;
             path: {
                 /**
                  * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
                  * @example 3F
                  */
                 body_id: string;
+                move_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/csv": string;
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    downloadRobotSamples: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
                 /**
-                 * @description D0-D199, C0-C29 or T0-T29.
-                 * @example D0
+                 * @description The robot's id in the configuration.
+                 * @example r1
                  */
-                name: string;
+                robot_id: string;
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
+                unit: number;
+                move_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/csv": string;
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listEvents: {
+        parameters: {
+            query?: {
+                /** @description Only events after this cursor. */
+                after?: string | null;
+                /** @description Only events of these bodies, groups, SCARA robots and robots: addresses joined by commas, such as 3F,arm.02,wafer,r1,r2/units/1. A robot's address means its units too. */
+                bodies?: string | null;
+                /** @description Only events of these types, joined by commas, such as body.move.*,line.down. */
+                types?: string | null;
+                limit?: number;
+                /** @description Live values too (body.position, robot.position, io): each so many times a second at most. They are no events: a new value takes the place of one that was not sent yet. */
+                sample?: number | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EventList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listCommands: {
+        parameters: {
+            query?: {
+                /** @description Only the commands of one family. */
+                family?: ("rorze" | "fics") | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommandList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    livez: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Liveness"];
+                };
+            };
+        };
+    };
+    readyz: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Readiness"];
+                };
+            };
+            /** @description A line is down, silent or being set up. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Readiness"];
+                };
+            };
+        };
+    };
+    version: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Version"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    sendRaw: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
             };
             cookie?: never;
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["MemoryChange"];
+                "application/json": components["schemas"]["RawRequest"];
             };
         };
         responses: {
@@ -23153,7 +27611,372 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Memory"];
+                    "application/json": components["schemas"]["RawReply"] | components["schemas"]["StopResult"];
+                };
+            };
+            /** @description The command has started a move. */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Move"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    sendRobotRaw: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RobotRawRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotRawReply"] | components["schemas"]["StopResult"];
+                };
+            };
+            /** @description The command has started a move. */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotMove"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    sendUnitRaw: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
+                unit: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RobotRawRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotRawReply"] | components["schemas"]["StopResult"];
+                };
+            };
+            /** @description The command has started a move. */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotMove"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getTrace: {
+        parameters: {
+            query?: {
+                /** @description How many records. */
+                limit?: number;
+                /**
+                 * @deprecated
+                 * @description Another word for `limit`.
+                 */
+                last?: number | null;
+                /** @description Only records not before this time. */
+                since?: string | null;
+                /** @description Only what is about these bodies of the line, joined by commas, such as 3F,01; frames of their groups, too. */
+                bodies?: string | null;
+                /** @description Only what this request has sent (X-Request-Id), and its answers. */
+                request_id?: string | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Trace"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    issueTicket: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Ticket"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getBodyBackup: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The backup. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": string;
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getLineBackup: {
+        parameters: {
+            query?: {
+                /** @description These only, joined by commas: 00,3F. Left out: all. */
+                bodies?: string | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The backup. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": string;
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getRobotBackup: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The backup. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": string;
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -24083,3726 +28906,6 @@ export interface operations {
             };
         };
     };
-    getBodyBackup: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description The backup. */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "text/plain": string;
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    startBodyBackup: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description It is over. */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Backup"];
-                };
-            };
-            /** @description Successful Response */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Backup"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getBodyBackupRecord: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-                backup_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Backup"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    cancelBodyBackup: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Backup"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    restoreBody: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["BodyRestoreRequest"];
-            };
-        };
-        responses: {
-            /** @description With `dry_run` the plan; else the restore is over. */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RestorePlan"] | components["schemas"]["Restore"];
-                };
-            };
-            /** @description Successful Response */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Restore"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getBodyRestore: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-                restore_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Restore"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    cancelBodyRestore: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Restore"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    compareBody: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["BodyComparisonRequest"];
-            };
-        };
-        responses: {
-            /** @description It is over. */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BackupComparison"];
-                };
-            };
-            /** @description Successful Response */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BackupComparison"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getBodyComparison: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-                comparison_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BackupComparison"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    cancelBodyComparison: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BackupComparison"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getLineBackup: {
-        parameters: {
-            query?: {
-                /** @description These only, joined by commas: 00,3F. Left out: all. */
-                bodies?: string | null;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description The line's id.
-                 * @example line1
-                 */
-                line_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description The backup. */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "text/plain": string;
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    startLineBackup: {
-        parameters: {
-            query?: {
-                /** @description These only, joined by commas: 00,3F. Left out: all. */
-                bodies?: string | null;
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description The line's id.
-                 * @example line1
-                 */
-                line_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description It is over. */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Backup"];
-                };
-            };
-            /** @description Successful Response */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Backup"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getLineBackupRecord: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description The line's id.
-                 * @example line1
-                 */
-                line_id: string;
-                backup_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Backup"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    cancelLineBackup: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The line's id.
-                 * @example line1
-                 */
-                line_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Backup"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    restoreLine: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The line's id.
-                 * @example line1
-                 */
-                line_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["LineRestoreRequest"];
-            };
-        };
-        responses: {
-            /** @description With `dry_run` the plan; else the restore is over. */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RestorePlan"] | components["schemas"]["Restore"];
-                };
-            };
-            /** @description Successful Response */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Restore"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getLineRestore: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description The line's id.
-                 * @example line1
-                 */
-                line_id: string;
-                restore_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Restore"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    cancelLineRestore: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The line's id.
-                 * @example line1
-                 */
-                line_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Restore"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    compareLine: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The line's id.
-                 * @example line1
-                 */
-                line_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["LineComparisonRequest"];
-            };
-        };
-        responses: {
-            /** @description It is over. */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BackupComparison"];
-                };
-            };
-            /** @description Successful Response */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BackupComparison"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getLineComparison: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description The line's id.
-                 * @example line1
-                 */
-                line_id: string;
-                comparison_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BackupComparison"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    cancelLineComparison: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The line's id.
-                 * @example line1
-                 */
-                line_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BackupComparison"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getRobotBackup: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description The backup. */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "text/plain": string;
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    startRobotBackup: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description It is over. */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Backup"];
-                };
-            };
-            /** @description Successful Response */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Backup"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getRobotBackupRecord: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-                backup_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Backup"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    cancelRobotBackup: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Backup"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    restoreRobot: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["RobotRestoreRequest"];
-            };
-        };
-        responses: {
-            /** @description With `dry_run` the plan; else the restore is over. */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RestorePlan"] | components["schemas"]["Restore"];
-                };
-            };
-            /** @description Successful Response */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Restore"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getRobotRestore: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-                restore_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Restore"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    cancelRobotRestore: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Restore"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    compareRobot: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["RobotComparisonRequest"];
-            };
-        };
-        responses: {
-            /** @description It is over. */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BackupComparison"];
-                };
-            };
-            /** @description Successful Response */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BackupComparison"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getRobotComparison: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-                comparison_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BackupComparison"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    cancelRobotComparison: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BackupComparison"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    listLeases: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["LeaseList"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    takeLease: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["LeaseRequest"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            201: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Taken"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getLease: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The id of a lease.
-                 * @example lease-1
-                 */
-                lease_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Lease"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    endLease: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The id of a lease.
-                 * @example lease-1
-                 */
-                lease_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Lease"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    renewLease: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The id of a lease.
-                 * @example lease-1
-                 */
-                lease_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Taken"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    reloadConfiguration: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: {
-            content: {
-                "application/json": components["schemas"]["ReloadRequest"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Reloaded"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    addBodies: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The line's id.
-                 * @example line1
-                 */
-                line_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["NewBodies"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Reloaded"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    listPorts: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["PortList"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    startPortScan: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["PortScanRequest"];
-            };
-        };
-        responses: {
-            /** @description The scan is over. */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["PortScan"];
-                };
-            };
-            /** @description Successful Response */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["PortScan"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getPortScan: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: never;
-            path: {
-                scan_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["PortScan"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    breakOffPortScan: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["PortScan"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    listKeys: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["KeyList"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    makeKey: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["NewKey"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            201: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["MadeKey"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    rotateKey: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The name of a key.
-                 * @example mes
-                 */
-                name: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["Rotation"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            201: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["MadeKey"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    approveKey: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The name of a key.
-                 * @example mes
-                 */
-                name: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["KeyInfo"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    revokeKey: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The name of a key.
-                 * @example mes
-                 */
-                name: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["KeyInfo"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    listSessions: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["SessionList"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    endSessions: {
-        parameters: {
-            query: {
-                /** @description The name of a key. */
-                key: string;
-            };
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["SessionList"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    endSession: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /** @description The id of a session. */
-                session_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["SessionInfo"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    listSecurityEntries: {
-        parameters: {
-            query?: {
-                limit?: number;
-                /** @description Only those older than this cursor. */
-                cursor?: number | null;
-            };
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["SecurityEntries"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    listScaras: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["ScaraList"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getScara: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example wafer
-                 */
-                scara_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["ScaraInfo"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getScaraCoordinates: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example wafer
-                 */
-                scara_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["ScaraCoordinates"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    calculateCoordinates: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example wafer
-                 */
-                scara_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["AxisPulses"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Kinematics"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    calculatePositions: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example wafer
-                 */
-                scara_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["WantedPlace"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Kinematics"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getScaraGeometry: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example wafer
-                 */
-                scara_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["ScaraGeometry"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    applyScaraGeometry: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example wafer
-                 */
-                scara_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: {
-            content: {
-                "application/json": components["schemas"]["GeometryApplication"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["ScaraGeometry"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    stopScara: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example wafer
-                 */
-                scara_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: {
-            content: {
-                "application/json": components["schemas"]["StopRequest"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["StopResult"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    listScaraMoves: {
-        parameters: {
-            query?: {
-                limit?: number;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example wafer
-                 */
-                scara_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["ScaraMoveList"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    startScaraMove: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example wafer
-                 */
-                scara_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["ScaraLineRequest"] | components["schemas"]["ScaraPathRequest"] | components["schemas"]["ScaraOffsetRequest"] | components["schemas"]["ScaraExtendRequest"] | components["schemas"]["ScaraRetractRequest"] | components["schemas"]["ScaraRotateRequest"] | components["schemas"]["ScaraFingerRequest"] | components["schemas"]["ScaraAlignRequest"];
-            };
-        };
-        responses: {
-            /** @description The move is over; `status` says how it ended. */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["ScaraMove"] | components["schemas"]["PlannedScaraMove"];
-                };
-            };
-            /** @description The controllers have accepted the move; ask again at Location. */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["ScaraMove"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getScaraMove: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example wafer
-                 */
-                scara_id: string;
-                move_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["ScaraMove"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getScaraPath: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example wafer
-                 */
-                scara_id: string;
-                /**
-                 * @description Number of the interpolation path, 0-63.
-                 * @example 3
-                 */
-                path: number;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["StoredPath"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    writeScaraPath: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example wafer
-                 */
-                scara_id: string;
-                /**
-                 * @description Number of the interpolation path, 0-63.
-                 * @example 3
-                 */
-                path: number;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["PathDefinition"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["StoredPath"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    startBodyJog: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["BodyJogRequest"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            201: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BodyJog"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    keepJoggingBody: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-                jog_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BodyJog"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    endBodyJog: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-                jog_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description The motor was seen to stand still. */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BodyJog"];
-                };
-            };
-            /** @description It may still move: the stop is repeated. */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BodyJog"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    listBodyPositions: {
-        parameters: {
-            query?: {
-                /** @description The first position. */
-                first?: number;
-                /** @description The last position. */
-                last?: number;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BodyPositions"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    storeBodyPositions: {
-        parameters: {
-            query?: {
-                /** @description The first position. */
-                first?: number;
-                /** @description The last position. */
-                last?: number;
-            };
-            header?: {
-                /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
-                "If-Match"?: string;
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["PositionsToStore"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BodyPositions"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    readBodyPositions: {
-        parameters: {
-            query?: {
-                /** @description The first position. */
-                first?: number;
-                /** @description The last position. */
-                last?: number;
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description It is over. */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["PositionReading"];
-                };
-            };
-            /** @description Successful Response */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["PositionReading"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getBodyPositionReading: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-                reading_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["PositionReading"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    cancelBodyPositionReading: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["PositionReading"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    uploadBodyPositionTable: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["PositionsToStore"];
-            };
-        };
-        responses: {
-            /** @description It is over. */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["TableUpload"];
-                };
-            };
-            /** @description Successful Response */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["TableUpload"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getBodyPositionUpload: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-                upload_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["TableUpload"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    cancelBodyPositionUpload: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["TableUpload"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    nameBodyPosition: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-                /**
-                 * @description 0-2047.
-                 * @example 7
-                 */
-                number: number;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["PositionName"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["PositionLabel"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    downloadBodyPositions: {
-        parameters: {
-            query?: {
-                /** @description The first position. */
-                first?: number;
-                /** @description The last position. */
-                last?: number;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
-                 * @example 3F
-                 */
-                body_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "text/csv": string;
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
     getBodyInputs: {
         parameters: {
             query?: never;
@@ -28398,154 +29501,21 @@ export interface operations {
             };
         };
     };
-    listRobots: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RobotList"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getRobot: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RobotInfo"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getUnit: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-                /**
-                 * @description Number of the unit, from 1.
-                 * @example 1
-                 */
-                unit: number;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["UnitInfo"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getUnitPosition: {
+    getMemories: {
         parameters: {
             query?: {
-                coordinates?: "user" | "motor";
+                /** @description D0-D199, C0-C29 or T0-T29. */
+                first?: string;
+                /** @description How many of the same bank. */
+                count?: number;
             };
             header?: never;
             path: {
                 /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
                  */
-                robot_id: string;
-                /**
-                 * @description Number of the unit, from 1.
-                 * @example 1
-                 */
-                unit: number;
+                body_id: string;
             };
             cookie?: never;
         };
@@ -28557,7 +29527,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["UnitPosition"];
+                    "application/json": components["schemas"]["MemoryList"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -28580,103 +29550,7 @@ export interface operations {
             };
         };
     };
-    getUnitStatus: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-                /**
-                 * @description Number of the unit, from 1.
-                 * @example 1
-                 */
-                unit: number;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["UnitStatus"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    listRobotErrors: {
-        parameters: {
-            query?: {
-                /** @description Ask the robot first. */
-                fresh?: boolean;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RobotErrors"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    resetRobotErrors: {
+    setMemories: {
         parameters: {
             query?: never;
             header?: {
@@ -28685,63 +29559,16 @@ export interface operations {
             };
             path: {
                 /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
                  */
-                robot_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RobotErrors"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    changeRobotMode: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
+                body_id: string;
             };
             cookie?: never;
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["ModeChange"];
+                "application/json": components["schemas"]["MemoryChanges"];
             };
         };
         responses: {
@@ -28751,7 +29578,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["RobotInfo"];
+                    "application/json": components["schemas"]["MemoryList"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -28774,7 +29601,7 @@ export interface operations {
             };
         };
     };
-    acknowledgePowerCycle: {
+    setMemory: {
         parameters: {
             query?: never;
             header?: {
@@ -28783,667 +29610,21 @@ export interface operations {
             };
             path: {
                 /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
                  */
-                robot_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RobotInfo"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    stopRobot: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
+                body_id: string;
                 /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: {
-            content: {
-                "application/json": components["schemas"]["StopRequest"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["StopResult"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    stopUnit: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-                /**
-                 * @description Number of the unit, from 1.
-                 * @example 1
-                 */
-                unit: number;
-            };
-            cookie?: never;
-        };
-        requestBody?: {
-            content: {
-                "application/json": components["schemas"]["StopRequest"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["StopResult"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    listRobotMoves: {
-        parameters: {
-            query?: {
-                limit?: number;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-                /**
-                 * @description Number of the unit, from 1.
-                 * @example 1
-                 */
-                unit: number;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RobotMoveList"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    startRobotMove: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-                /**
-                 * @description Number of the unit, from 1.
-                 * @example 1
-                 */
-                unit: number;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["RobotAbsoluteMoveRequest"] | components["schemas"]["RobotRelativeMoveRequest"] | components["schemas"]["RobotPositionMoveRequest"] | components["schemas"]["RobotHomeRequest"] | components["schemas"]["RobotStepRequest"];
-            };
-        };
-        responses: {
-            /** @description The move is over; `status` says how it ended. */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RobotMove"] | components["schemas"]["PlannedRobotMove"];
-                };
-            };
-            /** @description The robot has not refused the move; ask again at Location. */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RobotMove"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getRobotMove: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-                /**
-                 * @description Number of the unit, from 1.
-                 * @example 1
-                 */
-                unit: number;
-                move_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RobotMove"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    runMacro: {
-        parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-                /**
-                 * @description Three capital letters or digits.
-                 * @example PCK
+                 * @description D0-D199, C0-C29 or T0-T29.
+                 * @example D0
                  */
                 name: string;
             };
             cookie?: never;
         };
-        requestBody?: {
-            content: {
-                "application/json": components["schemas"]["MacroRunRequest"];
-            };
-        };
-        responses: {
-            /** @description The move is over; `status` says how it ended. */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RobotMove"];
-                };
-            };
-            /** @description The robot has not refused the move; ask again at Location. */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RobotMove"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    listMacros: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["MacroList"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    startJog: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-            };
-            cookie?: never;
-        };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["JogRequest"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            201: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["JogSession"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    keepJogging: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-                jog_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["JogSession"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    endJog: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-                jog_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description The axis was seen to stand still. */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["JogSession"];
-                };
-            };
-            /** @description It may still move: the whole robot is being stopped. */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["JogSession"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    listPositions: {
-        parameters: {
-            query?: {
-                /** @description The first position. */
-                first?: number;
-                /** @description The last position. */
-                last?: number;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-                /**
-                 * @description Number of the unit, from 1.
-                 * @example 1
-                 */
-                unit: number;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["PositionTable"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    storePositions: {
-        parameters: {
-            query?: {
-                /** @description The first position. */
-                first?: number;
-                /** @description The last position. */
-                last?: number;
-            };
-            header?: {
-                /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
-                "If-Match"?: string;
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-                /**
-                 * @description Number of the unit, from 1.
-                 * @example 1
-                 */
-                unit: number;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["PositionUpload"];
+                "application/json": components["schemas"]["MemoryChange"];
             };
         };
         responses: {
@@ -29453,170 +29634,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Uploaded"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    downloadPositions: {
-        parameters: {
-            query?: {
-                /** @description The first position. */
-                first?: number;
-                /** @description The last position. */
-                last?: number;
-            };
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-                /**
-                 * @description Number of the unit, from 1.
-                 * @example 1
-                 */
-                unit: number;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    /** @description The number that is not set, where the robot ended; absent where `last` was reached. */
-                    "Ended-At"?: number;
-                    [name: string]: unknown;
-                };
-                content: {
-                    "text/csv": string;
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    getSettings: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-                /**
-                 * @description Number of the unit, from 1.
-                 * @example 1
-                 */
-                unit: number;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["UnitSettings"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    changeSettings: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
-                "If-Match"?: string;
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The robot's id in the configuration.
-                 * @example r1
-                 */
-                robot_id: string;
-                /**
-                 * @description Number of the unit, from 1.
-                 * @example 1
-                 */
-                unit: number;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["SettingsChange"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["UnitSettings"];
+                    "application/json": components["schemas"]["Memory"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -29905,12 +29923,9 @@ export interface operations {
             };
         };
     };
-    sendRobotRaw: {
+    getSettings: {
         parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
-            };
+            query?: never;
             header?: never;
             path: {
                 /**
@@ -29918,14 +29933,15 @@ export interface operations {
                  * @example r1
                  */
                 robot_id: string;
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
+                unit: number;
             };
             cookie?: never;
         };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["RobotRawRequest"];
-            };
-        };
+        requestBody?: never;
         responses: {
             /** @description Successful Response */
             200: {
@@ -29933,16 +29949,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["RobotRawReply"] | components["schemas"]["StopResult"];
-                };
-            };
-            /** @description The command has started a move. */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RobotMove"];
+                    "application/json": components["schemas"]["UnitSettings"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -29965,13 +29972,15 @@ export interface operations {
             };
         };
     };
-    sendUnitRaw: {
+    changeSettings: {
         parameters: {
-            query?: {
-                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
-                wait?: number | null;
+            query?: never;
+            header?: {
+                /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
+                "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
             };
-            header?: never;
             path: {
                 /**
                  * @description The robot's id in the configuration.
@@ -29988,7 +29997,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["RobotRawRequest"];
+                "application/json": components["schemas"]["SettingsChange"];
             };
         };
         responses: {
@@ -29998,16 +30007,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["RobotRawReply"] | components["schemas"]["StopResult"];
-                };
-            };
-            /** @description The command has started a move. */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RobotMove"];
+                    "application/json": components["schemas"]["UnitSettings"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */

@@ -3,21 +3,24 @@
 import asyncio
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
-from typing import Any
+from typing import Any, Final
 
-from pydantic import Field
+from pydantic import Field, JsonValue
 
 from gateway.access import principal
 from gateway.config import Config, ConfigError
 from gateway.config_file import Changes, ConfigFile, changes
 from gateway.core.errors import InvalidRequest, NotAllowed
+from gateway.core.operation import Rows
+from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
-from gateway.operations.caller import needs
+from gateway.door.names import LineId
 from gateway.plant import Plant
 from gateway.port_scans import require_device
 from gateway.security import entries
 
-NOT_ADDED = "Correct what is to be added; the file is as it was."
+ROWS: Final = Rows("configuration")
+NOT_ADDED: Final = "Correct what is to be added; the file is as it was."
 
 
 class Reloaded(Changes):
@@ -29,7 +32,6 @@ class Reloaded(Changes):
     )
 
 
-@needs(Right.ADMIN, whole_plant=True)
 async def reload(plant: Plant, *, dry_run: bool) -> Reloaded:
     """Read the file again, and serve its lines; a dry run tells only what would change.
 
@@ -47,8 +49,7 @@ async def reload(plant: Plant, *, dry_run: bool) -> Reloaded:
         return await _serve(plant, wanted, dry_run=dry_run)
 
 
-@needs(Right.ADMIN, whole_plant=True)
-async def add_line(plant: Plant, table: Mapping[str, Any], *, comment: str = "", dry_run: bool) -> Reloaded:
+async def with_line(plant: Plant, table: Mapping[str, Any], *, comment: str = "", dry_run: bool) -> Reloaded:
     """Write one more line, with its bodies or its robot, into the file, and serve it; errors as of `reload`.
 
     A comment above it says when it was added, and who asked for it.
@@ -74,8 +75,7 @@ async def add_line(plant: Plant, table: Mapping[str, Any], *, comment: str = "",
         return reloaded
 
 
-@needs(Right.ADMIN)
-async def add_bodies(
+async def with_bodies(
     plant: Plant, line_id: str, bodies: Sequence[Mapping[str, Any]], *, comment: str = "", dry_run: bool
 ) -> Reloaded:
     """Write more bodies of a line into the file, and serve them; comment and errors as of `add_line`.
@@ -130,3 +130,72 @@ def _file_of(plant: Plant) -> ConfigFile:
 
 def _unusable(error: ConfigError, remedy: str = "Mend the file, then reload it.") -> InvalidRequest:
     return InvalidRequest(f"{error}; nothing was changed.", remedy)
+
+
+class ReloadRequest(RequestModel, json_schema_extra=example(dry_run=True)):
+    """How to read the configuration again."""
+
+    dry_run: bool = Field(default=False, description="Tell what would change, and change nothing.")
+
+
+class NewTable(ReloadRequest):
+    """Something to be served, too, and written into the configuration file."""
+
+    comment: str = Field(
+        default="",
+        max_length=1000,
+        description="Stands above it in the file, after when it was added and who asked for it.",
+    )
+
+
+class NewLine(
+    NewTable,
+    json_schema_extra=example(
+        line={"id": "line2", "address": "tcp://192.0.2.7:4001", "bodies": [{"id": "40"}]}, dry_run=True
+    ),
+):
+    """A line to be served, too."""
+
+    line: dict[str, JsonValue] = Field(
+        description="A table `[[lines]]` of the configuration, with its `bodies` or its `robot`."
+    )
+
+
+class NewBodies(NewTable, json_schema_extra=example(bodies=[{"id": "40", "name": "grip"}], dry_run=True)):
+    """Bodies to be served, too."""
+
+    bodies: list[dict[str, JsonValue]] = Field(
+        min_length=1, max_length=120, description="Tables `[[lines.bodies]]` of the configuration."
+    )
+
+
+AT_ONCE: Final = ReloadRequest()
+
+
+@ROWS.post("/system/reload", Right.ADMIN)
+async def reload_configuration(plant: Plant, how: ReloadRequest = AT_ONCE) -> Reloaded:
+    """Read the configuration file again, and serve the lines in it.
+
+    Lines that did not change go on undisturbed, and so do moves and events. One that did is closed and opened
+    anew, which is refused while something moves on it. `needs_restart` names what a restart alone changes.
+    """
+    return await reload(plant, dry_run=how.dry_run)
+
+
+@ROWS.post("/lines", Right.ADMIN)
+async def add_line(plant: Plant, new: NewLine) -> Reloaded:
+    """Write one more line with its bodies or its robot into the configuration file, and serve it.
+
+    A scan of ports gives the line of who is found there. The file keeps its comments.
+    """
+    return await with_line(plant, new.line, comment=new.comment, dry_run=new.dry_run)
+
+
+@ROWS.post("/lines/{line_id}/bodies", Right.ADMIN)
+async def add_bodies(plant: Plant, line_id: LineId, new: NewBodies) -> Reloaded:
+    """Write bodies that a scan has found into the configuration file, and serve them.
+
+    Their line is opened anew, which is refused while something moves on it.
+    """
+    tables: list[dict[str, Any]] = list(new.bodies)
+    return await with_bodies(plant, line_id, tables, comment=new.comment, dry_run=new.dry_run)

@@ -1,27 +1,17 @@
-"""The gateway itself: how open it is, and tickets for those that can send no header."""
+"""The gateway itself: who asks it, and how open it is."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
-from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.requests import access_of, json_response, new_router, plant_of
-from gateway.access.grants import TICKET_S
 from gateway.access.posture import weakened
 from gateway.access.principal import current
 from gateway.access.roles import RIGHTS_OF, Role
+from gateway.core.operation import Rows
 from gateway.core.rights import Right
+from gateway.plant import Plant
 
-router = new_router("system")
-
-
-class Ticket(BaseModel):
-    """What opens one event stream."""
-
-    ticket: str = Field(
-        description="To be sent as the query parameter `ticket` of /events or /events/stream."
-    )
-    expires_in_s: float = Field(description="It is valid for this time, and once.")
+ROWS: Final = Rows("system")
 
 
 class Weakened(BaseModel):
@@ -57,33 +47,22 @@ class Identity(BaseModel):
     )
 
 
-@router.post("/tickets", Right.VIEW, any_scope=True, response_model=Ticket)
-async def issue_ticket(request: Request) -> Response:
-    """Give a ticket for one event stream, which ends with the session or the key it was given for.
-
-    It is for browsers, whose WebSockets and EventSources send no key.
-    """
-    access = access_of(request)
-    ticket = Ticket(ticket=access.ticket_for(request.scope), expires_in_s=TICKET_S)
-    return json_response(ticket, headers={"Cache-Control": "no-store"})
-
-
-@router.get("/system/identity", Right.VIEW, any_scope=True, response_model=Identity)
-async def get_identity(_: Request) -> Response:
+@ROWS.get("/system/identity", any_scope=True)
+async def get_identity() -> Identity:
     """Tell who asks, with which role and rights, and for what."""
     who = current()
     scope = None if who.scope is None else sorted(who.scope)
     rights = [right for right in Right if right in RIGHTS_OF[who.role]]
-    return json_response(Identity(name=who.name, role=who.role, rights=rights, scope=scope))
+    return Identity(name=who.name, role=who.role, rights=rights, scope=scope)
 
 
-@router.get("/system/posture", Right.VIEW, any_scope=True, response_model=Posture)
-async def get_posture(request: Request) -> Response:
+@ROWS.get("/system/posture", any_scope=True)
+async def get_posture(plant: Plant) -> Posture:
     """Tell how the gateway is protected, and name each default that was weakened; values to admins only."""
-    config = plant_of(request).config
+    config = plant.config
     server = config.server
     told = current().role is Role.ADMIN
-    posture = Posture(
+    return Posture(
         access=config.access.mode,
         tls=server.tls_certificate is not None,
         network=not server.is_local or bool(server.trusted_proxies),
@@ -92,4 +71,3 @@ async def get_posture(request: Request) -> Response:
             for it in weakened(config)
         ],
     )
-    return json_response(posture)

@@ -6,19 +6,21 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
-from pydantic import Field
+from pydantic import AwareDatetime, BaseModel, Field
 
 from gateway.core.aside import aside
 from gateway.core.errors import NotFound
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.journal.writes import Value
+from gateway.core.operation import Rows
 from gateway.core.records import Record
 from gateway.core.rights import Right
 from gateway.operations.caller import require
 from gateway.plant import Plant
 
+ROWS: Final = Rows("audit")
 _COLUMNS: Final = (
     *("id", "at", "caller", "request_id", "target", "command", "effect", "frame", "move_id"),
     *("written_at", "ended_at", "outcome", "detail"),
@@ -111,3 +113,40 @@ def _deed(row: tuple[Any, ...]) -> Deed:
 
 def _utc(at: float | None) -> datetime | None:
     return None if at is None else datetime.fromtimestamp(at, UTC)
+
+
+class Audit(BaseModel):
+    """Deeds, the newest first."""
+
+    deeds: list[Deed]
+    cursor: str | None = Field(description="Give it as `cursor` for older ones; null where there are none.")
+
+
+@ROWS.get("/audit", any_scope=True)
+async def list_deeds(
+    plant: Plant,
+    *,
+    caller: Annotated[
+        str | None, Field(description="Only those of callers whose name has this in it.")
+    ] = None,
+    target: Annotated[
+        str | None,
+        Field(description="Only those for this body or group with its line, or robot: arm.3F, r1."),
+    ] = None,
+    since: Annotated[AwareDatetime | None, Field(description="Only those not before this time.")] = None,
+    until: Annotated[AwareDatetime | None, Field(description="Only those before this time.")] = None,
+    cursor: Annotated[
+        str | None, Field(pattern="^[0-9a-f]{20}$", description="Only those older than this cursor.")
+    ] = None,
+    limit: Annotated[int, Field(ge=1, le=1000)] = 100,
+) -> Audit:
+    """List all that had an effect, or was to have one, over restarts: caller, target, command and outcome.
+
+    A key with a scope names a target in it.
+    """
+    found = await deeds(plant, Wanted(caller, target, since, until, cursor), limit)
+    return await aside(_told, found, limit)
+
+
+def _told(found: Sequence[Deed], limit: int) -> Audit:
+    return Audit(deeds=list(found), cursor=found[-1].id if len(found) == limit else None)

@@ -1,0 +1,203 @@
+"""Keys, as an administrator makes and revokes them: each time everybody who follows the gateway is told."""
+
+import asyncio
+from functools import partial
+from typing import Annotated, Final
+
+from pydantic import BaseModel, Field
+
+from gateway.access.keys import (
+    LONGEST_S,
+    OVERLAP_S,
+    KeyFault,
+    KeyFileFault,
+    KeyInfo,
+    KeyStore,
+    State,
+)
+from gateway.access.principal import current
+from gateway.access.roles import Role
+from gateway.core.errors import InvalidRequest, NotAllowed, NotFound, NotSent
+from gateway.core.operation import Rows
+from gateway.core.records import RequestModel, example
+from gateway.core.rights import Right
+from gateway.core.targets import Opened
+from gateway.plant import Plant
+from gateway.security import entries
+from gateway.wind_down import SUBJECT
+from protocols.wording import as_given
+
+ROWS: Final = Rows("access keys")
+KeyName = Annotated[str, Field(max_length=64, description="The name of a key.", examples=["mes"])]
+
+
+class NewKey(
+    RequestModel, json_schema_extra=example(name="mes", role="operator", scope=["line1"], expires_s=7_776_000)
+):
+    """A key to be made."""
+
+    name: str = Field(
+        max_length=64, description="Who or what it is for: letters, digits and . _ @ -; records name it."
+    )
+    # A word in JSON is no member of an enumeration, where nothing is converted.
+    role: Annotated[Role, Field(strict=False, description="What it may do; every role may stop.")]
+    scope: list[str] | None = Field(
+        default=None,
+        min_length=1,
+        max_length=200,
+        description="The addresses of lines, bodies, groups and robots that it is for; left out: all.",
+    )
+    expires_s: float | None = Field(
+        default=None,
+        gt=0,
+        le=LONGEST_S,
+        description="In seconds from now; left out: `access.key_lifetime_d`, a year if nothing else is said.",
+    )
+
+
+class Rotation(RequestModel, json_schema_extra=example(overlap_s=604_800)):
+    """How a key is rotated."""
+
+    overlap_s: float = Field(
+        default=OVERLAP_S, ge=0, le=LONGEST_S, description="Seconds for which the old key is good yet."
+    )
+
+
+class MadeKey(KeyInfo):
+    """A key that was made, with its secret."""
+
+    key: str = Field(
+        description="What its owner sends. It is told this once: the gateway keeps its hash only."
+    )
+
+
+class KeyList(BaseModel):
+    """All keys, those that cannot be used any more too, oldest first."""
+
+    keys: list[KeyInfo]
+
+
+@ROWS.get("/access/keys", Right.ADMIN)
+async def list_keys(plant: Plant) -> KeyList:
+    """List the keys, without what is secret of them."""
+    keys = _managed(plant)
+    try:
+        return KeyList(keys=await asyncio.to_thread(keys.infos))
+    except KeyFault as fault:
+        raise NotSent(str(fault)) from None
+
+
+@ROWS.post("/access/keys", Right.ADMIN, result=MadeKey, opens=True)
+async def make_key(plant: Plant, new: NewKey) -> Opened:
+    """Make a key and tell it once. The header Idempotency-Key is refused: it would have the secret kept."""
+    keys = _managed(plant)
+    by = current().name
+    try:
+        lasts_s = keys.policy().lifetime_s if new.expires_s is None else new.expires_s
+        key = await asyncio.to_thread(partial(keys.create, new.name, new.role, new.scope, lasts_s, by=by))
+    except KeyFileFault as fault:
+        raise NotSent(f"{fault} No key was made.") from None
+    except KeyFault as fault:
+        raise InvalidRequest(f"{fault} No key was made.") from None
+    made = await _told(keys, new.name)
+    plant.events.publish("gateway.key.made", SUBJECT, made)
+    await plant.security.keep(entries.KEY_MADE, new.name, **_of(made), expires_at=_ending(made))
+    return _shown(key, made)
+
+
+@ROWS.post("/access/keys/{name}/rotate", Right.ADMIN, whole_plant=True, result=MadeKey, opens=True)
+async def rotate_key(plant: Plant, name: KeyName, rotation: Rotation) -> Opened:
+    """Make a new key in the place of a good one and tell it once; the old one is good for the overlap yet."""
+    keys, overlap_s = _managed(plant), rotation.overlap_s
+    await _require(keys, name, "good")
+    try:
+        key = await asyncio.to_thread(partial(keys.rotate, name, overlap_s, by=current().name))
+    except KeyFileFault as fault:
+        raise NotSent(f"{fault} No key was made.") from None
+    except KeyFault as fault:
+        raise NotAllowed(f"{fault} No key was made.") from None
+    rotated = await _told(keys, name)
+    plant.events.publish("gateway.key.rotated", SUBJECT, rotated)
+    changed = {**_of(rotated), "expires_at": _ending(rotated), "overlap": f"{overlap_s:g} s"}
+    await plant.security.keep(entries.KEY_CHANGED, name, **changed)
+    return _shown(key, rotated)
+
+
+@ROWS.post("/access/keys/{name}/approve", Right.ADMIN, whole_plant=True)
+async def approve_key(plant: Plant, name: KeyName) -> KeyInfo:
+    """Let a key of an admin be good that another admin has made (`access.four_eyes`)."""
+    keys = _managed(plant)
+    await _require(keys, name, "waiting")
+    try:
+        await asyncio.to_thread(keys.approve, name, current().name)
+    except KeyFileFault as fault:
+        raise NotSent(f"{fault} {name} was not approved.") from None
+    except KeyFault as fault:
+        raise NotAllowed(f"{fault} It was not approved.") from None
+    approved = await _told(keys, name)
+    plant.events.publish("gateway.key.approved", SUBJECT, approved)
+    await plant.security.keep(entries.KEY_APPROVED, name, **_of(approved), expires_at=_ending(approved))
+    return approved
+
+
+@ROWS.delete("/access/keys/{name}", Right.ADMIN, whole_plant=True)
+async def revoke_key(plant: Plant, name: KeyName) -> KeyInfo:
+    """Let a key never be used again: its next request is refused, and its event streams end within 5 s."""
+    keys = _managed(plant)
+    if name == current().name:
+        raise NotAllowed(
+            f"You have signed in with {name}; it was not revoked.", "Revoke it with another key of an admin."
+        )
+    try:
+        await asyncio.to_thread(keys.revoke, name)
+    except KeyFileFault as fault:
+        raise NotSent(f"{fault} {name} was not revoked.") from None
+    except KeyFault as fault:
+        raise NotFound(str(fault)) from None
+    revoked = await _told(keys, name)
+    plant.events.publish("gateway.key.revoked", SUBJECT, revoked)
+    await plant.security.keep(entries.KEY_REVOKED, name, **_of(revoked))
+    return revoked
+
+
+def _shown(key: str, made: KeyInfo) -> Opened:
+    return Opened(f"/access/keys/{made.name}", MadeKey(**made.model_dump(), key=key))
+
+
+async def _require(keys: KeyStore, name: str, state: State) -> None:
+    """Refuse what cannot be done to a key in another state.
+
+    :raises NotFound: no key of this name is in it.
+    :raises NotSent: the keys cannot be read.
+    """
+    try:
+        infos = await asyncio.to_thread(keys.infos)
+    except KeyFault as fault:
+        raise NotSent(str(fault)) from None
+    if not any(it.name == name and it.state == state for it in infos):
+        raise NotFound(f"There is no {state} key {as_given(name)}; nothing was changed.")
+
+
+def _managed(plant: Plant) -> KeyStore:
+    """The keys, where somebody needs one."""
+    store = plant.credentials.keys
+    if store is None:
+        raise NotAllowed(
+            "This gateway lets everybody in (access.mode is open), so nobody manages keys over HTTP; "
+            "nothing was changed.",
+            'Set access.mode = "keys", or use `motion-gateway keys` on its machine.',
+        )
+    return store
+
+
+async def _told(keys: KeyStore, name: str) -> KeyInfo:
+    """The newest key of a name."""
+    return next(it for it in reversed(await asyncio.to_thread(keys.infos)) if it.name == name)
+
+
+def _of(key: KeyInfo) -> dict[str, object]:
+    return {"role": key.role, "scope": key.scope}
+
+
+def _ending(key: KeyInfo) -> str | None:
+    return None if key.expires_at is None else key.expires_at.isoformat()

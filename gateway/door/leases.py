@@ -1,0 +1,99 @@
+"""Leases: who moves and sets a part of the plant, for seconds at a time."""
+
+from typing import Annotated, Final
+
+from pydantic import BaseModel, Field
+
+from gateway.core.errors import NotFound
+from gateway.core.leases import LONGEST_S, Lease, Taken
+from gateway.core.operation import Rows
+from gateway.core.records import RequestModel, example
+from gateway.core.rights import Right
+from gateway.core.targets import Opened
+from gateway.operations.caller import claim, holder, require, sees
+from gateway.plant import Plant
+from protocols.wording import as_given
+
+ROWS: Final = Rows("leases")
+LeaseId = Annotated[str, Field(description="The id of a lease.", examples=["lease-1"])]
+
+
+class LeaseRequest(RequestModel, json_schema_extra=example(scope="line1.3F", ttl_s=10.0)):
+    """What to lease, and for how long."""
+
+    scope: str = Field(
+        pattern="^[A-Za-z0-9.-]{1,64}$", description="The address of a line, a body, a group or a robot."
+    )
+    ttl_s: float = Field(
+        10.0, ge=0.5, le=LONGEST_S, description="In seconds; it ends then, unless it is renewed before."
+    )
+    take_over: bool = Field(
+        default=False, description="End the leases of others that are in the way; takes the right `admin`."
+    )
+
+
+class LeaseList(BaseModel):
+    """All leases that last."""
+
+    leases: list[Lease]
+
+
+@ROWS.get("/leases", any_scope=True)
+async def list_leases(plant: Plant) -> LeaseList:
+    """List who has leased what; a key with a scope sees those within it."""
+    return LeaseList(leases=[lease for lease in plant.leases.all() if sees(plant, lease.scope)])
+
+
+@ROWS.post("/leases", Right.OPERATE, any_scope=True, leased=False, result=Taken, opens=True)
+async def take_lease(plant: Plant, lease: LeaseRequest) -> Opened:
+    """Lease a line, a body, a group or a robot: until it ends, nobody else moves or sets what is in it.
+
+    Its holder sends its `token` as the header `Lease-Token` with each motion and each setting; several
+    tokens stand side by side with commas. A token that is not good any more is refused though nobody else has
+    a lease. Reads and stops need none. When it ends, moves go on to their ends, and what would never end (a
+    JOG, a move without an end) is stopped.
+    """
+    right = Right.ADMIN if lease.take_over else Right.OPERATE
+    require(plant, right, lease.scope, leased=False)
+    path = _path(plant, lease.scope)
+    address = path.rpartition("/")[2]
+    parts = plant.territory.parts(address)
+    taken = await plant.leases.take(address, path, parts, holder(), lease.ttl_s, over=lease.take_over)
+    return Opened(f"/leases/{taken.lease}", taken)
+
+
+@ROWS.get("/leases/{lease_id}", any_scope=True)
+async def get_lease(plant: Plant, lease_id: LeaseId) -> Lease:
+    """Tell who has a lease, and for how long."""
+    lease = plant.leases.get(lease_id)
+    require(plant, Right.VIEW, lease.scope)
+    return lease
+
+
+@ROWS.post("/leases/{lease_id}/renew", Right.OPERATE, any_scope=True, leased=False)
+async def renew_lease(plant: Plant, lease_id: LeaseId) -> Taken:
+    """Let a lease last for its whole time from now on; its token stands in the header Lease-Token."""
+    require(plant, Right.OPERATE, plant.leases.get(lease_id).scope, leased=False)
+    return plant.leases.renew(lease_id, claim())
+
+
+@ROWS.delete("/leases/{lease_id}", Right.OPERATE, any_scope=True, leased=False)
+async def end_lease(plant: Plant, lease_id: LeaseId) -> Lease:
+    """Give a lease back; an admin ends that of anybody."""
+    own = plant.leases.is_of(lease_id, holder())
+    right = Right.OPERATE if own else Right.ADMIN
+    require(plant, right, plant.leases.get(lease_id).scope, leased=False)
+    return plant.leases.end(lease_id, holder())
+
+
+def _path(plant: Plant, scope: str) -> str:
+    """Where among the resources what an address names stands."""
+    if scope in plant.ports():
+        return f"/lines/{scope}"
+    try:
+        return plant.named(scope).path
+    except NotFound:
+        raise NotFound(
+            f"There is no line, body, group or robot {as_given(scope)}; nothing was leased.",
+            "GET /lines, /bodies, /groups, /scaras and /robots list what there is.",
+        ) from None

@@ -1,0 +1,58 @@
+"""Lines: their state, and scans of them."""
+
+from typing import Annotated, Any, Final, Union
+
+from pydantic import Field
+from typing_extensions import TypedDict
+
+from gateway.core.operation import Rows, Wait
+from gateway.core.rights import Right
+from gateway.door.names import LineId
+from gateway.families import FAMILIES
+from gateway.operations.caller import sees
+from gateway.plant import Plant
+from gateway.rorze.family import Rorze
+from gateway.rorze.scans import Scan
+
+ROWS: Final = Rows("lines")
+
+
+_INFOS: Any = Union[tuple(family.line_info for family in FAMILIES.values())]  # noqa: UP007
+AnyLineInfo = Annotated[_INFOS, Field(discriminator="protocol")]
+
+
+class LineList(TypedDict):
+    """All lines of the configuration."""
+
+    lines: list[AnyLineInfo]
+
+
+@ROWS.get("/lines", any_scope=True)
+async def list_lines(plant: Plant) -> LineList:
+    """List all lines."""
+    return {"lines": [plant.info(line_id) for line_id in plant.ports() if sees(plant, line_id)]}
+
+
+@ROWS.get("/lines/{line_id}", result=AnyLineInfo)
+async def get_line(plant: Plant, line_id: LineId) -> Any:
+    """Tell the state of a line; nothing is sent."""
+    return plant.info(line_id)
+
+
+@ROWS.post("/lines/{line_id}/scans", Right.SETUP, leased=False, over="The scan is over.")
+async def start_scan(plant: Plant, line_id: LineId, *, wait: Wait = None) -> Scan:
+    """Ask all 120 body numbers of the line, between its other work, whether somebody is there.
+
+    A line with a robot has none.
+    """
+    plant.target(f"/lines/{line_id}")  # a line that leads to a robot says so
+    rorze = plant.family(Rorze)
+    scan = rorze.scans.start(rorze.lines[line_id])
+    return await rorze.scans.get(line_id, scan.id, wait or 0.0)
+
+
+@ROWS.get("/lines/{line_id}/scans/{scan_id}")
+async def get_scan(plant: Plant, line_id: LineId, scan_id: str, *, wait: Wait = None) -> Scan:
+    """Get a scan, at once or when it is over."""
+    plant.target(f"/lines/{line_id}")
+    return await plant.family(Rorze).scans.get(line_id, scan_id, wait or 0.0)

@@ -1,0 +1,43 @@
+"""The security log: who was let in, who was refused, and who changed who may do what."""
+
+from typing import Annotated, Final
+
+from pydantic import BaseModel, Field
+
+from gateway.core.errors import NotFound, NotSent
+from gateway.core.operation import Rows
+from gateway.core.rights import Right
+from gateway.plant import Plant
+from gateway.security.entries import Entry
+
+ROWS: Final = Rows("security log")
+
+
+class SecurityEntries(BaseModel):
+    """Entries, the newest first."""
+
+    entries: list[Entry]
+    cursor: int | None = Field(
+        description="The number to give as `cursor` for older ones; null where there are none."
+    )
+
+
+@ROWS.get("/security", Right.ADMIN)
+async def list_security_entries(
+    plant: Plant,
+    *,
+    limit: Annotated[int, Field(ge=1, le=1000)] = 100,
+    cursor: Annotated[int | None, Field(ge=1, description="Only those older than this cursor.")] = None,
+) -> SecurityEntries:
+    """List the security log: sign-ins, refusals, keys, sessions, leases, reloads and what else needs a name.
+
+    No use of the gateway pushes an entry out; what comes in a flood is counted in one.
+    """
+    if plant.security.data is None:
+        raise NotFound("This gateway has no data directory, and so no security log.")
+    try:
+        found = list(await plant.security.newest(limit, cursor))
+    except OSError as error:
+        raise NotSent(f"The security log cannot be read: {error.strerror}.") from None
+    older = found[-1].number if len(found) == limit and found[-1].number > 1 else None
+    return SecurityEntries(entries=found, cursor=older)
