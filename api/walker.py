@@ -7,10 +7,9 @@ from fastapi import Body, Request, Response
 from pydantic import BaseModel
 
 from api.common import plain_text
-from api.common.documentation import begins, begins_moves
-from api.common.etags import IF_MATCH, header_of, matching
+from api.common.declared import answers, heeded, shown
+from api.common.etags import header_of, matching
 from api.common.parameters import Endpoint, taking
-from api.common.problems import DECLARED
 from api.common.requests import (
     begun_response,
     content_response,
@@ -28,7 +27,6 @@ from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped
 from gateway.door.calls import carry_out
 from gateway.door.documents import expectation
 from gateway.door.names import NAMES
-from protocols.table import Effect
 
 RESULTS = Answer | Begun | MemberAnswers | Opened | Stopped
 WAIT = "wait"
@@ -38,19 +36,25 @@ def router(rows: Rows) -> Router:
     """Make the routes of one section's rows."""
     made = new_router(rows.tag)
     for operation in rows:
-        made.add(
-            operation.verb,
-            operation.path,
-            operation.right,
-            _endpoint(operation),
-            route_class=_taking(operation.most_bytes),
-            operation_id=operation.name,
-            summary=operation.title,
-            description=operation.description,
-            any_scope=operation.any_scope,
-            **_declared(operation),
-        )
+        add(made, operation)
     return made
+
+
+def add(made: Router, operation: Operation) -> None:
+    """Make the route of a row."""
+    made.add(
+        operation.verb,
+        operation.path,
+        operation.right,
+        _endpoint(operation),
+        route_class=_taking(operation.most_bytes),
+        operation_id=operation.name,
+        summary=operation.title,
+        description=operation.description,
+        any_scope=operation.any_scope,
+        openapi_extra={**shown(operation), **heeded(operation)},
+        **answers(operation),
+    )
 
 
 @cache
@@ -60,30 +64,6 @@ def _taking(most_bytes: int | None) -> type[StrictRoute]:
         return StrictRoute
     request_class = type("LongRequest", (StrictRequest,), {"most": most_bytes})
     return type("LongRoute", (StrictRoute,), {"request_class": request_class})
-
-
-def _declared(operation: Operation) -> dict[str, Any]:
-    """What the route declares of its answers, and of the headers that it heeds."""
-    declared: dict[str, Any] = IF_MATCH if operation.expects else {}
-    if operation.plain is not None and operation.request is None:
-        return {"response_model": operation.result, "responses": {**DECLARED, **plain_text.given(operation)}}
-    if operation.plain is not None:
-        declared = plain_text.taken(operation)
-    if operation.stopping is not None:
-        ends = {
-            200: {"description": operation.over},
-            202: {"model": operation.result, "description": operation.stopping},
-        }
-        return {"response_model": operation.result, "responses": {**DECLARED, **ends}}
-    if operation.over is not None:
-        return {**declared, **begins(operation.result, operation.over, operation.ended)}
-    if operation.effect is Effect.MOTION and not operation.opens:
-        return begins_moves("/".join(operation.path.split("/")[:3]), operation.result, operation.ended)
-    return {
-        **declared,
-        "response_model": operation.result,
-        **({"status_code": 201} if operation.opens else {}),
-    }
 
 
 def _endpoint(operation: Operation) -> Endpoint:

@@ -52,28 +52,23 @@ SECTIONS: Final[Mapping[str, str]] = {
 class Words(NamedTuple):
     """The words of a place's routes."""
 
-    tag: str = "commands"
     replied: str = "The controller's reply."
     over: str = "The move is over; `status` says how it ended."
     begun: str = "The controller has accepted the move; ask again at Location."
 
 
 _OF_ROBOTS = Words(
-    "robot commands",
     "The robot's reply.",
     begun="The robot has not refused the move; ask again at Location.",
 )
 WORDS: Final[Mapping[str, Words]] = {
     "/bodies/{body_id}": Words(),
-    "/lines/{line_id}": Words("line commands"),
+    "/lines/{line_id}": Words(),
     "/groups/{group_id}": Words(
-        "group commands",
         over="All moves are over; `status` says how each ended.",
         begun="The moves are under way.",
     ),
-    "/scaras/{scara_id}": Words(
-        "scara moves", begun="The controllers have accepted the move; ask again at Location."
-    ),
+    "/scaras/{scara_id}": Words(begun="The controllers have accepted the move; ask again at Location."),
     "/robots/{robot_id}": _OF_ROBOTS,
     "/robots/{robot_id}/units/{unit}": _OF_ROBOTS,
 }

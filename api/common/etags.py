@@ -22,7 +22,7 @@ _PARAMETER: Final = {
     "schema": {"type": "string"},
     "description": "The ETag of what was read: where it is otherwise now, nothing is changed (412).",
 }
-IF_MATCH: Final[dict[str, Any]] = {"openapi_extra": {"parameters": [_PARAMETER]}}
+IF_MATCH: Final[dict[str, Any]] = {"parameters": [_PARAMETER]}
 """Declares that a route heeds the header."""
 
 _TAG = re.compile(r'(?:W/)?"[^"]*"')

@@ -15,7 +15,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from api.common.access import Access
 from api.common.idempotency import HEADER, HONOURED, LONGEST_KEY, WITH_EFFECT, has_key, takes_key
-from api.common.problems import plain_problem, problem_of, response_to
+from api.common.problems import plain_problem, response_to
 from api.common.results import render
 from api.common.route_index import RouteIndex
 from api.common.strict_json import INLINE_BYTES, again, parse, read_body
@@ -25,6 +25,7 @@ from gateway.core.move_record import Move, MoveRecord
 from gateway.core.origin import acting, current
 from gateway.core.rights import Right
 from gateway.core.targets import Begun
+from gateway.door.problems import problem_of
 from gateway.operations.keys import Answered, Key, Keys, LeftOpen
 from gateway.rorze.scaras.record import ScaraMove
 

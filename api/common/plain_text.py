@@ -59,7 +59,7 @@ def answer(request: Request, operation: Operation, result: Any) -> Response:
 def taken(operation: Operation) -> dict[str, Any]:
     """What the route declares of its request."""
     content = {JSON: {"schema": operation.request.model_json_schema()}}
-    return {"openapi_extra": {"requestBody": {"required": True, "content": content}}}
+    return {"requestBody": {"required": True, "content": content}}
 
 
 def given(operation: Operation) -> dict[int | str, dict[str, Any]]:

@@ -9,7 +9,8 @@ from urllib.parse import quote
 from starlette.responses import Response
 from starlette.types import Scope
 
-from api.common.problems import TYPE_PREFIX, plain_problem, response_to
+from api.common.problems import plain_problem, response_to
+from gateway.door.problems import TYPE_PREFIX
 
 LOOPBACK: Final = frozenset({"127.0.0.1", "localhost", "[::1]"})
 

@@ -59,6 +59,8 @@ class Place:
     """What tells the operations of this place from those of others with the same rows."""
     members: bool = False
     """Whether each of several members answers, and makes a move of its own."""
+    tag: str = "commands"
+    """The section of the documents that its commands stand in."""
 
 
 class LeftMoving(NamedTuple):

@@ -91,8 +91,16 @@ class Operation:
     """The longest request, where it may be longer than others."""
     plain: str | None = None
     """The member of request and result that may go alone, as plain text."""
+    moves: bool = False
+    """Whether it begins moves, each with its record."""
     planned: Any = None
     """What it answers where the request only asks what would be done."""
+    dated: bool = False
+    """Whether the age of its answer means something."""
+    code: str = ""
+    """The controller's code, where it is a row of a command table."""
+    example: Mapping[str, Any] | None = None
+    """A request, as the manual has it."""
     http_only: str | None = None
     """Why only HTTP can serve it."""
 
@@ -100,6 +108,16 @@ class Operation:
     def target(self) -> str | None:
         """The parameter of the path that names what it is about; None: the whole plant."""
         return None if self.whole_plant else next(iter(names_in(self.path)), None)
+
+    @property
+    def named(self) -> list[str]:
+        """The parameters of its path."""
+        return names_in(self.path)
+
+    def may_leave_out(self, name: str) -> bool:
+        """Whether it has a parameter by itself where nothing is said."""
+        it = self.parameters.get(name)
+        return it is not None and it.default is not Parameter.empty
 
     @property
     def ended(self) -> Any:
@@ -197,8 +215,9 @@ def operation(tag: str, verb: Verb, path: str, right: Right, run: Run, **told: A
     described = {
         "title": name.replace("_", " ").title(),
         "description": getdoc(run) or "",
-        "effect": _EFFECTS[right],
+        "effect": Effect.MOTION if told.get("moves") else _EFFECTS[right],
         "leased": right in LEASED,
+        "request_optional": request is not None and request.default is not Parameter.empty,
         "any_scope": False,
         "whole_plant": False,
         "result": signature(run).return_annotation,
@@ -215,7 +234,6 @@ def operation(tag: str, verb: Verb, path: str, right: Right, run: Run, **told: A
         provided=provided,
         request_name=None if request is None else request.name,
         request=None if request is None else request.annotation,
-        request_optional=request is not None and request.default is not Parameter.empty,
         **described,
     )
 

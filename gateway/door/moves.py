@@ -16,7 +16,6 @@ from gateway.plant import Plant
 from gateway.rorze.move_requests import MoveRequest
 from gateway.rorze.plans import GroupPlan, PlannedMove
 from gateway.rorze.samples import BodySamples
-from protocols.table import Effect
 
 ROWS: Final = Rows("moves")
 SAMPLES: Final = Rows("samples")
@@ -29,7 +28,13 @@ class MoveList(BaseModel):
     moves: list[Move]
 
 
-@ROWS.post("/bodies/{body_id}/moves", Right.OPERATE, effect=Effect.MOTION, result=Move, planned=PlannedMove)
+@ROWS.post(
+    "/bodies/{body_id}/moves",
+    Right.OPERATE,
+    moves=True,
+    result=Move,
+    planned=PlannedMove,
+)
 async def start_move(
     plant: Plant, target: Target, move: MoveRequest, *, wait: Wait = None
 ) -> Result | BaseModel:
@@ -62,7 +67,11 @@ async def change_speed_of_one_move(
 
 
 @ROWS.post(
-    "/groups/{group_id}/moves", Right.OPERATE, effect=Effect.MOTION, result=GroupMove, planned=GroupPlan
+    "/groups/{group_id}/moves",
+    Right.OPERATE,
+    moves=True,
+    result=GroupMove,
+    planned=GroupPlan,
 )
 async def start_group_move(
     plant: Plant, target: Target, move: MoveRequest, *, wait: Wait = None

@@ -1,10 +1,18 @@
 """The results that operations of several sections have, as they are told."""
 
-from pydantic import BaseModel, Field
+from collections.abc import Sequence
+from typing import Annotated, Any, Final
 
+from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, WithJsonSchema
+
+from gateway.core.errors import GatewayError
 from gateway.core.move_record import Move
+from gateway.core.stops import Report
+from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Result, Stopped
+from gateway.door.problems import Problem, problem_of
 from gateway.fics.stops import RobotStopReport
 from gateway.rorze.stops import StopReport
+from protocols.table import Reply
 
 
 class GroupMove(BaseModel):
@@ -22,3 +30,61 @@ class StopResult(BaseModel):
     )
     bodies: list[StopReport]
     robots: list[RobotStopReport]
+
+
+_ANY_REPLY: Final = {"anyOf": [{"type": "object", "additionalProperties": True}, {"type": "null"}]}
+
+
+class MemberReply(BaseModel):
+    """What one member answered."""
+
+    model_config = ConfigDict(frozen=True)
+
+    body_id: str
+    reply: Annotated[SerializeAsAny[Reply] | None, WithJsonSchema(_ANY_REPLY)] = Field(
+        description="As the same command to a single body is answered; null if there is none: see `error`."
+    )
+    error: Problem | None = Field(description="Why there is no reply.")
+
+
+class GroupReply(BaseModel):
+    """What the members of a group answered to one command."""
+
+    model_config = ConfigDict(frozen=True)
+
+    group_id: str
+    members: list[MemberReply]
+
+
+def told(result: Result, instance: str = "", *, japanese: bool = False) -> Any:
+    """What a client is told of a result: a model, or what is made of models; `instance` is what was asked."""
+    match result:
+        case Answer():
+            return {"replies": list(result.replies)} if result.listed else result.replies[0]
+        case MemberAnswers():
+            members = [
+                _member(body_id, reply, instance, japanese=japanese)
+                for body_id, reply in result.members.items()
+            ]
+            return {"group_id": result.group_id, "members": members}
+        case Begun():
+            if result.group_id is None:
+                return result.moves[0]
+            return {"group_id": result.group_id, "moves": list(result.moves)}
+        case Opened():
+            return result.session
+        case Stopped():
+            return _stopped(result, japanese=japanese)
+
+
+def _member(body_id: str, reply: Reply | GatewayError, instance: str, *, japanese: bool) -> dict[str, Any]:
+    if isinstance(reply, Reply):
+        return {"body_id": body_id, "reply": reply, "error": None}
+    return {"body_id": body_id, "reply": None, "error": problem_of(reply, instance, japanese=japanese)}
+
+
+def _stopped(result: Stopped, *, japanese: bool) -> dict[str, Any]:
+    reports: dict[str, Sequence[Report]] = {"bodies": [], "robots": [], **result.reports}
+    if japanese:
+        reports = {what: [it.in_japanese() for it in those] for what, those in reports.items()}
+    return {"confirmed": result.confirmed, **reports}

@@ -21,7 +21,6 @@ from gateway.operations.commands import do
 from gateway.plant import Plant
 from protocols.fics.macros import Arguments, MacroName, RunMacro
 from protocols.fics.notation import Unit
-from protocols.table import Effect
 
 ROWS: Final = Rows("robot moves")
 SAMPLES: Final = Rows("samples")
@@ -46,7 +45,7 @@ class RobotMoveList(BaseModel):
 AS_IT_IS: Final = MacroRunRequest()
 
 
-@ROWS.post(MOVES, Right.OPERATE, effect=Effect.MOTION, result=RobotMove, planned=PlannedRobotMove)
+@ROWS.post(MOVES, Right.OPERATE, moves=True, result=RobotMove, planned=PlannedRobotMove)
 async def start_robot_move(
     plant: Plant, target: Target, move: RobotMoveRequest, *, wait: Wait = None
 ) -> Result | BaseModel:
@@ -70,7 +69,7 @@ async def get_robot_move(plant: Plant, target: Target, move_id: str, *, wait: Wa
     return await moves.get(plant, target.path, move_id, wait or 0.0)
 
 
-@ROWS.post("/robots/{robot_id}/macros/{name}/runs", Right.OPERATE, effect=Effect.MOTION, result=RobotMove)
+@ROWS.post("/robots/{robot_id}/macros/{name}/runs", Right.OPERATE, moves=True, result=RobotMove)
 async def run_macro(
     plant: Plant,
     robot: Robot,

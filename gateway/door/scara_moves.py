@@ -16,7 +16,6 @@ from gateway.rorze.scaras.record import PlannedScaraMove, ScaraMove
 from gateway.rorze.scaras.requests import ScaraMoveRequest
 from gateway.rorze.scaras.scara import Scara
 from gateway.rorze.scaras.speed import at_own_speed
-from protocols.table import Effect
 
 ROWS: Final = Rows("scara moves")
 
@@ -30,7 +29,7 @@ class ScaraMoveList(BaseModel):
 @ROWS.post(
     "/scaras/{scara_id}/moves",
     Right.OPERATE,
-    effect=Effect.MOTION,
+    moves=True,
     result=ScaraMove,
     planned=PlannedScaraMove,
 )

@@ -30,6 +30,7 @@ from gateway.door import (
     stops,
     system,
 )
+from gateway.door.commands import rows_of
 from gateway.families import FAMILIES
 
 SECTIONS: Final = (
@@ -70,6 +71,8 @@ def operations() -> Iterator[Operation]:
     """All of them, section by section."""
     for rows in _sections():
         yield from rows
+    for family in FAMILIES.values():
+        yield from rows_of(family)
 
 
 def _sections() -> Iterator[Rows]:

@@ -58,8 +58,8 @@ from protocols.fics.system import SetCommunicationMode
 from protocols.wording import as_given
 from transports.base import Transport
 
-ROBOT = Place("/robots/{robot_id}", RobotMove)
-UNIT = Place("/robots/{robot_id}/units/{unit}", RobotMove)
+ROBOT = Place("/robots/{robot_id}", RobotMove, tag="robot commands")
+UNIT = Place("/robots/{robot_id}/units/{unit}", RobotMove, tag="robot commands")
 _ANSWERED: Final[Mapping[WhenAnswered, str]] = {
     WhenAnswered.ALWAYS: "answered at once",
     WhenAnswered.ON_COMPLETION: "answered when it is done, in Ver.2 not at all",

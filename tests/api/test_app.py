@@ -2,8 +2,8 @@
 
 import re
 
-from api.common.problems import problem_of
 from gateway.core.errors import Cancelled, GatewayError, NoReply, NotSent
+from gateway.door.problems import problem_of
 from tests.api.stand import Stand, on_stand
 
 REPEATED_BY_CLIENTS = {408, 425, 429, 500, 502, 503, 504}

@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from api import command_routes
+from gateway.door import commands
 from gateway.rorze.family import Rorze
 from protocols.rorze.commands import COMMANDS, Row
 from protocols.rorze.row import LinkMasterCommand
@@ -26,7 +27,7 @@ def test_every_row_has_its_routes() -> None:
 
 @given(st.sampled_from(list(COMMANDS.values())))
 def test_every_row_is_described_with_its_code_title_and_errors(row: Row) -> None:
-    text = command_routes.describe(Rorze, row)
+    text = commands.describe(Rorze, row)
     assert f"`{row.code}`" in text
     assert row.titles()[0] in text
     assert all(f"0x{code:02X}" in text for code in row.errors)

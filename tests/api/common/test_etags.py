@@ -5,8 +5,8 @@ from fastapi import Request
 from pydantic import BaseModel
 
 from api.common.etags import etag_of, expected_by, tagged
-from api.common.problems import problem_of
 from gateway.core.errors import Outdated
+from gateway.door.problems import problem_of
 
 
 class Document(BaseModel):

@@ -9,8 +9,7 @@ from fastapi import FastAPI, Request
 from httpx2 import ASGITransport, AsyncClient
 from pydantic import BaseModel, Field
 
-from api.common.japanese import REMEDIES, TITLES
-from api.common.problems import MEDIA_TYPE, RETRY_AFTER_S, TYPE_PREFIX, install, problem_of, wants_japanese
+from api.common.problems import MEDIA_TYPE, RETRY_AFTER_S, install, wants_japanese
 from gateway.core.errors import (
     Ambiguous,
     BodyBusy,
@@ -32,6 +31,8 @@ from gateway.core.errors import (
     QueueFull,
     StoppedFirst,
 )
+from gateway.door.japanese import REMEDIES, TITLES
+from gateway.door.problems import TYPE_PREFIX, problem_of
 from gateway.fics.errors import RobotFailed, RobotOffline
 from gateway.fics.errors import refused as robot_refused
 from gateway.rorze.errors import refused as body_refused

@@ -3,6 +3,7 @@
 import pytest
 
 from api import command_routes
+from gateway.door import commands
 from gateway.fics.family import Fics
 from protocols.fics.commands import ROWS, Row, of_the_robot
 from protocols.table import Retry
@@ -25,7 +26,7 @@ def test_every_row_has_one_route() -> None:
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row.name())
 def test_every_row_is_described_with_its_code_and_title(row: Row) -> None:
-    text = command_routes.describe(Fics, row)
+    text = commands.describe(Fics, row)
     assert (f"`{row.code}`" if row.code else "named by the macro") in text
     assert row.titles()[0] in text
 

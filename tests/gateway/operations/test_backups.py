@@ -469,9 +469,7 @@ async def one_cut(it: Rig, dice: Random, text: str, within: int = 0) -> Restore:
 
     it.wire.write = cut  # type: ignore[method-assign]
     try:
-        over: Restore = await ask(
-            it.plant, "getBodyRestore", body_id="3F", restore_id=begun.id, wait=600.0
-        )
+        over: Restore = await ask(it.plant, "getBodyRestore", body_id="3F", restore_id=begun.id, wait=600.0)
         return over
     finally:
         it.wire.write = write  # type: ignore[method-assign]

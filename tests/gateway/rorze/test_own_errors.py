@@ -2,8 +2,8 @@
 
 import pytest
 
-from api.common.problems import problem_of
 from gateway.core.errors import ControllerRefused
+from gateway.door.problems import problem_of
 from gateway.rorze.calls import CALLS, calls_for_body
 from gateway.rorze.errors import refused
 from protocols.rorze.interpolation import SetStartPosition, StartInterpolation, TurnFinger

@@ -1,0 +1,123 @@
+"""Errors as they are told: what happened, what was and was not done to the motor, and what to do next."""
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+from pydantic import BaseModel, Field
+
+from gateway.access.errors import NotAuthenticated, NotPermitted
+from gateway.core.errors import (
+    Ambiguous,
+    ControllerError,
+    ControllerRefused,
+    GatewayError,
+    InvalidRequest,
+    InvalidText,
+    Moved,
+    NotAllowed,
+    NotFound,
+    NotSent,
+    Outdated,
+)
+from gateway.core.next_calls import NextCall
+from gateway.core.origin import current
+from gateway.door.japanese import MOTOR, REMEDIES, TITLES
+
+TYPE_PREFIX: Final = "urn:motion-gateway:problem:"
+
+_STATUS: Final[Mapping[type[GatewayError], int]] = {
+    NotAuthenticated: 401,
+    NotPermitted: 403,
+    NotFound: 404,
+    Ambiguous: 409,
+    Outdated: 412,
+    InvalidRequest: 422,
+    NotAllowed: 403,
+    NotSent: 503,
+    GatewayError: 409,
+}
+
+
+class InvalidField(BaseModel):
+    """What is wrong with one part of the request."""
+
+    field: str = Field(description="Where: distance.value")
+    message: str
+    line: int | None = Field(default=None, description="In a text of many lines: which one, from 1.")
+    column: int | None = Field(default=None, description="Where in that line, from 1.")
+
+
+class Problem(BaseModel):
+    """Why a request was not carried out, as RFC 9457 has it."""
+
+    type: str = Field(description=f"The kind of error, {TYPE_PREFIX}KIND; never changes.")
+    title: str = Field(description="The kind of error in words.")
+    status: int = Field(description="The HTTP status.")
+    detail: str = Field(description="What happened, and what was and was not done to the motor.")
+    instance: str = Field(description="The path that was asked for.")
+    moved: Moved = Field(description="Whether the motor did anything because of this request.")
+    remedy: str = Field(description="What to do next.")
+    retryable: bool = Field(description="Whether the same request may succeed later.")
+    request_id: str | None = Field(
+        default_factory=lambda: current().request_id,
+        description="The header X-Request-Id of this answer, which the line's trace has too.",
+    )
+    code: str | None = Field(default=None, description="The controller's error code, such as 0x51 or E05.")
+    next: list[NextCall] | None = Field(
+        default=None, description="The calls that help, in the order in which they do."
+    )
+    errors: list[InvalidField] | None = Field(default=None, description="Every part that is not valid.")
+
+
+def problem_of(
+    error: GatewayError, instance: str, calls: Sequence[NextCall] = (), *, japanese: bool = False
+) -> Problem:
+    """Describe an error, with the calls that help; in Japanese, if that is wanted."""
+    problem = Problem(
+        type=TYPE_PREFIX + error.kind,
+        title=error.title,
+        status=_status_of(error),
+        detail=error.detail,
+        instance=instance,
+        moved=error.moved,
+        remedy=error.remedy,
+        retryable=error.retryable,
+        code=error.error_code if isinstance(error, ControllerError) else None,
+        next=list(calls or error.next) or None,
+    )
+    if isinstance(error, InvalidText):
+        problem.errors = [
+            InvalidField(field=error.field, message=fault.reason, line=fault.line, column=fault.column)
+            for fault in error.faults
+        ]
+    if japanese:
+        _translate(problem, error)
+    return problem
+
+
+def _translate(problem: Problem, error: GatewayError) -> None:
+    if not error.detail_ja:
+        put_in_japanese(problem)
+        return
+    problem.title = error.title_ja or TITLES[error.kind]
+    problem.detail = error.detail_ja
+    problem.remedy = error.remedy_ja or problem.remedy
+
+
+def put_in_japanese(problem: Problem) -> None:
+    """Say what kind of refusal it is, what became of the motor, and what helps; the rest stays English."""
+    kind = problem.type.removeprefix(TYPE_PREFIX)
+    if kind in REMEDIES:
+        problem.remedy = f"{REMEDIES[kind]}（{problem.remedy}）"
+    title = TITLES.get(kind)
+    if title is not None:
+        problem.title, problem.detail = title, f"{title}。{MOTOR[problem.moved]}（{problem.detail}）"
+
+
+def _status_of(error: GatewayError) -> int:
+    if isinstance(error, ControllerRefused) and error.lasting:
+        return 422
+    if isinstance(error, NotSent) and not error.retryable:
+        # A client that repeats it would move what somebody has stopped, or has to look after first.
+        return 409
+    return next(_STATUS[kind] for kind in type(error).__mro__ if kind in _STATUS)
