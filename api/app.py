@@ -38,9 +38,9 @@ from api.robots import text_commands as robot_text_commands
 from gateway.access.credentials import Credentials
 from gateway.core.family import Family
 from gateway.core.rights import Right
+from gateway.door.keys import Keys
+from gateway.door.remedies import calls_for
 from gateway.door.table import SECTIONS
-from gateway.operations.keys import Keys
-from gateway.operations.remedies import calls_for
 from gateway.plant import Plant
 
 DESCRIPTION = """\

@@ -9,8 +9,8 @@ from api.common.requests import new_router, plant_of
 from gateway.core.rights import Right
 from gateway.door import backups
 from gateway.door.backups import Bodies, Reading
+from gateway.door.caller import require
 from gateway.door.names import BodyId, LineId, RobotId
-from gateway.operations.caller import require
 
 router = new_router("backups")
 

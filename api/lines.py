@@ -20,9 +20,9 @@ from api.common.sockets import CLOSE_GOING_AWAY, refuse, tell
 from gateway.core.aside import aside
 from gateway.core.errors import GatewayError, InvalidRequest
 from gateway.core.rights import Right
+from gateway.door import traces
 from gateway.door.names import LineId
-from gateway.operations import traces
-from gateway.operations.traces import AT_ONCE
+from gateway.door.traces import AT_ONCE
 
 MAX_TRACE_ENTRIES = 10_000
 KEEP_ALIVE_S = 15.0

@@ -12,9 +12,9 @@ from gateway.core.family import Place
 from gateway.core.operation import Wait
 from gateway.core.origin import current
 from gateway.core.rights import Right
+from gateway.door import moving, stopping
 from gateway.door.results import StopResult
 from gateway.door.stops import StopRequest
-from gateway.operations import moves, stops
 
 NEWEST = 100
 
@@ -38,7 +38,7 @@ def resource_router(place: Place) -> Router:
 def _endpoints(place: Place) -> tuple[Endpoint, Endpoint, Endpoint]:
     async def list_moves(request: Request, **names: object) -> Response:
         """List the newest moves, newest first."""
-        newest = moves.newest(plant_of(request), place.path.format(**names), NEWEST)
+        newest = moving.newest(plant_of(request), place.path.format(**names), NEWEST)
         return content_response({"moves": newest})
 
     async def get_move(
@@ -46,12 +46,12 @@ def _endpoints(place: Place) -> tuple[Endpoint, Endpoint, Endpoint]:
     ) -> Response:
         """Get a move, at once or when it is over."""
         waited_s, target = wait_s(request, wait), place.path.format(**names)
-        move = await moves.get(plant_of(request), target, move_id, waited_s)
+        move = await moving.get(plant_of(request), target, move_id, waited_s)
         return json_response(move, headers=wait_headers(waited_s))
 
     async def stop(request: Request, stop: StopRequest, **names: object) -> Response:
         """Stop it by software: what waits is cancelled, and the stop goes out first."""
         target = place.path.format(**names)
-        return render(request, await stops.stop(plant_of(request), current(), target, stop.mode))
+        return render(request, await stopping.stop(plant_of(request), current(), target, stop.mode))
 
     return list_moves, get_move, stop

@@ -8,9 +8,9 @@ from api.common.csv_tables import ANSWER, csv_response
 from api.common.problems import DECLARED
 from api.common.requests import new_router, origin, plant_of
 from gateway.core.rights import Right
+from gateway.door import moving
 from gateway.door.names import BodyId, RobotId, UnitNumber
 from gateway.fics.samples import RobotSamples
-from gateway.operations import moves
 from gateway.rorze.samples import BodySamples
 
 router = new_router("samples")
@@ -52,4 +52,4 @@ async def download_robot_samples(
 
 
 async def _samples(request: Request, target: str, move_id: str) -> Any:
-    return await moves.samples(plant_of(request), origin(), target, move_id)
+    return await moving.samples(plant_of(request), origin(), target, move_id)

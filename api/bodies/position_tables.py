@@ -14,9 +14,9 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.operation import Wait
 from gateway.core.rights import Right
 from gateway.door.body_positions import First, Last, begin_to_store, list_body_positions, store
+from gateway.door.caller import require
 from gateway.door.documents import expectation
 from gateway.door.names import BodyId
-from gateway.operations.caller import require
 from gateway.rorze.positions import LAST_POSITION, Wanted
 
 router = new_router("positions")

@@ -25,8 +25,8 @@ from gateway.core.move_record import Move, MoveRecord
 from gateway.core.origin import acting, current
 from gateway.core.rights import Right
 from gateway.core.targets import Begun
+from gateway.door.keys import Answered, Key, Keys, LeftOpen
 from gateway.door.problems import problem_of
-from gateway.operations.keys import Answered, Key, Keys, LeftOpen
 from gateway.rorze.scaras.record import ScaraMove
 
 REPLAYED: Final = "Idempotency-Replayed"

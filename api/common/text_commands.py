@@ -11,7 +11,7 @@ from api.common.requests import json_response, origin, plant_of, wait_s
 from api.common.results import render
 from api.common.strict_json import StrictRoute
 from gateway.core.targets import Answer
-from gateway.operations.commands import do, read_text
+from gateway.door.doing import do, read_text
 from protocols.table import Effect
 
 

@@ -12,11 +12,11 @@ from api.common.requests import json_response, new_router, plant_of
 from api.robots.names import robot_of
 from gateway.core.errors import InvalidRequest
 from gateway.core.rights import Right
+from gateway.door.caller import require
 from gateway.door.documents import expectation
 from gateway.door.names import RobotId, UnitNumber
 from gateway.door.robot_positions import First, Last, Numbered, read, store, table_of
 from gateway.fics.units import RobotUnit
-from gateway.operations.caller import require
 from protocols.fics.notation import DECIMALS, LARGEST, Quantity
 from protocols.fics.positions import LAST_POSITION
 

@@ -12,8 +12,8 @@ from gateway.core.alarms import Alarm
 from gateway.core.event_types import GATEWAY
 from gateway.core.operation import Rows
 from gateway.core.rights import Right
+from gateway.door.caller import require, sees
 from gateway.fics.family import Fics
-from gateway.operations.caller import require, sees
 from gateway.plant import Plant
 from gateway.security import entries
 

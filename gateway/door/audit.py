@@ -17,7 +17,7 @@ from gateway.core.journal.writes import Value
 from gateway.core.operation import Rows
 from gateway.core.records import Record
 from gateway.core.rights import Right
-from gateway.operations.caller import require
+from gateway.door.caller import require
 from gateway.plant import Plant
 
 ROWS: Final = Rows("audit")

@@ -14,8 +14,8 @@ from gateway.core.operation import Rows
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.times import age_ms_of, utc_of
+from gateway.door.caller import sees
 from gateway.door.names import LineId
-from gateway.operations.caller import sees
 from gateway.plant import Plant
 from gateway.rorze.bodies import PULSES_RUNNING, Body
 from gateway.rorze.family import Rorze

@@ -10,8 +10,8 @@ from gateway.core.operation import EXPECTS, Expectation, Operation, names_in
 from gateway.core.origin import ORIGIN
 from gateway.core.rights import Right
 from gateway.core.targets import Target
+from gateway.door.caller import require
 from gateway.families import FAMILIES
-from gateway.operations.caller import require
 from gateway.plant import Plant
 
 Finder = Callable[[Plant, Mapping[str, str]], Any]
@@ -43,14 +43,27 @@ async def carry_out(
         ORIGIN.reset(before)
 
 
-def _admit(plant: Plant, operation: Operation, values: Mapping[str, Any]) -> None:
+def require_right(plant: Plant, operation: Operation, values: Mapping[str, Any]) -> None:
+    """Refuse a caller without the right, whatever else is asked.
+
+    :raises NotPermitted: the role or the scope does not allow it.
+    """
+    _admit(plant, operation, values, leased=False)
+
+
+def _admit(plant: Plant, operation: Operation, values: Mapping[str, Any], *, leased: bool = True) -> None:
     """Refuse a caller without the right, or without the lease that it takes."""
     if operation.any_scope:
         plant.territory.require_right(principal.current(), operation.right)
     elif operation.right is not Right.OPEN:
         about = operation.target
-        named = () if about is None else (values[about],)
-        require(plant, operation.right, *named, leased=operation.leased and not _only_asks(operation, values))
+        named = () if about is None else (str(values.get(about, "")),)
+        require(
+            plant,
+            operation.right,
+            *named,
+            leased=leased and operation.leased and not _only_asks(operation, values),
+        )
 
 
 def _only_asks(operation: Operation, values: Mapping[str, Any]) -> bool:

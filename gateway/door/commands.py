@@ -8,9 +8,9 @@ from gateway.core.family import Family, Place, Row
 from gateway.core.operation import Operation, Wait, names_in, operation, taking
 from gateway.core.origin import current
 from gateway.core.rights import RIGHT_OF
+from gateway.door.doing import do
 from gateway.door.names import NAMES
 from gateway.door.results import GroupMove, GroupReply, StopResult
-from gateway.operations.commands import do
 from gateway.plant import Plant
 
 AXES_OF_THE_DEMO: Final = 3

@@ -9,8 +9,8 @@ from gateway.core.operation import Rows
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.tables import check_printable
+from gateway.door.caller import require, sees
 from gateway.door.names import GroupId
-from gateway.operations.caller import require, sees
 from gateway.plant import Plant
 from gateway.rorze.bodies import Group
 from gateway.rorze.family import Rorze

@@ -10,7 +10,7 @@ from gateway.core.operation import Rows
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Opened
-from gateway.operations.caller import claim, holder, require, sees
+from gateway.door.caller import claim, holder, require, sees
 from gateway.plant import Plant
 from protocols.wording import as_given
 

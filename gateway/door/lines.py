@@ -7,9 +7,9 @@ from typing_extensions import TypedDict
 
 from gateway.core.operation import Rows, Wait
 from gateway.core.rights import Right
+from gateway.door.caller import sees
 from gateway.door.names import LineId
 from gateway.families import FAMILIES
-from gateway.operations.caller import sees
 from gateway.plant import Plant
 from gateway.rorze.family import Rorze
 from gateway.rorze.scans import Scan

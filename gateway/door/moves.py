@@ -9,9 +9,9 @@ from gateway.core.operation import Rows, Wait
 from gateway.core.origin import current
 from gateway.core.rights import Right
 from gateway.core.targets import Result, Target
+from gateway.door import moving
 from gateway.door.bodies import SpeedRequest
 from gateway.door.results import GroupMove
-from gateway.operations import moves
 from gateway.plant import Plant
 from gateway.rorze.move_requests import MoveRequest
 from gateway.rorze.plans import GroupPlan, PlannedMove
@@ -43,7 +43,7 @@ async def start_move(
     202 when the controller has accepted it and it is not over, 200 when it ended while the request waited. A
     move that has started and failed is no HTTP error: see its `status`, `end_cause` and `error`.
     """
-    return await moves.start(plant, current(), target.path, move, wait or 0.0)
+    return await moving.start(plant, current(), target.path, move, wait or 0.0)
 
 
 @ROWS.get("/bodies/{body_id}/moves")
@@ -55,7 +55,7 @@ async def list_moves(target: Target, *, limit: Limit = 100) -> MoveList:
 @ROWS.get("/bodies/{body_id}/moves/{move_id}", result=Move)
 async def get_move(plant: Plant, target: Target, move_id: str, *, wait: Wait = None) -> MoveRecord:
     """Get a move, at once or when it is over."""
-    return await moves.get(plant, target.path, move_id, wait or 0.0)
+    return await moving.get(plant, target.path, move_id, wait or 0.0)
 
 
 @ROWS.post("/bodies/{body_id}/moves/{move_id}/speed", Right.OPERATE, result=Move)
@@ -63,7 +63,7 @@ async def change_speed_of_one_move(
     plant: Plant, target: Target, move_id: str, speed: SpeedRequest
 ) -> MoveRecord:
     """Change the speed of this move on its way (5AS, 5CS, 5DS); 409 when it is over, or homes."""
-    return await moves.change_speed(plant, current(), target.path, move_id, speed.command())
+    return await moving.change_speed(plant, current(), target.path, move_id, speed.command())
 
 
 @ROWS.post(
@@ -77,7 +77,7 @@ async def start_group_move(
     plant: Plant, target: Target, move: MoveRequest, *, wait: Wait = None
 ) -> Result | BaseModel:
     """Start a move of all members of a group by one command; each has a move of its own."""
-    return await moves.start(plant, current(), target.path, move, wait or 0.0)
+    return await moving.start(plant, current(), target.path, move, wait or 0.0)
 
 
 @SAMPLES.get("/bodies/{body_id}/moves/{move_id}/samples")
@@ -87,5 +87,5 @@ async def get_samples(plant: Plant, target: Target, move_id: str) -> BodySamples
     The settings for the plan are read from the controller when somebody first asks. The newest 200 moves have
     samples until the gateway ends; one that is under way has those until now.
     """
-    told: BodySamples = await moves.samples(plant, current(), target.path, move_id)
+    told: BodySamples = await moving.samples(plant, current(), target.path, move_id)
     return told

@@ -20,7 +20,7 @@ from gateway.core.operation import Operation
 from gateway.core.origin import Origin, acting, new_request_id
 from gateway.core.rights import Right
 from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped
-from gateway.door.calls import carry_out
+from gateway.door.calls import carry_out, require_right
 from gateway.door.documents import expectation
 from gateway.door.names import NAMES
 from gateway.door.results import told
@@ -63,6 +63,7 @@ class Door:
             raise InvalidRequest(f"{name} is served by HTTP alone: {operation.http_only}.")
         who = self._caller(key) if operation.right is not Right.OPEN else EVERYBODY
         with asking(who), acting(Origin(f"{who.name} ({CALLER})", new_request_id())):
+            require_right(self._plant, operation, arguments or {})  # before anything is told of the request
             values = _values(operation, arguments or {}, request)
             expects = expectation(values.get(operation.request_name or "")) if operation.expects else None
             return _data(operation, await carry_out(self._plant, operation, values, expects))

@@ -9,9 +9,9 @@ from gateway.core.origin import current
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Result
+from gateway.door.doing import do
 from gateway.fics.jogs import JogSession
 from gateway.fics.robot import Robot
-from gateway.operations.commands import do
 from gateway.plant import Plant
 from protocols.fics.jog import StartJog
 from protocols.fics.notation import AxisName, Direction, Unit

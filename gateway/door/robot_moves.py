@@ -10,14 +10,14 @@ from gateway.core.origin import current
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Result, Target
+from gateway.door import moving
+from gateway.door.doing import do
 from gateway.door.moves import Limit
 from gateway.fics.move_record import RobotMove
 from gateway.fics.move_requests import RobotMoveRequest
 from gateway.fics.plans import PlannedRobotMove
 from gateway.fics.robot import Robot
 from gateway.fics.samples import RobotSamples
-from gateway.operations import moves
-from gateway.operations.commands import do
 from gateway.plant import Plant
 from protocols.fics.macros import Arguments, MacroName, RunMacro
 from protocols.fics.notation import Unit
@@ -54,7 +54,7 @@ async def start_robot_move(
     202 when the robot has not refused it and it is not over, 200 when it ended while the request waited. A
     move that has started and failed is no HTTP error: see its `status`, `end_cause` and `error`.
     """
-    return await moves.start(plant, current(), target.path, move, wait or 0.0)
+    return await moving.start(plant, current(), target.path, move, wait or 0.0)
 
 
 @ROWS.get(MOVES)
@@ -66,7 +66,7 @@ async def list_robot_moves(target: Target, *, limit: Limit = 100) -> RobotMoveLi
 @ROWS.get(f"{MOVES}/{{move_id}}", result=RobotMove)
 async def get_robot_move(plant: Plant, target: Target, move_id: str, *, wait: Wait = None) -> MoveRecord:
     """Get a move, at once or when it is over."""
-    return await moves.get(plant, target.path, move_id, wait or 0.0)
+    return await moving.get(plant, target.path, move_id, wait or 0.0)
 
 
 @ROWS.post("/robots/{robot_id}/macros/{name}/runs", Right.OPERATE, moves=True, result=RobotMove)
@@ -91,5 +91,5 @@ async def get_robot_samples(plant: Plant, target: Target, move_id: str) -> Robot
     How a robot times several axes, or an S-curve, no command tells: there `note` says why nothing is planned.
     The settings are read from the robot when somebody first asks.
     """
-    told: RobotSamples = await moves.samples(plant, current(), target.path, move_id)
+    told: RobotSamples = await moving.samples(plant, current(), target.path, move_id)
     return told

@@ -8,8 +8,8 @@ from gateway.core.move_record import MoveRecord
 from gateway.core.operation import Rows, Wait
 from gateway.core.rights import Right
 from gateway.core.targets import Begun, Target
+from gateway.door import moving
 from gateway.door.moves import Limit
-from gateway.operations import moves
 from gateway.plant import Plant
 from gateway.rorze.family import Rorze
 from gateway.rorze.scaras.record import PlannedScaraMove, ScaraMove
@@ -61,4 +61,4 @@ async def list_scara_moves(target: Target, *, limit: Limit = 100) -> ScaraMoveLi
 @ROWS.get("/scaras/{scara_id}/moves/{move_id}", result=ScaraMove)
 async def get_scara_move(plant: Plant, target: Target, move_id: str, *, wait: Wait = None) -> MoveRecord:
     """Get a move, at once or when it is over."""
-    return await moves.get(plant, target.path, move_id, wait or 0.0)
+    return await moving.get(plant, target.path, move_id, wait or 0.0)

@@ -6,7 +6,7 @@ import pytest
 
 from gateway.access.principal import EVERYBODY, asking
 from gateway.config import Config
-from gateway.operations import traces
+from gateway.door import traces
 from gateway.plant import Plant
 from tests.api.bodies.test_moves import refused
 from tests.api.robots.cell import UNIT, Cell, in_cell

@@ -16,7 +16,7 @@ from gateway.core.loop_watch import BEAT_S, HELD_S
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
 from gateway.core.targets import AnyCommand
-from gateway.operations import commands
+from gateway.door import doing
 from protocols.fics.status import GetUserPosition
 from protocols.rorze.position import GetPosition
 from simulator.rorze.line import build_line
@@ -89,7 +89,7 @@ async def readers(plant: TestedPlant, cell: Cell) -> AsyncIterator[None]:
     async def read() -> None:
         while True:
             with suppress(GatewayError), asking(EVERYBODY):
-                await commands.do(plant, Origin("client", None), cell.reads, cell.read)
+                await doing.do(plant, Origin("client", None), cell.reads, cell.read)
 
     tasks = [asyncio.create_task(read()) for _ in range(READERS)]
     try:

@@ -24,8 +24,8 @@ from gateway.core.journal.opening import open_journal
 from gateway.core.move_record import MoveRecord, MoveStatus
 from gateway.core.origin import Origin
 from gateway.core.targets import AnyCommand, Begun
+from gateway.door import doing, stopping
 from gateway.fics.family import Fics
-from gateway.operations import commands, stops
 from gateway.plant import Plant
 from gateway.rorze.family import Rorze
 from protocols.fics.homing import HomeRobot
@@ -104,7 +104,7 @@ async def _want(plant: Plant, line: str, wishes: Iterator[Wish], told_to: Sequen
     await _ready(plant, line)
     for unique, path, command in wishes:
         try:
-            told = await commands.do(plant, Origin("killed", f"k{unique}"), path, command)
+            told = await doing.do(plant, Origin("killed", f"k{unique}"), path, command)
         except GatewayError:
             await asyncio.sleep(BUSY_S)
             continue
@@ -119,7 +119,7 @@ async def begin(config: Config, data: Path) -> None:
     plant = Plant(config, journal=open_journal(data))
     await plant.start()
     await _ready(plant, "line1", "cell")
-    told = await commands.do(plant, Origin("killed", "home"), ROBOT, HomeRobot())
+    told = await doing.do(plant, Origin("killed", "home"), ROBOT, HomeRobot())
     assert isinstance(told, Begun)
     for move in told.moves:
         await plant.family(Fics).moves.log.wait(move.id, LAST_MOVES_S)
@@ -131,7 +131,7 @@ async def end(config: Config, data: Path) -> None:
     plant = Plant(config, journal=open_journal(data))
     await plant.start()
     await _ready(plant, "line1", "cell")
-    await stops.stop_all(plant, Origin("killed", "stop"), "immediate")
+    await stopping.stop_all(plant, Origin("killed", "stop"), "immediate")
     for family in plant.families.values():
         for log in family.move_logs():
             for place in family.addresses():

@@ -23,8 +23,8 @@ from gateway.core.lanes import QUEUE_LIMIT, STOPS
 from gateway.core.line_state import LineState
 from gateway.core.origin import Origin
 from gateway.core.targets import Answer, Begun, MemberAnswers
+from gateway.door import doing, stopping
 from gateway.fics.exchange import Answered, FicsExchange
-from gateway.operations import commands, stops
 from gateway.rorze.session import RorzeSession
 from simulator.faults import Direction, Fault, Switch
 from simulator.wire import Wire
@@ -224,7 +224,7 @@ class Seed:
         deed = Deed(f"d{len(self.history.deeds)}", wish.path, wish.command, self._now())
         self.history.deeds[deed.id] = deed
         try:
-            result = await commands.do(life.plant, Origin("client", deed.id), wish.path, wish.command)
+            result = await doing.do(life.plant, Origin("client", deed.id), wish.path, wish.command)
         except GatewayError as error:
             deed.told, deed.error = told_by(error)
             return
@@ -247,11 +247,11 @@ class Seed:
         everything = frozenset().union(*map(self.family.reach, self.family.targets))
         if self._dice.random() < 0.3:
             self.history.stops.append((self._now(), everything))
-            await stops.stop_all(life.plant, origin, mode)  # type: ignore[arg-type]
+            await stopping.stop_all(life.plant, origin, mode)  # type: ignore[arg-type]
         else:
             target = self._dice.choice(self.family.targets)
             self.history.stops.append((self._now(), self.family.reach(target)))
-            await stops.stop(life.plant, origin, target, mode)  # type: ignore[arg-type]
+            await stopping.stop(life.plant, origin, target, mode)  # type: ignore[arg-type]
 
     # what goes wrong
 

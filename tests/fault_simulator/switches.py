@@ -24,11 +24,11 @@ from gateway.core.line import LineDriver
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.origin import Origin, acting
 from gateway.core.session import Session
+from gateway.door.keys import Keys
 from gateway.fics import move_runs
 from gateway.fics.line import FicsLine
 from gateway.fics.power import Power
 from gateway.fics.stops import _RobotStop
-from gateway.operations.keys import Keys
 from gateway.rorze import move_proof
 from gateway.rorze.bodies import Body
 from gateway.rorze.exchange import RorzeExchange
@@ -42,8 +42,8 @@ from protocols.table import Effect
 from tests.api.common import test_idempotent_requests
 from tests.gateway import test_plant
 from tests.gateway.core.journal import test_intents, test_journal
+from tests.gateway.door import test_moves
 from tests.gateway.fics import test_move_runs
-from tests.gateway.operations import test_moves
 from tests.gateway.rorze import test_body_power, test_move_proof, test_stops, test_suspension
 from tests.simulation import test_cut_lines_of_robots, test_faulty_robot
 from tests.simulation.test_cut_lines_of_robots import Case, Untouched

@@ -18,8 +18,8 @@ from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore
 from gateway.core.rights import RIGHT_OF, Right
 from gateway.door.alarms import listed
+from gateway.door.doing import do
 from gateway.event_types import EVENT_TYPES
-from gateway.operations.commands import do
 from gateway.plant import Plant
 from gateway.security.entries import SIGN_IN_REFUSED
 from protocols.fics.alarms import ResetErrors

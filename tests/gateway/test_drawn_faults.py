@@ -16,7 +16,7 @@ from gateway.core.loop_watch import SUSPENDED_S
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Claim, Origin
 from gateway.core.parts import Part
-from gateway.operations.stops import stop_all
+from gateway.door.stopping import stop_all
 from gateway.rorze.jogs import BodyJogRequest
 from protocols.fics.alarms import ResetErrors
 from protocols.fics.homing import HomeRobot

@@ -3,7 +3,7 @@
 import asyncio
 
 from gateway.core.origin import Origin
-from gateway.operations.stops import stop
+from gateway.door.stopping import stop
 from protocols.fics.homing import HomeRobot
 from protocols.rorze.moves import MoveClockwise
 from tests.fics_plants import fics_rig

@@ -12,8 +12,8 @@ from gateway.core.alarms import AlarmLasts, Latched
 from gateway.core.lanes import Lane
 from gateway.core.origin import Origin
 from gateway.core.sequence_lock import SequenceLock
-from gateway.operations.commands import do
-from gateway.operations.stops import stop
+from gateway.door.doing import do
+from gateway.door.stopping import stop
 from gateway.plant import Plant
 from protocols.fics.alarms import ResetErrors
 from protocols.fics.homing import HomeRobot

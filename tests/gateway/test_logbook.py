@@ -8,9 +8,9 @@ import pytest
 
 from gateway import logbook
 from gateway.core.origin import Origin
+from gateway.door.doing import do
+from gateway.door.stopping import stop
 from gateway.event_types import EVENT_TYPES
-from gateway.operations.commands import do
-from gateway.operations.stops import stop
 from protocols.rorze.moves import MoveClockwise
 from simulator.rorze.world import EMS
 from tests.fics_plants import fics_rig

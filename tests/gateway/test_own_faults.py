@@ -23,6 +23,7 @@ from gateway.core.scheduler import Scheduler
 from gateway.core.sequence_lock import SequenceLock
 from gateway.core.session import Session
 from gateway.core.stops import Stopping
+from gateway.door.stopping import stop_all
 from gateway.fics.asking import Asking
 from gateway.fics.family import Fics
 from gateway.fics.jogs import Jogs
@@ -33,7 +34,6 @@ from gateway.fics.power import Power
 from gateway.fics.selection import Selection
 from gateway.fics.stops import RobotStops, _RobotStop
 from gateway.fics.system_errors import SystemErrors
-from gateway.operations.stops import stop_all
 from gateway.plant import Plant
 from gateway.rorze import moves
 from gateway.rorze.bodies import Body

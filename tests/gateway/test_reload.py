@@ -15,9 +15,9 @@ from gateway.config_file import ConfigFile, LineChange
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NotAllowed, NotFound, NotSent
 from gateway.core.origin import Origin
 from gateway.core.targets import Answer, Begun
+from gateway.door.doing import do
 from gateway.door.groups import GroupDefinition
-from gateway.operations.commands import do
-from gateway.operations.moves import get
+from gateway.door.moving import get
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
 from simulator.rorze.line import build_line

@@ -10,7 +10,7 @@ from gateway.access.limits import Usages
 from gateway.access.roles import RIGHTS_OF
 from gateway.access.territory import Territory
 from gateway.core.rights import Right
-from gateway.operations import caller
+from gateway.door import caller
 from gateway.plant import Plant
 from tests.api.access.guarded import Keys, guarded, written
 from tests.api.stand import RELATIVE, Stand

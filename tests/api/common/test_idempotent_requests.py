@@ -388,8 +388,8 @@ async def test_a_read_is_never_answered_with_an_old_value(world: World) -> None:
 
 @in_virtual_time
 async def test_the_answers_of_one_caller_are_bounded(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gateway.operations.keys.MOST_OF_ONE", 3)
-    monkeypatch.setattr("gateway.operations.keys.COUNTED_EVERY", 4)
+    monkeypatch.setattr("gateway.door.keys.MOST_OF_ONE", 3)
+    monkeypatch.setattr("gateway.door.keys.COUNTED_EVERY", 4)
     async with world.gateway() as plant, client(plant) as http:
         for number in range(12):
             await http.put(

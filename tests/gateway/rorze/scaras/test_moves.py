@@ -22,7 +22,7 @@ from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
 from gateway.core.stops import CONFIRM_WITHIN_S
 from gateway.core.targets import Begun
-from gateway.operations import moves
+from gateway.door import moving
 from gateway.rorze.limited_speed import Rate
 from gateway.rorze.move_requests import Length, RelativeMoveRequest
 from gateway.rorze.scaras import paths
@@ -367,7 +367,7 @@ async def test_axes_of_unlike_standard_speeds_get_the_gentlest_and_single_axes_g
             base.slow_written = None
             for back in ("cw", "ccw"):
                 one = alone.model_copy(update={"direction": back})
-                await moves.start(robot.rig.plant, ME, "/bodies/line1.02", one, 30.0)
+                await moving.start(robot.rig.plant, ME, "/bodies/line1.02", one, 30.0)
             assert (await read_set(base, 29)).acceleration_pps_s == 300_000
             base.slow_written = None
 

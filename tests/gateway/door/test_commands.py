@@ -10,7 +10,7 @@ from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NotAllow
 from gateway.core.lanes import Lane
 from gateway.core.origin import Origin, current
 from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped
-from gateway.operations.commands import do, read_text
+from gateway.door.doing import do, read_text
 from gateway.rorze.exchange import Answered
 from protocols.fics import jog, moves, stops
 from protocols.fics.row import FicsCommand

@@ -9,7 +9,7 @@ from gateway.core.aside import aside
 from gateway.core.errors import InvalidRequest
 from gateway.core.rights import Right
 from gateway.core.trace_filter import TraceFilter
-from gateway.operations.caller import require
+from gateway.door.caller import require
 from gateway.plant import Plant
 from gateway.rorze.family import Rorze
 from transports.trace import Record, TraceEntry

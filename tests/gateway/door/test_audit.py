@@ -10,8 +10,8 @@ import pytest
 from gateway.core.errors import ControllerRefused, NotFound
 from gateway.core.origin import Origin
 from gateway.door.audit import Deed, Wanted, deeds
-from gateway.operations.commands import ask, do
-from gateway.operations.stops import stop
+from gateway.door.doing import ask, do
+from gateway.door.stopping import stop
 from gateway.plant import Plant
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.speeds import GetMaximumSpeed, SetMaximumSpeed

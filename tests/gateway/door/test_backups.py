@@ -13,9 +13,8 @@ import pytest
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NotFound
 from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore, RestorePlan, Units
-from gateway.door import backups
+from gateway.door import backups, doing, stopping
 from gateway.door.programs import ProgramSource
-from gateway.operations import commands, stops
 from gateway.rorze.power import is_mark
 from gateway.rorze.units import Scale
 from protocols.rorze.moves import MoveClockwise
@@ -294,7 +293,7 @@ async def test_reading_a_body_leaves_the_wire_no_rest_and_others_are_served() ->
         reading = asyncio.create_task(read(it))
         for _ in range(50):
             asked = now()
-            await commands.ask(it.plant, ME, "/bodies/3F", GetPosition())
+            await doing.ask(it.plant, ME, "/bodies/3F", GetPosition())
             taken.append(now() - asked)
             await asyncio.sleep(0.2)
         await reading
@@ -321,7 +320,7 @@ async def test_nothing_else_changes_a_body_meanwhile_and_reads_are_served_at_onc
         assert (begun.status, begun.phase) == ("running", "writing")
         for command in (SetStartSpeed(speed=70), MoveClockwise(distance=50)):
             with pytest.raises(BodyBusy, match=r"A backup is being restored to line1\.3F"):
-                await commands.do(it.plant, ME, "/bodies/3F", command)
+                await doing.do(it.plant, ME, "/bodies/3F", command)
         with pytest.raises(BodyBusy, match="is being restored"):
             await read(it)
         with pytest.raises(BodyBusy, match="is being restored"):
@@ -337,7 +336,7 @@ async def test_nothing_else_changes_a_body_meanwhile_and_reads_are_served_at_onc
         now, taken = asyncio.get_running_loop().time, []
         for _ in range(50):
             began = now()
-            await commands.ask(it.plant, ME, "/bodies/3F", GetPosition())
+            await doing.ask(it.plant, ME, "/bodies/3F", GetPosition())
             taken.append(now() - began)
             await asyncio.sleep(0.1)
         assert max(taken) < 0.25
@@ -353,7 +352,7 @@ async def test_a_stop_ends_a_restore_which_tells_what_differs() -> None:
         await it.wire.begun("&3FUWSEND")
         assert (begun.status, begun.phase) == ("running", "writing")
         began = asyncio.get_running_loop().time()
-        await stops.stop(it.plant, ME, "/bodies/3F", "immediate")
+        await stopping.stop(it.plant, ME, "/bodies/3F", "immediate")
         [stop] = [sent for sent in it.wire.sent if sent.frame == "&3F5IS"]
         assert stop.at - began < 0.03
         over = await ask(it.plant, "getBodyRestore", body_id="3F", restore_id=begun.id, wait=60.0)
@@ -383,8 +382,8 @@ async def test_no_backup_is_restored_while_the_motor_moves() -> None:
             SetMaximumSpeed(speed=500),
             SetMaximumAcceleration(acceleration=500),
         ):
-            await commands.do(it.plant, ME, "/bodies/3F", command)
-        await commands.do(it.plant, ME, "/bodies/3F", MoveClockwise(distance=50_000))
+            await doing.do(it.plant, ME, "/bodies/3F", command)
+        await doing.do(it.plant, ME, "/bodies/3F", MoveClockwise(distance=50_000))
         with pytest.raises(BodyBusy, match="still has the move"):
             await restored(it, SMALL)
 

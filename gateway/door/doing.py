@@ -9,7 +9,7 @@ from gateway.core.origin import Origin
 from gateway.core.own_faults import twice
 from gateway.core.rights import RIGHT_OF
 from gateway.core.targets import Answer, AnyCommand, Result
-from gateway.operations.caller import for_caller, require
+from gateway.door.caller import for_caller, require
 from gateway.plant import Plant
 from protocols.table import Effect
 

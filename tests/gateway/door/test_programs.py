@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, InvalidText, NotFound, PowerCycled
 from gateway.core.journal.intents import Intents
 from gateway.core.origin import Origin
+from gateway.door import doing, stopping
 from gateway.door.programs import ProgramSource, RunRequest, check
-from gateway.operations import commands, stops
 from gateway.rorze import stored_program
 from gateway.rorze.errors import PartlyDone
 from gateway.rorze.memories import write
@@ -107,9 +107,9 @@ async def test_no_program_is_uploaded_while_one_runs_or_the_motor_moves() -> Non
         sent = len(changes(it))
         with pytest.raises(BodyBusy, match=r"A user program runs in .*; nothing was changed"):
             await uploaded(it, BLINK)
-        await stops.stop(it.plant, ME, "/bodies/3F", "decelerate")
+        await stopping.stop(it.plant, ME, "/bodies/3F", "decelerate")
         await teach_speeds(it)
-        await commands.do(it.plant, ME, "/bodies/3F", MoveClockwise(distance=50_000))
+        await doing.do(it.plant, ME, "/bodies/3F", MoveClockwise(distance=50_000))
         with pytest.raises(BodyBusy, match="still has the move"):
             await uploaded(it, BLINK)
         assert len(changes(it)) == sent
@@ -127,7 +127,7 @@ async def test_while_a_program_is_uploaded_nothing_else_changes_it_and_reads_are
             MoveClockwise(distance=50),
         ):
             with pytest.raises(BodyBusy, match="A program is being uploaded to"):
-                await commands.do(it.plant, ME, "/bodies/3F", command)
+                await doing.do(it.plant, ME, "/bodies/3F", command)
         with pytest.raises(BodyBusy, match="is being uploaded"):
             await ask(it.plant, "getProgram", body_id="3F")
         with pytest.raises(BodyBusy, match="is being uploaded"):
@@ -135,7 +135,7 @@ async def test_while_a_program_is_uploaded_nothing_else_changes_it_and_reads_are
         now, taken = asyncio.get_running_loop().time, []
         for _ in range(50):
             began = now()
-            await commands.ask(it.plant, ME, "/bodies/3F", GetPosition())
+            await doing.ask(it.plant, ME, "/bodies/3F", GetPosition())
             taken.append(now() - began)
             await asyncio.sleep(0.1)
         assert max(taken) < 0.25
@@ -182,7 +182,7 @@ async def test_a_stop_goes_first_and_ends_an_upload() -> None:
     async with one_body(baud=9600) as it:
         await uploaded(it, LONG, wait_s=2.0)
         began = asyncio.get_running_loop().time()
-        stopped = await stops.stop(it.plant, ME, "/bodies/3F", "immediate")
+        stopped = await stopping.stop(it.plant, ME, "/bodies/3F", "immediate")
         assert stopped.confirmed
         [stop] = [sent for sent in it.wire.sent if sent.frame == "&3F5IS"]
         assert stop.at - began < 0.03
@@ -354,7 +354,7 @@ async def teach_speeds(it: Rig) -> None:
         SetMaximumSpeed(speed=50_000),
         SetMaximumAcceleration(acceleration=100_000),
     ):
-        await commands.ask(it.plant, ME, "/bodies/3F", command)
+        await doing.ask(it.plant, ME, "/bodies/3F", command)
 
 
 @in_virtual_time
@@ -388,7 +388,7 @@ async def test_a_stop_ends_a_program_too() -> None:
         run = await ask(it.plant, "runProgram", body_id="3F", request=RunRequest(), wait=0.0)
         with pytest.raises(BodyBusy, match="is not over"):
             await ask(it.plant, "runProgram", body_id="3F", request=RunRequest(), wait=0.0)
-        assert (await stops.stop(it.plant, ME, "/bodies/3F", "decelerate")).confirmed
+        assert (await stopping.stop(it.plant, ME, "/bodies/3F", "decelerate")).confirmed
         over = await ask(it.plant, "getProgramRun", body_id="3F", run_id=run.id, wait=10.0)
         assert over.end_cause == "stopped"
 

@@ -7,13 +7,13 @@ import pytest
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.origin import Origin
 from gateway.core.targets import Opened
+from gateway.door.doing import do
 from gateway.door.robot_positions import read, store
 from gateway.fics import settings
 from gateway.fics.amounts import Amount, numbers
 from gateway.fics.jogs import JogSession
 from gateway.fics.settings import SettingsChange
 from gateway.fics.signals import OutputState, VariableSetting
-from gateway.operations.commands import do
 from protocols.fics.jog import StartJog
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time

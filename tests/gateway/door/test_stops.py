@@ -4,8 +4,8 @@ import pytest
 
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.origin import Origin
-from gateway.operations import stops
-from gateway.operations.commands import do
+from gateway.door import stopping
+from gateway.door.doing import do
 from protocols.rorze.moves import MoveClockwise
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time, rig
@@ -18,7 +18,7 @@ async def test_a_group_is_stopped_with_one_frame_for_all_and_then_one_for_each()
     async with rig() as it:
         await do(it.plant, ME, "/groups/80", MoveClockwise(distance=90_000))
         sent = len(it.wire.sent)
-        stopped = await stops.stop(it.plant, ME, "/groups/80", "immediate")
+        stopped = await stopping.stop(it.plant, ME, "/groups/80", "immediate")
         assert stopped.confirmed
         assert [frame for frame in it.wire.frames(sent) if "5IS" in frame][:3] == [
             "&805IS",
@@ -30,7 +30,7 @@ async def test_a_group_is_stopped_with_one_frame_for_all_and_then_one_for_each()
 @in_virtual_time
 async def test_everything_is_stopped_at_once() -> None:
     async with rig(lines=("left", "right")) as it:
-        stopped = await stops.stop_all(it.plant, ME, "decelerate")
+        stopped = await stopping.stop_all(it.plant, ME, "decelerate")
         assert stopped.confirmed
         assert {name: len(those) for name, those in stopped.reports.items()} == {"bodies": 6, "robots": 0}
 
@@ -38,14 +38,14 @@ async def test_everything_is_stopped_at_once() -> None:
 @in_virtual_time
 async def test_the_stop_of_a_unit_is_that_of_its_robot() -> None:
     async with fics_rig() as it:
-        stopped = await stops.stop(it.plant, ME, "/robots/r1/units/1", "immediate")
+        stopped = await stopping.stop(it.plant, ME, "/robots/r1/units/1", "immediate")
         assert [report.state for report in stopped.reports["robots"]] == ["confirmed"]
         with pytest.raises(NotFound):
-            await stops.stop(it.plant, ME, "/robots/r1/units/9", "immediate")
+            await stopping.stop(it.plant, ME, "/robots/r1/units/9", "immediate")
 
 
 @in_virtual_time
 async def test_a_line_has_no_motor() -> None:
     async with rig() as it:
         with pytest.raises(InvalidRequest, match="no motor"):
-            await stops.stop(it.plant, ME, "/lines/line1", "immediate")
+            await stopping.stop(it.plant, ME, "/lines/line1", "immediate")

@@ -9,8 +9,7 @@ import pytest
 from gateway.core.errors import BodyBusy, InvalidRequest, InvalidText
 from gateway.core.origin import Origin, acting
 from gateway.core.restore_record import Restore, RestorePlan
-from gateway.door import backups
-from gateway.operations import commands
+from gateway.door import backups, doing
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
 from protocols.fics.speeds import SetSpeedPercent
@@ -53,7 +52,7 @@ def test_a_robot_is_brought_back_to_its_backup(mode: int) -> None:
         async with fics_rig(units=2, mode=mode) as it:
             teach(it)
             await it.robot.change(SetVariable(number=5, value=-3.5))
-            await commands.ask(it.plant, ME, "/robots/r1/units/2", SetSpeedPercent(percents=[40.0]))
+            await doing.ask(it.plant, ME, "/robots/r1/units/2", SetSpeedPercent(percents=[40.0]))
             text = await read(it)
             for line in (
                 "V05 -3.5",
@@ -67,7 +66,7 @@ def test_a_robot_is_brought_back_to_its_backup(mode: int) -> None:
             it.fics.units[1].positions.clear()
             it.fics.units[1].positions[3] = (1.0, 1.0, 1.0)
             await it.robot.change(SetVariable(number=5, value=0.0))
-            await commands.ask(it.plant, ME, "/robots/r1/units/2", SetSpeedPercent(percents=[70.0]))
+            await doing.ask(it.plant, ME, "/robots/r1/units/2", SetSpeedPercent(percents=[70.0]))
             plan = await planned(it, text)
             told = [(found.section, found.name, found.wanted, found.held) for found in plan.differences]
             assert told == [
@@ -107,7 +106,7 @@ async def test_nobody_else_changes_or_moves_the_robot_meanwhile() -> None:
         begun = await restored(it, SMALL, wait_s=0.0)
         assert begun.status == "running"
         with pytest.raises(BodyBusy, match="A backup is being restored"):
-            await commands.ask(it.plant, OTHER, "/robots/r1/units/1", SetSpeedPercent(percents=[70.0]))
+            await doing.ask(it.plant, OTHER, "/robots/r1/units/1", SetSpeedPercent(percents=[70.0]))
         with acting(OTHER), pytest.raises(BodyBusy, match="A backup is being restored"):
             await backups.text(backups.of_robot(it.plant, "r1"))
         with pytest.raises(BodyBusy, match="A backup is being restored"):

@@ -9,7 +9,7 @@ from gateway.core.own_faults import all_of, twice
 from gateway.core.rights import Right
 from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped
-from gateway.operations.caller import needs
+from gateway.door.caller import needs
 from gateway.plant import Plant
 
 

@@ -10,8 +10,8 @@ from gateway.core.move_record import MoveRecord
 from gateway.core.origin import current
 from gateway.core.rights import Right
 from gateway.core.targets import AnyCommand, Result
-from gateway.operations.caller import for_caller, needs, require
-from gateway.operations.commands import ask
+from gateway.door.caller import for_caller, needs, require
+from gateway.door.doing import ask
 from gateway.plant import Plant
 from protocols.wording import as_given
 
