@@ -1,5 +1,6 @@
 """Moves and stops of families for which no routes are written by hand."""
 
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 from fastapi import Body, Request, Response
@@ -12,7 +13,9 @@ from gateway.core.family import Place
 from gateway.core.operation import Wait
 from gateway.core.origin import current
 from gateway.core.rights import Right
+from gateway.core.targets import Target
 from gateway.door import moving, stopping
+from gateway.door.caller import require
 from gateway.door.results import StopResult
 from gateway.door.stops import StopRequest
 
@@ -38,15 +41,15 @@ def resource_router(place: Place) -> Router:
 def _endpoints(place: Place) -> tuple[Endpoint, Endpoint, Endpoint]:
     async def list_moves(request: Request, **names: object) -> Response:
         """List the newest moves, newest first."""
-        newest = moving.newest(plant_of(request), place.path.format(**names), NEWEST)
+        newest = moving.newest(_found(request, place, names), NEWEST)
         return content_response({"moves": newest})
 
     async def get_move(
         request: Request, move_id: str, wait: float | None = None, **names: object
     ) -> Response:
         """Get a move, at once or when it is over."""
-        waited_s, target = wait_s(request, wait), place.path.format(**names)
-        move = await moving.get(plant_of(request), target, move_id, waited_s)
+        waited_s = wait_s(request, wait)
+        move = await moving.get(_found(request, place, names), move_id, waited_s)
         return json_response(move, headers=wait_headers(waited_s))
 
     async def stop(request: Request, stop: StopRequest, **names: object) -> Response:
@@ -55,3 +58,10 @@ def _endpoints(place: Place) -> tuple[Endpoint, Endpoint, Endpoint]:
         return render(request, await stopping.stop(plant_of(request), current(), target, stop.mode))
 
     return list_moves, get_move, stop
+
+
+def _found(request: Request, place: Place, names: Mapping[str, object]) -> Target:
+    """Find what a request is about, for a caller who may see it."""
+    plant, path = plant_of(request), place.path.format(**names)
+    require(plant, Right.VIEW, path)
+    return plant.target(path)

@@ -6,9 +6,11 @@ from fastapi import Request, Response
 
 from api.common.csv_tables import ANSWER, csv_response
 from api.common.problems import DECLARED
-from api.common.requests import new_router, origin, plant_of
+from api.common.requests import new_router, plant_of
 from gateway.core.rights import Right
+from gateway.core.targets import Target
 from gateway.door import moving
+from gateway.door.caller import require
 from gateway.door.names import BodyId, RobotId, UnitNumber
 from gateway.fics.samples import RobotSamples
 from gateway.rorze.samples import BodySamples
@@ -52,4 +54,10 @@ async def download_robot_samples(
 
 
 async def _samples(request: Request, target: str, move_id: str) -> Any:
-    return await moving.samples(plant_of(request), origin(), target, move_id)
+    return await moving.samples(_found(request, target), move_id)
+
+
+def _found(request: Request, path: str) -> Target:
+    plant = plant_of(request)
+    require(plant, Right.VIEW, path)
+    return plant.target(path)

@@ -54,3 +54,25 @@ async def add_bodies(
     wanted = NewBodies.model_construct(bodies=bodies, comment="", dry_run=dry_run)
     told: Reloaded = await ask(plant, "addBodies", caller=caller, line_id=line_id, request=wanted)
     return told
+
+
+MOVES: Final = {"bodies": "Move", "groups": "GroupMove", "robots": "RobotMove", "scaras": "ScaraMove"}
+
+
+def _named(path: str) -> tuple[str, dict[str, Any]]:
+    """The kind of what a path leads to, and what it names."""
+    _, kind, *parts = path.split("/")
+    named: dict[str, Any] = {f"{'body' if kind == 'bodies' else kind[:-1]}_id": parts[0]}
+    return MOVES[kind], named if len(parts) == 1 else {**named, "unit": int(parts[2])}
+
+
+async def start(plant: Plant, caller: Origin, path: str, request: object, wait: float = 0.0) -> Any:
+    """Start a move of what stands at a path, or work out what it would be."""
+    kind, named = _named(path)
+    return await ask(plant, f"start{kind}", caller=caller, request=request, wait=wait, **named)
+
+
+async def get(plant: Plant, path: str, move_id: str, wait: float = 0.0) -> Any:
+    """Find a move."""
+    kind, named = _named(path)
+    return await ask(plant, f"get{kind}", move_id=move_id, wait=wait, **named)

@@ -7,7 +7,7 @@ from pydantic import BaseModel
 
 from api.common.problems import instance_of, wants_japanese
 from api.common.requests import content_response, json_response, wait_headers
-from gateway.core.targets import Answer, Begun, Opened, Result, Stopped
+from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Result, Stopped
 from gateway.core.times import age_ms_of
 from gateway.door.results import told
 
@@ -18,8 +18,9 @@ def render(request: Request, result: Result | BaseModel, waited_s: float = 0.0) 
     """Answer with what has come of an operation; `waited_s` is how long the ends of moves were waited for."""
     if isinstance(result, BaseModel):
         return json_response(result)
-    japanese = wants_japanese(request)
-    content = told(result, instance_of(request), japanese=japanese)
+    in_words = isinstance(result, Stopped | MemberAnswers)  # the others are data alone
+    japanese = in_words and wants_japanese(request)
+    content = told(result, instance_of(request) if in_words else "", japanese=japanese)
     status, headers = _head(result, waited_s, japanese=japanese)
     respond: Any = json_response if isinstance(content, BaseModel) else content_response
     response: Response = respond(content, status, headers)
@@ -34,7 +35,7 @@ def _head(result: Result, waited_s: float, *, japanese: bool) -> tuple[int, dict
         case Begun():
             status = 200 if all(move.status.final for move in result.moves) else 202
             place = {} if result.group_id else {"Location": f"{result.path}/moves/{result.moves[0].id}"}
-            return status, {**wait_headers(waited_s), **place}
+            return status, {**(wait_headers(waited_s) if waited_s else {}), **place}
         case Opened():
             return 201, {"Location": result.path}
         case Stopped():

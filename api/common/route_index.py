@@ -45,7 +45,7 @@ class RouteIndex:
 
     def find(self, scope: Scope) -> HttpRoute | None:
         """Find the route of a request, and note in the scope what its path says."""
-        path = path_of(scope)
+        path = path_of(scope) if scope.get("root_path") else scope["path"]
         key = _key(scope["method"], path)
         for it in (key, (*key[:3], ANY)):
             for route in self._routes.get(it, ()):

@@ -13,6 +13,7 @@ from starlette.types import Message, Receive, Scope, Send
 
 from api.common.fast_route import NO_QUERY, NOTHING, FastCall, NotPlain
 from api.common.faults import InvalidBody
+from api.common.idempotency import HEADER as KEY
 from api.common.idempotency import READS, WITH_EFFECT, require_no_key
 from api.common.query_params import require_known
 from api.common.routes import HttpRoute
@@ -225,9 +226,9 @@ class StrictRoute(HttpRoute):
         """Refuse what is not strict; give the request with its body read."""
         takes_body = self.body_field is not None
         request = self.request_class(_as_json(scope) if takes_body and self._stops else scope, receive)
-        if not self._stops:
+        if not self._stops and scope["query_string"]:
             require_known(request, self._known)
-        if self._refuses_keys:
+        if self._refuses_keys and any(name == KEY for name, _ in scope["headers"]):
             require_no_key(request)
         if self._takes_nothing and _has_body(request):
             await _require_nothing(request)

@@ -60,8 +60,10 @@ class Operation:
     """Whether a lease of somebody else keeps a caller from it."""
     any_scope: bool
     """Whether callers with any scope may ask, and are shown what theirs covers."""
-    whole_plant: bool
-    """Whether it is about the whole plant, though its path names something."""
+    target: str | None
+    """The parameter of the path that names what it is about; None: the whole plant."""
+    expects: bool
+    """Whether it can be bound to what its sender has read."""
     effect: Effect
     title: str
     description: str
@@ -105,11 +107,6 @@ class Operation:
     """Why only HTTP can serve it."""
 
     @property
-    def target(self) -> str | None:
-        """The parameter of the path that names what it is about; None: the whole plant."""
-        return None if self.whole_plant else next(iter(names_in(self.path)), None)
-
-    @property
     def named(self) -> list[str]:
         """The parameters of its path."""
         return names_in(self.path)
@@ -123,11 +120,6 @@ class Operation:
     def ended(self) -> Any:
         """What it answers where nothing is under way any more."""
         return self.result if self.planned is None else self.result | self.planned
-
-    @property
-    def expects(self) -> bool:
-        """Whether it can be bound to what its sender has read."""
-        return EXPECTS in self.provided
 
 
 def taking(run: Run, **annotations: Any) -> Run:
@@ -193,8 +185,11 @@ class Rows:
 def operation(tag: str, verb: Verb, path: str, right: Right, run: Run, **told: Any) -> Operation:
     """Describe what a function does: by its signature, its docstring, and what is `told` besides.
 
+    One that is about the `whole_plant` has no target, though its path names something.
+
     :raises TypeError: a parameter fits nothing, or there are two requests.
     """
+    about_all = told.pop("whole_plant", False)
     name = told.pop("name", None) or getattr(run, "__name__", "")
     of_path = set(names_in(path))
     parameters: dict[str, Parameter] = {}
@@ -219,7 +214,6 @@ def operation(tag: str, verb: Verb, path: str, right: Right, run: Run, **told: A
         "leased": right in LEASED,
         "request_optional": request is not None and request.default is not Parameter.empty,
         "any_scope": False,
-        "whole_plant": False,
         "result": signature(run).return_annotation,
         **told,
     }
@@ -230,6 +224,8 @@ def operation(tag: str, verb: Verb, path: str, right: Right, run: Run, **told: A
         path=path,
         tag=tag,
         right=right,
+        target=None if about_all else next(iter(names_in(path)), None),
+        expects=EXPECTS in provided,
         parameters=parameters,
         provided=provided,
         request_name=None if request is None else request.name,

@@ -6,7 +6,6 @@ from pydantic import BaseModel, Field
 
 from gateway.core.move_record import Move, MoveRecord
 from gateway.core.operation import Rows, Wait
-from gateway.core.origin import current
 from gateway.core.rights import Right
 from gateway.core.targets import Result, Target
 from gateway.door import moving
@@ -43,27 +42,25 @@ async def start_move(
     202 when the controller has accepted it and it is not over, 200 when it ended while the request waited. A
     move that has started and failed is no HTTP error: see its `status`, `end_cause` and `error`.
     """
-    return await moving.start(plant, current(), target.path, move, wait or 0.0)
+    return await moving.start(plant, target, move, wait or 0.0)
 
 
 @ROWS.get("/bodies/{body_id}/moves")
 async def list_moves(target: Target, *, limit: Limit = 100) -> MoveList:
     """List the body's moves, newest first."""
-    return MoveList(moves=target.log.of(target.address, limit))
+    return MoveList(moves=moving.newest(target, limit))
 
 
 @ROWS.get("/bodies/{body_id}/moves/{move_id}", result=Move)
-async def get_move(plant: Plant, target: Target, move_id: str, *, wait: Wait = None) -> MoveRecord:
+async def get_move(target: Target, move_id: str, *, wait: Wait = None) -> MoveRecord:
     """Get a move, at once or when it is over."""
-    return await moving.get(plant, target.path, move_id, wait or 0.0)
+    return await moving.get(target, move_id, wait or 0.0)
 
 
 @ROWS.post("/bodies/{body_id}/moves/{move_id}/speed", Right.OPERATE, result=Move)
-async def change_speed_of_one_move(
-    plant: Plant, target: Target, move_id: str, speed: SpeedRequest
-) -> MoveRecord:
+async def change_speed_of_one_move(target: Target, move_id: str, speed: SpeedRequest) -> MoveRecord:
     """Change the speed of this move on its way (5AS, 5CS, 5DS); 409 when it is over, or homes."""
-    return await moving.change_speed(plant, current(), target.path, move_id, speed.command())
+    return await moving.change_speed(target, move_id, speed.command())
 
 
 @ROWS.post(
@@ -77,15 +74,15 @@ async def start_group_move(
     plant: Plant, target: Target, move: MoveRequest, *, wait: Wait = None
 ) -> Result | BaseModel:
     """Start a move of all members of a group by one command; each has a move of its own."""
-    return await moving.start(plant, current(), target.path, move, wait or 0.0)
+    return await moving.start(plant, target, move, wait or 0.0)
 
 
 @SAMPLES.get("/bodies/{body_id}/moves/{move_id}/samples")
-async def get_samples(plant: Plant, target: Target, move_id: str) -> BodySamples:
+async def get_samples(target: Target, move_id: str) -> BodySamples:
     """Get where a body was seen during a move, and where the plan has it, for the settings of the move.
 
     The settings for the plan are read from the controller when somebody first asks. The newest 200 moves have
     samples until the gateway ends; one that is under way has those until now.
     """
-    told: BodySamples = await moving.samples(plant, current(), target.path, move_id)
+    told: BodySamples = await moving.samples(target, move_id)
     return told

@@ -54,19 +54,19 @@ async def start_robot_move(
     202 when the robot has not refused it and it is not over, 200 when it ended while the request waited. A
     move that has started and failed is no HTTP error: see its `status`, `end_cause` and `error`.
     """
-    return await moving.start(plant, current(), target.path, move, wait or 0.0)
+    return await moving.start(plant, target, move, wait or 0.0)
 
 
 @ROWS.get(MOVES)
 async def list_robot_moves(target: Target, *, limit: Limit = 100) -> RobotMoveList:
     """List the unit's moves, newest first."""
-    return RobotMoveList(moves=target.log.of(target.address, limit))
+    return RobotMoveList(moves=moving.newest(target, limit))
 
 
 @ROWS.get(f"{MOVES}/{{move_id}}", result=RobotMove)
-async def get_robot_move(plant: Plant, target: Target, move_id: str, *, wait: Wait = None) -> MoveRecord:
+async def get_robot_move(target: Target, move_id: str, *, wait: Wait = None) -> MoveRecord:
     """Get a move, at once or when it is over."""
-    return await moving.get(plant, target.path, move_id, wait or 0.0)
+    return await moving.get(target, move_id, wait or 0.0)
 
 
 @ROWS.post("/robots/{robot_id}/macros/{name}/runs", Right.OPERATE, moves=True, result=RobotMove)
@@ -85,11 +85,11 @@ async def run_macro(
 
 
 @SAMPLES.get(f"{MOVES}/{{move_id}}/samples")
-async def get_robot_samples(plant: Plant, target: Target, move_id: str) -> RobotSamples:
+async def get_robot_samples(target: Target, move_id: str) -> RobotSamples:
     """Get where a unit was seen during a move, and where its settings lead an axis that goes alone.
 
     How a robot times several axes, or an S-curve, no command tells: there `note` says why nothing is planned.
     The settings are read from the robot when somebody first asks.
     """
-    told: RobotSamples = await moving.samples(plant, current(), target.path, move_id)
+    told: RobotSamples = await moving.samples(target, move_id)
     return told

@@ -55,10 +55,10 @@ async def start_scara_move(
 @ROWS.get("/scaras/{scara_id}/moves")
 async def list_scara_moves(target: Target, *, limit: Limit = 100) -> ScaraMoveList:
     """List the robot's moves, newest first."""
-    return ScaraMoveList(moves=target.log.of(target.address, limit))
+    return ScaraMoveList(moves=moving.newest(target, limit))
 
 
 @ROWS.get("/scaras/{scara_id}/moves/{move_id}", result=ScaraMove)
-async def get_scara_move(plant: Plant, target: Target, move_id: str, *, wait: Wait = None) -> MoveRecord:
+async def get_scara_move(target: Target, move_id: str, *, wait: Wait = None) -> MoveRecord:
     """Get a move, at once or when it is over."""
-    return await moving.get(plant, target.path, move_id, wait or 0.0)
+    return await moving.get(target, move_id, wait or 0.0)

@@ -17,14 +17,13 @@ from gateway.core.origin import Origin
 from gateway.core.targets import Answer, Begun
 from gateway.door.doing import do
 from gateway.door.groups import GroupDefinition
-from gateway.door.moving import get
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
 from simulator.rorze.line import build_line
 from tests.open_access import OPEN
 from tests.plants import Wire, in_virtual_time
 from tests.tested_plant import TestedPlant
-from tests.through_the_door import add_bodies, add_line, ask, reload
+from tests.through_the_door import add_bodies, add_line, ask, get, reload
 from transports.base import Transport
 
 ME = Origin("test", "r-1")

@@ -10,7 +10,7 @@ from gateway.access.principal import Principal, asking
 from gateway.access.roles import Role
 from gateway.core.leases import Holder, LeaseRefused
 from gateway.core.origin import Origin
-from gateway.door import moving, operations, stopping
+from gateway.door import operations, stopping
 from gateway.door.caller import address_of
 from gateway.door.doing import do
 from gateway.door.groups import GroupDefinition
@@ -22,7 +22,7 @@ from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
 from protocols.rorze.speeds import SetStartSpeed
 from tests.plants import in_virtual_time, rig
-from tests.through_the_door import ask
+from tests.through_the_door import ask, get
 
 ME = Origin("test", "r-1")
 FAR = MoveClockwise(distance=50_000)
@@ -58,7 +58,7 @@ OPERATIONS: list[tuple[Callable[[Plant], Any], Role]] = [
     (lambda plant: ask(plant, "defineGroup", group_id="85", request=PAIR), Role.SETUP),
     (lambda plant: ask(plant, "startScan", line_id="line1"), Role.SETUP),
     (lambda plant: ask(plant, "getScan", line_id="line1", scan_id="none"), Role.VIEWER),
-    (lambda plant: moving.get(plant, "/bodies/3F", "none"), Role.VIEWER),
+    (lambda plant: get(plant, "/bodies/3F", "none"), Role.VIEWER),
     (lambda plant: ask(plant, "getProgram", body_id="3F"), Role.VIEWER),
     (
         lambda plant: ask(plant, "setMemory", body_id="3F", name="D0", request=MemoryChange(value=1)),

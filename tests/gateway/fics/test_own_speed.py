@@ -7,7 +7,6 @@ import pytest
 from gateway.core.errors import StoppedFirst
 from gateway.core.origin import Origin
 from gateway.core.targets import Begun
-from gateway.door import moving
 from gateway.fics.amounts import Amount
 from gateway.fics.errors import RobotBusy
 from gateway.fics.move_requests import RobotRelativeMoveRequest
@@ -15,6 +14,7 @@ from protocols.fics.motor_axes import GetMotorSpeedPercent
 from protocols.fics.speeds import GetSpeedPercent
 from tests.fics_plants import FicsRig, fics_rig
 from tests.plants import in_virtual_time
+from tests.through_the_door import start
 
 ME = Origin("test")
 UNIT = "/robots/r1/units/1"
@@ -32,7 +32,7 @@ def up(percent: float | None, coordinates: str = "user") -> RobotRelativeMoveReq
 async def seconds_of(rig: FicsRig, request: RobotRelativeMoveRequest) -> float:
     """How long a move takes."""
     loop = asyncio.get_running_loop()
-    begun = await moving.start(rig.plant, ME, UNIT, request)
+    begun = await start(rig.plant, ME, UNIT, request)
     assert isinstance(begun, Begun)
     began_at = loop.time()
     assert (await rig.plant.robot_moves.wait(begun.moves[0].id, 600)).status == "succeeded"
@@ -61,15 +61,15 @@ async def test_motor_axes_have_a_speed_of_their_own() -> None:
 @in_virtual_time
 async def test_while_it_moves_no_wish_changes_its_speed() -> None:
     async with fics_rig() as rig:
-        await moving.start(rig.plant, ME, UNIT, up(1))
+        await start(rig.plant, ME, UNIT, up(1))
         with pytest.raises(RobotBusy):
-            await moving.start(rig.plant, ME, UNIT, up(100))
+            await start(rig.plant, ME, UNIT, up(100))
 
 
 @in_virtual_time
 async def test_a_stop_while_the_speed_is_set_lets_nothing_begin() -> None:
     async with fics_rig() as rig:
-        starting = asyncio.create_task(moving.start(rig.plant, ME, UNIT, up(1)))
+        starting = asyncio.create_task(start(rig.plant, ME, UNIT, up(1)))
         await asyncio.sleep(0)
         await rig.robot.stop("decelerate")
         with pytest.raises((StoppedFirst, RobotBusy)):

@@ -8,7 +8,6 @@ from pydantic import ValidationError
 from gateway.core.errors import BodyBusy, InvalidRequest, StoppedFirst
 from gateway.core.origin import Origin
 from gateway.core.targets import Begun
-from gateway.door import moving
 from gateway.rorze.jogs import BodyJogRequest
 from gateway.rorze.limited_speed import Rate
 from gateway.rorze.move_requests import AbsoluteMoveRequest, Length, RelativeMoveRequest
@@ -16,6 +15,7 @@ from gateway.rorze.plans import PlannedMove
 from gateway.rorze.speed_sets import SpeedSetValues, change_set, read_set
 from protocols.rorze.patterns import SetPattern, SetSpeedChange
 from tests.plants import Rig, in_virtual_time, rig
+from tests.through_the_door import start
 
 ME = Origin("test")
 SCALED = 'units = {unit = "mm", pulses_per_unit = 100.0}'
@@ -79,7 +79,7 @@ async def test_a_step_and_a_way_to_a_place_run_no_faster_than_asked_for() -> Non
                 max_speed=Rate(value=500, unit="pulse/s"),
             ),
         ):
-            begun = await moving.start(it.plant, ME, "/bodies/3F", request)
+            begun = await start(it.plant, ME, "/bodies/3F", request)
             assert isinstance(begun, Begun)
             assert 450 < await fastest(it, 1.0) <= 520
             assert (await it.plant.moves.wait(begun.moves[0].id, 60)).status == "succeeded"
@@ -89,9 +89,7 @@ async def test_a_step_and_a_way_to_a_place_run_no_faster_than_asked_for() -> Non
 async def test_the_standard_speeds_bound_it_and_stay_as_they_were() -> None:
     async with rig(body_options=SCALED) as it:
         before = await read_set(it.body(), 30)
-        begun = await moving.start(
-            it.plant, ME, "/bodies/3F", by_mm(10, Rate(value=9_999, unit="mm/s")), 30.0
-        )
+        begun = await start(it.plant, ME, "/bodies/3F", by_mm(10, Rate(value=9_999, unit="mm/s")), 30.0)
         assert isinstance(begun, Begun)
         assert await read_set(it.body(), 30) == before
         own = await read_set(it.body(), 29)
@@ -103,7 +101,7 @@ async def test_a_pattern_that_somebody_has_set_is_not_overwritten() -> None:
     async with rig(body_options=SCALED) as it:
         await change_set(it.body(), 29, THEIRS, None, flash=False)
         with pytest.raises(InvalidRequest, match="would overwrite them; nothing was changed"):
-            await moving.start(it.plant, ME, "/bodies/3F", by_mm(10))
+            await start(it.plant, ME, "/bodies/3F", by_mm(10))
         assert (await read_set(it.body(), 29)).maximum_speed_pps == 9_000
         assert not it.executed("1+M")
 
@@ -114,7 +112,7 @@ async def test_the_pattern_of_the_configuration_is_the_gateways_and_loses_its_ch
         await change_set(it.body(), 3, THEIRS, None, flash=False)
         await it.body().ask(SetPattern(pattern=7, acceleration=3, deceleration=3))
         await it.body().ask(SetSpeedChange(pattern=7, point=0, begin=100, speed=40_000))
-        begun = await moving.start(it.plant, ME, "/bodies/3F", by_mm(10))
+        begun = await start(it.plant, ME, "/bodies/3F", by_mm(10))
         assert isinstance(begun, Begun)
         assert begun.moves[0].frame == "&3F1+MA[7],1000\\r"
         assert await fastest(it, 2.5) <= 520
@@ -124,20 +122,20 @@ async def test_the_pattern_of_the_configuration_is_the_gateways_and_loses_its_ch
 async def test_of_two_wishes_at_once_the_second_changes_no_speed_of_the_first() -> None:
     async with rig(body_options=SCALED) as it:
         fast = Rate(value=400, unit="mm/s")
-        starts = [moving.start(it.plant, ME, "/bodies/3F", by_mm(10, limit)) for limit in (FIVE, fast)]
+        starts = [start(it.plant, ME, "/bodies/3F", by_mm(10, limit)) for limit in (FIVE, fast)]
         first, second = await asyncio.gather(*starts, return_exceptions=True)
         assert isinstance(first, Begun)
         assert isinstance(second, BodyBusy)
         assert await fastest(it, 1.0) <= 520
         with pytest.raises(BodyBusy):
-            await moving.start(it.plant, ME, "/bodies/3F", by_mm(10, fast))
+            await start(it.plant, ME, "/bodies/3F", by_mm(10, fast))
         assert await fastest(it, 0.5) <= 520
 
 
 @in_virtual_time
 async def test_a_stop_while_the_speed_is_written_lets_nothing_begin() -> None:
     async with rig(baud=9600, body_options=SCALED) as it:
-        starting = asyncio.create_task(moving.start(it.plant, ME, "/bodies/3F", by_mm(10)))
+        starting = asyncio.create_task(start(it.plant, ME, "/bodies/3F", by_mm(10)))
         await it.wire.begun("&3FOLDS[29]")
         await it.plant.stops.stop([it.body()], "decelerate")
         with pytest.raises(StoppedFirst):
@@ -148,7 +146,7 @@ async def test_a_stop_while_the_speed_is_written_lets_nothing_begin() -> None:
 @in_virtual_time
 async def test_what_is_only_validated_writes_nothing_and_knows_how_long_it_takes() -> None:
     async with rig(body_options=SCALED) as it:
-        plan = await moving.start(it.plant, ME, "/bodies/3F", by_mm(10, validate_only=True))
+        plan = await start(it.plant, ME, "/bodies/3F", by_mm(10, validate_only=True))
         assert isinstance(plan, PlannedMove)
         assert plan.frame == "&3F1+MA[29],1000\\r"
         assert plan.duration_s == pytest.approx(2.0, abs=0.1)

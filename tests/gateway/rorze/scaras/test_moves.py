@@ -22,7 +22,6 @@ from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
 from gateway.core.stops import CONFIRM_WITHIN_S
 from gateway.core.targets import Begun
-from gateway.door import moving
 from gateway.rorze.limited_speed import Rate
 from gateway.rorze.move_requests import Length, RelativeMoveRequest
 from gateway.rorze.scaras import paths
@@ -41,7 +40,7 @@ from simulator.rorze.world import CCW_LIMIT, EMS, STALL
 from tests.gateway.rorze.scaras.cell import BELTS, Cell, cell, deg, mm, read
 from tests.model_book import ModelBook
 from tests.plants import in_virtual_time, lose
-from tests.through_the_door import ask
+from tests.through_the_door import ask, start
 
 HALF_PULSES_MDEG = 0.55 * sum(360_000 / turn for turn in (121_791.045, 60_000.0, 100_000.0))
 """Each axis stands up to half a pulse beside its place."""
@@ -367,7 +366,7 @@ async def test_axes_of_unlike_standard_speeds_get_the_gentlest_and_single_axes_g
             base.slow_written = None
             for back in ("cw", "ccw"):
                 one = alone.model_copy(update={"direction": back})
-                await moving.start(robot.rig.plant, ME, "/bodies/line1.02", one, 30.0)
+                await start(robot.rig.plant, ME, "/bodies/line1.02", one, 30.0)
             assert (await read_set(base, 29)).acceleration_pps_s == 300_000
             base.slow_written = None
 
