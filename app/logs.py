@@ -12,11 +12,20 @@ from logging.handlers import QueueHandler, QueueListener
 from queue import SimpleQueue
 from typing import Any, Final, Literal, TextIO
 
+from gateway.access.limits import Rates
+from gateway.core.origin import current
+from gateway.security.folding import network_of
+
 Format = Literal["text", "json"]
 MOST_WAITING: Final = 10_000
 """Lines that may wait to be read; more are lost, and nothing waits for them."""
 GATHER_S: Final = 0.02
 """How long a line may wait for others before it is written."""
+LINES_AT_ONCE: Final = 50
+LINES_PER_S: Final = 2.0
+"""Lines of one sort that the requests from one network address may cause."""
+_DOORS: Final = ("api", "uvicorn")
+"""The loggers of what clients send; what others say, of motors too, is never left out."""
 
 _PRIORITY: Final = {
     logging.DEBUG: 7,
@@ -98,8 +107,36 @@ def _trace(formatter: logging.Formatter, record: logging.LogRecord) -> str:
     return f"\n{record.exc_text}" if record.exc_text else ""
 
 
+class _Crowds:
+    """Leaves out what one client would fill the log with: by the logger, the words and the address."""
+
+    def __init__(self) -> None:
+        self._rates = Rates(LINES_AT_ONCE, LINES_PER_S)
+        self._left_out = 0
+
+    def pass_over(self, record: logging.LogRecord) -> bool:
+        """Whether a record is left out; the next one that is written says how many were."""
+        sort = f"{record.name} {record.msg} {network_of(current().address)}"
+        if record.name.partition(".")[0] in _DOORS and not self._rates.passes(sort):
+            self._left_out += 1
+            return True
+        if self._left_out:
+            record.__dict__["facts"] = {**_facts_of(record), "left_out_before": self._left_out}
+            self._left_out = 0
+        return False
+
+
 class _Hand(QueueHandler):
     """Hands records to the thread that writes: the loop of the lines waits for no terminal."""
+
+    def __init__(self, queue: SimpleQueue[Any]) -> None:
+        super().__init__(queue)
+        self._crowds = _Crowds()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Hand a record over, if its client has not caused too many like it."""
+        if not self._crowds.pass_over(record):
+            super().emit(record)
 
     def prepare(self, record: logging.LogRecord) -> logging.LogRecord:
         """Put its words together now: what they tell of may change."""

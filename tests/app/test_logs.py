@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 
-from app.logs import JournalLines, JsonLines, TextLines, formatter_for, logging_to
+from app.logs import LINES_AT_ONCE, JournalLines, JsonLines, TextLines, formatter_for, logging_to
+from gateway.core.origin import ORIGIN, Origin
 
 log = logging.getLogger("tests.logs")
 FACTS: dict[str, Any] = {"caller": "pat", "request_id": "r-1", "move_id": None}
@@ -120,3 +121,37 @@ def test_the_writer_lets_lines_gather_instead_of_waking_for_each(monkeypatch: py
             os.sched_yield()
     assert [line.rpartition(" ")[2] for line in stream.getvalue().splitlines()] == ["one", "two", "three"]
     assert len(slept) <= 3
+
+
+def refused_by(address: str, logger: str, times: int) -> None:
+    before = ORIGIN.set(Origin(f"http {address}", address=address))
+    for number in range(times):
+        logging.getLogger(logger).info("%s refused with 404", f"/x{number}")
+    ORIGIN.reset(before)
+
+
+def test_no_client_fills_the_log_and_others_are_still_told_of() -> None:
+    stream = StringIO()
+    with logging_to(stream, "info", "text"):
+        refused_by("10.0.0.7", "api.common.problems", 2000)
+        refused_by("10.0.0.8", "api.common.problems", 1)
+        refused_by("10.0.0.8", "api.front.connections", 1)
+    lines = stream.getvalue().splitlines()
+    assert LINES_AT_ONCE <= len(lines) - 2 <= LINES_AT_ONCE + 20  # and a few a second
+    left_out = [int(it) for it in re.findall(r"left_out_before=(\d+)", stream.getvalue())]
+    assert sum(left_out) == 2002 - len(lines)
+
+
+def test_an_address_of_the_same_ipv6_network_is_no_other_client() -> None:
+    stream = StringIO()
+    with logging_to(stream, "info", "text"):
+        for number in range(1000):
+            refused_by(f"fd00::{number:x}", "uvicorn.error", 1)
+    assert len(stream.getvalue().splitlines()) <= LINES_AT_ONCE + 20
+
+
+def test_no_line_about_a_motor_is_left_out() -> None:
+    stream = StringIO()
+    with logging_to(stream, "info", "text"):
+        refused_by("10.0.0.7", "gateway.rorze.moves", 2000)
+    assert len(stream.getvalue().splitlines()) == 2000
