@@ -29,7 +29,6 @@ from api.common.route_index import RouteIndex
 from api.common.routes import unguarded
 from api.common.security import SameSite
 from api.common.traffic import Traffic
-from api.common.version import VERSION
 from api.console import pages as console
 from api.front import documents
 from api.metrics import metrics_of
@@ -42,6 +41,7 @@ from gateway.door.keys import Keys
 from gateway.door.remedies import calls_for
 from gateway.door.table import SECTIONS
 from gateway.plant import Plant
+from gateway.version import VERSION
 
 DESCRIPTION = """\
 RORZE RC-420 motion controllers behind RC-400 link masters, and Fics robots that speak C-HOST.

@@ -7,11 +7,11 @@ import yaml
 from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
-from api.common.version import VERSION
-from api.event_models import name_of
 from gateway.core.event_types import EventType
 from gateway.core.events import CloudEvent, Telemetry
+from gateway.door.event_models import name_of
 from gateway.event_types import EVENT_TYPES
+from gateway.version import VERSION
 
 _ROOT = Path(__file__).parent.parent
 PATH = _ROOT / "openapi" / "asyncapi.yaml"

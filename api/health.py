@@ -9,7 +9,6 @@ from prometheus_client.core import Metric
 from pydantic import BaseModel, Field
 
 from api.common.requests import access_of, json_response, new_router, plant_of
-from api.common.version import VERSION
 from gateway.core.aside import aside
 from gateway.core.line_state import LineState
 from gateway.core.rights import Right
@@ -40,13 +39,6 @@ class Readiness(BaseModel):
         description="While it is unavailable, reads and stops go on; what else has an effect is refused."
     )
     detail: str = Field(description="The same in words, and what to do.")
-
-
-class Version(BaseModel):
-    """What is running here."""
-
-    name: str
-    version: str = Field(description="Semantic version of the gateway.")
 
 
 @router.get("/livez", Right.OPEN, responses={}, response_model=Liveness)
@@ -81,12 +73,6 @@ async def readyz(request: Request) -> Response:
         detail=" ".join(sentences) or "All lines and the journal are ready.",
     )
     return json_response(readiness, 503 if unusable else 200)
-
-
-@router.get("/version", Right.OPEN, response_model=Version)
-async def version() -> Response:
-    """Tell the version."""
-    return json_response(Version(name="motion-gateway", version=VERSION))
 
 
 @router.get("/metrics", Right.VIEW, include_in_schema=False)

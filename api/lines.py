@@ -3,11 +3,10 @@
 import asyncio
 import re
 from collections.abc import AsyncIterator, Sequence
-from datetime import datetime
-from typing import Annotated, Literal
+from typing import Annotated
 
 from fastapi import Header, Query, Request, Response, WebSocket
-from pydantic import AwareDatetime, BaseModel, Field
+from pydantic import AwareDatetime, BaseModel
 from starlette.datastructures import QueryParams
 from starlette.responses import StreamingResponse
 
@@ -22,44 +21,11 @@ from gateway.core.errors import GatewayError, InvalidRequest
 from gateway.core.rights import Right
 from gateway.door import traces
 from gateway.door.names import LineId
-from gateway.door.traces import AT_ONCE
+from gateway.door.traces import AT_ONCE, MAX_TRACE_ENTRIES, Trace, TracedBodies, TracedRequest, split
 
-MAX_TRACE_ENTRIES = 10_000
 KEEP_ALIVE_S = 15.0
 """A silent stream carries a comment this often, so that dead clients are noticed."""
-TracedBodies = Annotated[
-    str | None,
-    Query(
-        description="Only what is about these bodies of the line, joined by commas, such as 3F,01; frames of "
-        "their groups, too."
-    ),
-]
-TracedRequest = Annotated[
-    str | None,
-    Query(max_length=128, description="Only what this request has sent (X-Request-Id), and its answers."),
-]
-
 router = new_router("lines")
-
-
-class TraceRecord(BaseModel):
-    """What happened on the port at one moment."""
-
-    at: datetime = Field(description="UTC wall time, which jumps when the clock is set.")
-    monotonic_ns: int = Field(description="A clock that never jumps.")
-    kind: Literal["rx", "tx", "opened", "lost", "closed"]
-    data: str = Field(description="The bytes; unprintable ones as \\r, \\n, \\t or \\x00.")
-    caller: str | None = Field(
-        default=None, description="Who had it sent: an interface and a client's address, or `gateway: fence`."
-    )
-    request_id: str | None = Field(default=None, description="The X-Request-Id of the request behind it.")
-
-
-class Trace(BaseModel):
-    """The newest records of a line, oldest first."""
-
-    line_id: str
-    entries: list[TraceRecord]
 
 
 @router.get("/lines/{line_id}/trace", Right.VIEW, response_model=Trace)
@@ -77,7 +43,7 @@ async def get_trace(
 ) -> Response:
     """Give the newest bytes of the line, a robot's too, both ways, with their times."""
     plant = plant_of(request)
-    passing = traces.filter_of(plant, line_id, _split(bodies), request_id)
+    passing = traces.filter_of(plant, line_id, split(bodies), request_id)
     entries = await traces.newest(plant, line_id, passing, last or limit, since)
     # Writing thousands of records as text takes milliseconds, in which no stop may wait.
     told = [
@@ -102,7 +68,7 @@ async def follow_trace(
     `gap` tells how many were missed.
     """
     plant = plant_of(request)
-    passing = traces.filter_of(plant, line_id, _split(bodies), request_id)
+    passing = traces.filter_of(plant, line_id, split(bodies), request_id)
     after = None if last_event_id is None else int(last_event_id)
     return StreamingResponse(
         _server_sent(traces.follow(plant, line_id, passing, after, last)),
@@ -137,7 +103,7 @@ async def follow_trace_by_socket(websocket: WebSocket) -> None:
     await websocket.accept()
     try:
         require_known(websocket, ("bodies", "request_id", "last", "after"))
-        passing = traces.filter_of(plant, line_id, _split(query.get("bodies")), query.get("request_id"))
+        passing = traces.filter_of(plant, line_id, split(query.get("bodies")), query.get("request_id"))
         after, last = _whole(query, "after"), _whole(query, "last") or 0
         news = traces.follow(plant, line_id, passing, after, min(last, MAX_TRACE_ENTRIES))
     except GatewayError as error:
@@ -168,10 +134,6 @@ def _whole(query: QueryParams, name: str) -> int | None:
     if not re.fullmatch("[0-9]{1,18}", text):
         raise InvalidRequest(f"{name}: {text!r} is no whole number from 0.", "Give one, or leave it out.")
     return int(text)
-
-
-def _split(text: str | None) -> list[str] | None:
-    return None if text is None else [part.strip() for part in text.split(",")]
 
 
 def _records(entries: Sequence[BaseModel]) -> str:

@@ -16,12 +16,12 @@ from prometheus_client.core import (
 from prometheus_client.registry import Collector
 
 from api.common.traffic import CLIENTS, Traffic
-from api.common.version import VERSION
 from gateway.core.histogram import Histogram
 from gateway.core.line_state import LineState
 from gateway.core.origin import Work
 from gateway.figures import OUTCOMES
 from gateway.plant import Plant
+from gateway.version import VERSION
 
 COUNTED: Final = (
     *("duplicates", "echoes", "fences", "frames_sent", "garbage", "late_replies", "messages", "openings"),

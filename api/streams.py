@@ -1,27 +1,22 @@
 """Events over WebSocket, as a list and as server-sent events: the same events with the same cursor."""
 
 import asyncio
-from collections.abc import AsyncIterator, Collection, Sequence
-from functools import cache
+from collections.abc import AsyncIterator, Sequence
 from math import nan
 from typing import Annotated
 
-from fastapi import Header, Query, Request, Response, WebSocket
+from fastapi import Header, Request, Response, WebSocket
 from starlette.responses import StreamingResponse
 
 from api.common.query_params import require_known
 from api.common.requests import new_router, plant_of
 from api.common.sockets import CLOSE_GOING_AWAY, CLOSE_SLOW_CONSUMER, refuse, tell
-from api.event_models import EventList
 from api.front.websocket_protocol import EVENTS, SINGLY, TOGETHER
-from gateway.access.principal import current
-from gateway.core.addresses import canonical_address, there_are
 from gateway.core.errors import InvalidRequest
 from gateway.core.events import FASTEST_HZ, SLOWEST_HZ, Event, SlowConsumer, Subscription
 from gateway.core.rights import Right
-from gateway.event_types import EVENT_TYPES
-from gateway.plant import Plant
-from protocols.wording import shown, unknown
+from gateway.door.event_models import EventList
+from gateway.door.events import After, Bodies, Limit, Sample, Types, addresses_of, types_of
 
 router = new_router("events")
 
@@ -30,30 +25,6 @@ SUBPROTOCOLS = (TOGETHER, SINGLY)
 KEEP_ALIVE_S = 15.0
 """A silent stream of server-sent events carries a comment this often, so that dead clients are noticed."""
 
-After = Annotated[str | None, Query(description="Only events after this cursor.")]
-Bodies = Annotated[
-    str | None,
-    Query(
-        description="Only events of these bodies, groups, SCARA robots and robots: addresses joined by "
-        "commas, such as 3F,arm.02,wafer,r1,r2/units/1. A robot's address means its units too."
-    ),
-]
-Types = Annotated[
-    str | None,
-    Query(description="Only events of these types, joined by commas, such as body.move.*,line.down."),
-]
-
-
-Sample = Annotated[
-    float | None,
-    Query(
-        ge=SLOWEST_HZ,
-        le=FASTEST_HZ,
-        description="Live values too (body.position, robot.position, io): each so many times a second at "
-        "most. They are no events: a new value takes the place of one that was not sent yet.",
-    ),
-]
-
 
 @router.get("/events", Right.VIEW, response_model=EventList)
 async def list_events(
@@ -61,7 +32,7 @@ async def list_events(
     after: After = None,
     bodies: Bodies = None,
     types: Types = None,
-    limit: Annotated[int, Query(ge=1, le=1000)] = 100,
+    limit: Limit = 100,
     sample: Sample = None,
 ) -> Response:
     """List what has happened after a cursor, or from the oldest event that is kept.
@@ -70,7 +41,7 @@ async def list_events(
     With `sample` the values that are watched follow the events, as read within a second.
     """
     plant = plant_of(request)
-    wanted = _addresses(plant, bodies), _types(types)
+    wanted = addresses_of(plant, bodies), types_of(types)
     page = await plant.events.since(after, *wanted, limit)
     values = [] if sample is None else await plant.events.values(*wanted, sample)
     events = ",".join(event.json for event in (*page.events, *values))
@@ -89,7 +60,7 @@ async def stream_events(
 ) -> Response:
     """Send events as they happen (text/event-stream); a browser resumes with Last-Event-ID."""
     plant = plant_of(request)
-    wanted = _addresses(plant, bodies), _types(types)
+    wanted = addresses_of(plant, bodies), types_of(types)
     events = plant.events.subscribe(last_event_id or after, *wanted, sample)
     return StreamingResponse(
         _server_sent(events),
@@ -130,7 +101,7 @@ async def follow_events(websocket: WebSocket) -> None:
     await websocket.accept(next((it for it in SUBPROTOCOLS if it in offered), None))
     try:
         require_known(websocket, ("after", "bodies", "types", "sample"))
-        wanted = _addresses(plant, query.get("bodies")), _types(query.get("types"))
+        wanted = addresses_of(plant, query.get("bodies")), types_of(query.get("types"))
         events = plant.events.subscribe(query.get("after"), *wanted, _rate(query.get("sample")))
     except InvalidRequest as error:
         await refuse(websocket, error)
@@ -144,49 +115,6 @@ async def _send(websocket: WebSocket, events: Subscription) -> None:
         await websocket.close(CLOSE_GOING_AWAY, "the gateway is shutting down")
     except SlowConsumer as slow:
         await websocket.close(CLOSE_SLOW_CONSUMER, f"slow consumer; go on after {slow.cursor}")
-
-
-def _addresses(plant: Plant, text: str | None) -> list[str] | None:
-    """Read addresses of what there is.
-
-    :raises InvalidRequest: one of them is no address, or of nothing in the configuration.
-    """
-    wanted = _split(text)
-    known = plant.addresses()
-    for address in map(canonical_address, wanted or ()):
-        if address not in known:
-            # Who may see a part only is not told the names of the rest.
-            listed = f"; {there_are(sorted(known))}" if current().scope is None else ""
-            raise InvalidRequest(
-                f"bodies: there is no {address}{listed}.",
-                "GET /bodies, /groups, /scaras, /robots list what there is.",
-            )
-    return wanted
-
-
-def _types(text: str | None) -> list[str] | None:
-    """Read types of events that there are.
-
-    :raises InvalidRequest: one of them is none, so nothing would ever come.
-    """
-    wanted = _split(text)
-    kinds, known = _known_types()
-    for given in wanted or ():
-        if given not in known:
-            raise InvalidRequest(
-                f"types: there is no {shown(given)} ({unknown(given, known, kinds)}).",
-                "Give types such as line.down or body.move.*; docs/events.md has all of them.",
-            )
-    return wanted
-
-
-@cache
-def _known_types() -> tuple[Collection[str], Collection[str]]:
-    """The kinds of types, such as `body.*`, and all that types can be asked for by."""
-    names = [name.split(".") for name in EVENT_TYPES]
-    beginnings = [(*words[:most], "*") for words in names for most in range(1, len(words))]
-    known = dict.fromkeys(map(".".join, (*beginnings, *names)))
-    return sorted(it for it in known if it.count(".") < 2 and it.endswith("*")), known
 
 
 def _rate(text: str | None) -> float | None:
@@ -206,7 +134,3 @@ def _rate(text: str | None) -> float | None:
             "Give how many values a second are wanted.",
         )
     return rate
-
-
-def _split(text: str | None) -> list[str] | None:
-    return [part.strip() for part in text.split(",")] if text else None

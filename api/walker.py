@@ -36,7 +36,8 @@ def router(rows: Rows) -> Router:
     """Make the routes of one section's rows."""
     made = new_router(rows.tag)
     for operation in rows:
-        add(made, operation)
+        if operation.by_hand is None and operation.http_only is None:
+            add(made, operation)
     return made
 
 

@@ -103,6 +103,8 @@ class Operation:
     """The controller's code, where it is a row of a command table."""
     example: Mapping[str, Any] | None = None
     """A request, as the manual has it."""
+    by_hand: str | None = None
+    """Why HTTP's route is written by hand beside it."""
     http_only: str | None = None
     """Why only HTTP can serve it."""
 

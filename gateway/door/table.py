@@ -12,11 +12,15 @@ from gateway.door import (
     bodies,
     body_jogs,
     body_positions,
+    catalogue,
     configuration,
+    events,
     groups,
+    health,
     leases,
     lines,
     moves,
+    of_http,
     port_scans,
     programs,
     robot_jogs,
@@ -29,6 +33,8 @@ from gateway.door import (
     sessions,
     stops,
     system,
+    text_commands,
+    traces,
 )
 from gateway.door.commands import rows_of
 from gateway.families import FAMILIES
@@ -63,6 +69,12 @@ SECTIONS: Final = (
     system.ROWS,
     lines.ROWS,
     backups.ROWS,
+    events.ROWS,
+    traces.ROWS,
+    catalogue.ROWS,
+    text_commands.ROWS,
+    health.ROWS,
+    of_http.ROWS,
 )
 """What takes more than one thing of a family: the plant with its names, leases, alarms and logs."""
 

@@ -3,21 +3,60 @@
 import asyncio
 from collections.abc import AsyncIterator, Sequence
 from datetime import datetime
-from typing import Final, NamedTuple
+from typing import Annotated, Final, Literal, NamedTuple
+
+from pydantic import AwareDatetime, BaseModel, Field
 
 from gateway.core.aside import aside
 from gateway.core.errors import InvalidRequest
+from gateway.core.operation import Rows
 from gateway.core.rights import Right
 from gateway.core.trace_filter import TraceFilter
 from gateway.door.caller import require
+from gateway.door.names import LineId
 from gateway.plant import Plant
 from gateway.rorze.family import Rorze
 from transports.trace import Record, TraceEntry
 
+ROWS: Final = Rows("lines")
+MAX_TRACE_ENTRIES: Final = 10_000
 AT_ONCE: Final = 500
 """Records that are formatted, and told, in one go: some milliseconds beside the event loop."""
 CHECK_S: Final = 0.1
 """How often it is looked for new records while somebody follows them."""
+
+
+TracedBodies = Annotated[
+    str | None,
+    Field(
+        description="Only what is about these bodies of the line, joined by commas, such as 3F,01; frames of "
+        "their groups, too."
+    ),
+]
+TracedRequest = Annotated[
+    str | None,
+    Field(max_length=128, description="Only what this request has sent (X-Request-Id), and its answers."),
+]
+
+
+class TraceRecord(BaseModel):
+    """What happened on the port at one moment."""
+
+    at: datetime = Field(description="UTC wall time, which jumps when the clock is set.")
+    monotonic_ns: int = Field(description="A clock that never jumps.")
+    kind: Literal["rx", "tx", "opened", "lost", "closed"]
+    data: str = Field(description="The bytes; unprintable ones as \\r, \\n, \\t or \\x00.")
+    caller: str | None = Field(
+        default=None, description="Who had it sent: an interface and a client's address, or `gateway: fence`."
+    )
+    request_id: str | None = Field(default=None, description="The X-Request-Id of the request behind it.")
+
+
+class Trace(BaseModel):
+    """The newest records of a line, oldest first."""
+
+    line_id: str
+    entries: list[TraceRecord]
 
 
 class News(NamedTuple):
@@ -98,3 +137,28 @@ def _pieces(records: Sequence[Record]) -> list[Sequence[Record]]:
 def _told(records: Sequence[Record]) -> list[TraceEntry]:
     """Format records; that takes microseconds a record, and no stop may wait for thousands."""
     return list(map(TraceEntry.of, records))
+
+
+@ROWS.get("/lines/{line_id}/trace", by_hand="thousands of records are written beside the event loop")
+async def get_trace(
+    plant: Plant,
+    line_id: LineId,
+    *,
+    limit: Annotated[int, Field(ge=1, le=MAX_TRACE_ENTRIES, description="How many records.")] = 1000,
+    last: Annotated[
+        int | None,
+        Field(ge=1, le=MAX_TRACE_ENTRIES, deprecated=True, description="Another word for `limit`."),
+    ] = None,
+    since: Annotated[AwareDatetime | None, Field(description="Only records not before this time.")] = None,
+    bodies: TracedBodies = None,
+    request_id: TracedRequest = None,
+) -> Trace:
+    """Give the newest bytes of the line, a robot's too, both ways, with their times."""
+    passing = filter_of(plant, line_id, split(bodies), request_id)
+    found = await newest(plant, line_id, passing, last or limit, since)
+    return Trace(line_id=line_id, entries=[TraceRecord(**entry.model_dump()) for entry in found])
+
+
+def split(text: str | None) -> list[str] | None:
+    """The parts of a list with commas; None: all."""
+    return None if text is None else [part.strip() for part in text.split(",")]

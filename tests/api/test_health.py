@@ -6,7 +6,7 @@ from pathlib import Path
 
 from prometheus_client.parser import text_string_to_metric_families
 
-from api.common.version import VERSION
+from gateway.version import VERSION
 from tests.api.common.test_idempotent_requests import client
 from tests.api.robots.cell import HOME, UNIT, Cell, in_cell
 from tests.api.stand import RELATIVE, Stand, on_stand

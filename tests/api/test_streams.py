@@ -4,8 +4,8 @@ import asyncio
 import json
 from urllib.parse import quote
 
-from api.event_models import EventList
 from gateway.core.events import MAX_BACKLOG
+from gateway.door.event_models import EventList
 from gateway.event_types import EVENT_TYPES
 from tests.api.bodies.test_moves import refused
 from tests.api.robots.cell import HOME, UNIT, Cell, in_cell, mm

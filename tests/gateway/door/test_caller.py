@@ -33,8 +33,17 @@ OVER = LeaseRequest(scope="3F", ttl_s=1.0, take_over=True)
 PAIR = GroupDefinition(members=["3F", "00"])
 LISTS = {"listAlarms", "listBodies", "listGroups", "listLeases", "listLines", "listRobots", "listScaras"}
 """They show what the scope covers."""
-OF_EVERYBODY = {"getIdentity", "getPosture"}
-ASKS_ITSELF = {"getAlarm", "resetAlarm", "getLease", "takeLease", "renewLease", "endLease", "listDeeds"}
+OF_EVERYBODY = {"getIdentity", "getPosture", "listCommands", "issueTicket"}
+ASKS_ITSELF = {
+    "getAlarm",
+    "resetAlarm",
+    "getLease",
+    "takeLease",
+    "renewLease",
+    "endLease",
+    "listDeeds",
+    "listEvents",
+}
 """They ask for the right on what the alarm, the lease or the deeds are about."""
 
 

@@ -19,7 +19,7 @@ STORING = ["BodyPositionUpload", "ProgramUpload"]
 
 
 def get(it: Rig, what: str) -> Any:
-    name = next(name for name in (f"get{what}", f"get{what}Record") if name in OPERATIONS)
+    name = next(name for name in (f"get{what}Record", f"get{what}") if name in OPERATIONS)
     _, record_id = names_in(OPERATIONS[name].path)
     present: dict[str, Any] = {"body_id": "3F", record_id: "current"}
     return ask(it.plant, name, **present)

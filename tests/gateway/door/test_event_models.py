@@ -3,8 +3,8 @@
 import pytest
 from pydantic import ValidationError
 
-from api.event_models import EventList
 from gateway.core.event_types import LineDown
+from gateway.door.event_models import EventList
 from tests.checked_events import CheckedHub
 
 

@@ -1,0 +1,119 @@
+"""Events as a list: what has happened after a cursor."""
+
+from collections.abc import Collection
+from functools import cache
+from typing import Annotated, Any, Final
+
+from pydantic import Field
+from pydantic_core import from_json
+
+from gateway.access.principal import current
+from gateway.core.addresses import canonical_address, there_are
+from gateway.core.errors import InvalidRequest
+from gateway.core.events import FASTEST_HZ, SLOWEST_HZ
+from gateway.core.operation import Rows
+from gateway.core.rights import Right
+from gateway.door.caller import require
+from gateway.door.event_models import EventList
+from gateway.event_types import EVENT_TYPES
+from gateway.plant import Plant
+from protocols.wording import shown, unknown
+
+ROWS: Final = Rows("events")
+WRITTEN_ALREADY: Final = "each event is kept as the text that is sent"
+
+After = Annotated[str | None, Field(description="Only events after this cursor.")]
+Bodies = Annotated[
+    str | None,
+    Field(
+        description="Only events of these bodies, groups, SCARA robots and robots: addresses joined by "
+        "commas, such as 3F,arm.02,wafer,r1,r2/units/1. A robot's address means its units too."
+    ),
+]
+Types = Annotated[
+    str | None,
+    Field(description="Only events of these types, joined by commas, such as body.move.*,line.down."),
+]
+
+
+Sample = Annotated[
+    float | None,
+    Field(
+        ge=SLOWEST_HZ,
+        le=FASTEST_HZ,
+        description="Live values too (body.position, robot.position, io): each so many times a second at "
+        "most. They are no events: a new value takes the place of one that was not sent yet.",
+    ),
+]
+
+
+Limit = Annotated[int, Field(ge=1, le=1000)]
+
+
+@ROWS.get("/events", any_scope=True, result=EventList, by_hand=WRITTEN_ALREADY)
+async def list_events(
+    plant: Plant,
+    *,
+    after: After = None,
+    bodies: Bodies = None,
+    types: Types = None,
+    limit: Limit = 100,
+    sample: Sample = None,
+) -> Any:
+    """List what has happened after a cursor, or from the oldest event that is kept.
+
+    Ask again after the answer's `cursor` to go on. The event `stream.gap` stands for events no longer kept.
+    With `sample` the values that are watched follow the events, as read within a second.
+    """
+    require(plant, Right.VIEW, *(_split(bodies) or ()))
+    wanted = addresses_of(plant, bodies), types_of(types)
+    page = await plant.events.since(after, *wanted, limit)
+    values = [] if sample is None else await plant.events.values(*wanted, sample)
+    return {"events": [from_json(event.json) for event in (*page.events, *values)], "cursor": page.cursor}
+
+
+def addresses_of(plant: Plant, text: str | None) -> list[str] | None:
+    """Read addresses of what there is.
+
+    :raises InvalidRequest: one of them is no address, or of nothing in the configuration.
+    """
+    wanted = _split(text)
+    known = plant.addresses()
+    for address in map(canonical_address, wanted or ()):
+        if address not in known:
+            # Who may see a part only is not told the names of the rest.
+            listed = f"; {there_are(sorted(known))}" if current().scope is None else ""
+            raise InvalidRequest(
+                f"bodies: there is no {address}{listed}.",
+                "GET /bodies, /groups, /scaras, /robots list what there is.",
+            )
+    return wanted
+
+
+def types_of(text: str | None) -> list[str] | None:
+    """Read types of events that there are.
+
+    :raises InvalidRequest: one of them is none, so nothing would ever come.
+    """
+    wanted = _split(text)
+    kinds, known = _known_types()
+    for given in wanted or ():
+        if given not in known:
+            raise InvalidRequest(
+                f"types: there is no {shown(given)} ({unknown(given, known, kinds)}).",
+                "Give types such as line.down or body.move.*; docs/events.md has all of them.",
+            )
+    return wanted
+
+
+@cache
+def _known_types() -> tuple[Collection[str], Collection[str]]:
+    """The kinds of types, such as `body.*`, and all that types can be asked for by."""
+    names = [name.split(".") for name in EVENT_TYPES]
+    beginnings = [(*words[:most], "*") for words in names for most in range(1, len(words))]
+    known = dict.fromkeys(map(".".join, (*beginnings, *names)))
+    return sorted(it for it in known if it.count(".") < 2 and it.endswith("*")), known
+
+
+def _split(text: str | None) -> list[str] | None:
+    return [part.strip() for part in text.split(",")] if text else None
