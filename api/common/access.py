@@ -461,7 +461,7 @@ def _with_leases(origin: Origin, scope: Scope, right: Right) -> Origin:
 
 
 def _takes_tickets(scope: Scope) -> bool:
-    """Whether a request opens a stream: of events, or of a line's trace."""
+    """Tell if a request opens a stream: of events, or of a line's trace."""
     path = path_of(scope)
     return path in STREAMS or path.endswith(_STREAM)
 
