@@ -166,7 +166,7 @@ class Access:
 
     def _let_in(self, scope: Scope, right: Right, *, any_scope: bool) -> Passage:
         if self.is_open:
-            if scope["query_string"] and path_of(scope) in STREAMS:
+            if scope["query_string"] and _takes_tickets(scope):
                 _take_ticket(scope)
             return _Of(EVERYBODY, _with_leases(current(), scope, right))
         grant, session = self._grant_of(scope)
@@ -249,7 +249,7 @@ class Access:
         if shown:
             return self._bearer_of(shown), None
         headers = Headers.of(scope)
-        if path_of(scope) in STREAMS and (ticket := _take_ticket(scope)):
+        if _takes_tickets(scope) and (ticket := _take_ticket(scope)):
             grant = self._good(self.tickets.redeem(ticket))
             if not self._holds(grant, grant.session):
                 raise NotAuthenticated(*_NOT_GOOD).in_japanese(*_NOT_GOOD_JA)
@@ -451,6 +451,12 @@ def _with_leases(origin: Origin, scope: Scope, right: Right) -> Origin:
             "Send the token that came with the lease, or several with commas.",
         )
     return origin.claiming(Claim(tuple(map(int, shown.split(b",")))))
+
+
+def _takes_tickets(scope: Scope) -> bool:
+    """Tell if a request opens a stream: of events, or of a line's trace."""
+    path = path_of(scope)
+    return path in STREAMS or path.endswith(_STREAM)
 
 
 def _take_ticket(scope: Scope) -> str | None:

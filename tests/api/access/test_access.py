@@ -165,6 +165,21 @@ async def test_a_stream_opened_by_a_ticket_ends_with_the_session_that_asked_for_
         assert (await late.message())["status"] == 401
 
 
+@guarded()
+async def test_a_ticket_opens_the_trace_of_a_line_once_and_within_its_scope(stand: Stand, keys: Keys) -> None:
+    async def opened(line: str, *scope: str, ticket: str = "") -> object:
+        shown = ticket or (await stand.post("/tickets", **keys.header("viewer", *scope))).json()["ticket"]
+        async with socket(stand, f"/lines/{line}/trace/stream?last=1&ticket={shown}") as client:
+            head = await client.message()
+            return head.get("status", head["type"])
+
+    one = (await stand.post("/tickets", **keys.header("viewer"))).json()["ticket"]
+    assert await opened("arm", ticket=one) == "websocket.accept"
+    assert await opened("arm", ticket=one) == 401
+    assert await opened("arm", "arm") == "websocket.accept"
+    assert await opened("leg", "arm") == 403
+
+
 def test_without_a_key_no_path_is_told_from_another_nor_logged_each_time(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
