@@ -14,7 +14,8 @@ class Ticket(BaseModel):
     """What opens one event stream."""
 
     ticket: str = Field(
-        description="To be sent as the query parameter `ticket` of /events or /events/stream."
+        description="To be sent as the query parameter `ticket` of /events, /events/stream or the stream "
+        "of a trace."
     )
     expires_in_s: float = Field(description="It is valid for this time, and once.")
 

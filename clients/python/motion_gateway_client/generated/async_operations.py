@@ -1787,6 +1787,11 @@ class AsyncOperations(Protocol):
         )
         return answer
 
+    async def version(self) -> Version:
+        """Tell the version."""
+        answer: Version = await self.call("GET", filled("/version"))
+        return answer
+
     async def download_body_positions(
         self, body_id: str, *, first: int | None = None, last: int | None = None
     ) -> str:
@@ -1869,11 +1874,6 @@ class AsyncOperations(Protocol):
         A journal in trouble is no 503: nobody else could carry out the stops and reads that go on.
         """
         answer: Readiness = await self.call("GET", filled("/readyz"))
-        return answer
-
-    async def version(self) -> Version:
-        """Tell the version."""
-        answer: Version = await self.call("GET", filled("/version"))
         return answer
 
     async def send_raw(

@@ -1745,6 +1745,11 @@ class Operations(Protocol):
         )
         return answer
 
+    def version(self) -> Version:
+        """Tell the version."""
+        answer: Version = self.call("GET", filled("/version"))
+        return answer
+
     def download_body_positions(
         self, body_id: str, *, first: int | None = None, last: int | None = None
     ) -> str:
@@ -1827,11 +1832,6 @@ class Operations(Protocol):
         A journal in trouble is no 503: nobody else could carry out the stops and reads that go on.
         """
         answer: Readiness = self.call("GET", filled("/readyz"))
-        return answer
-
-    def version(self) -> Version:
-        """Tell the version."""
-        answer: Version = self.call("GET", filled("/version"))
         return answer
 
     def send_raw(

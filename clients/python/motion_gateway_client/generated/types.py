@@ -7130,7 +7130,7 @@ class Ticket(TypedDict):
     """What opens one event stream."""
 
     ticket: str
-    """To be sent as the query parameter `ticket` of /events or /events/stream."""
+    """To be sent as the query parameter `ticket` of /events, /events/stream or the stream of a trace."""
     expires_in_s: float
     """It is valid for this time, and once."""
 
