@@ -93,6 +93,8 @@ GET       /bodies/{body_id}/encoder                      view     body
 PATCH     /bodies/{body_id}/encoder                      setup    body
 PUT       /bodies/{body_id}/encoder/resolution           setup    body
 GET       /bodies/{body_id}/homing                       view     body
+GET       /bodies/{body_id}/noise-filters                view     body
+PATCH     /bodies/{body_id}/noise-filters                setup    body
 PATCH     /bodies/{body_id}/homing                       setup    body
 GET       /bodies/{body_id}/speed-sets                   view     body
 GET       /bodies/{body_id}/speed-sets/{n}               view     body

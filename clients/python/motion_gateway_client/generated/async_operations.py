@@ -80,6 +80,8 @@ from motion_gateway_client.generated.types import (
     NewBodies,
     NewKey,
     NewLine,
+    NoiseFilters,
+    NoiseFiltersChange,
     OutputPulse,
     OutputState,
     OutputSwitch,
@@ -2075,6 +2077,32 @@ class AsyncOperations(Protocol):
         answer: Resolution = await self.call(
             "PUT",
             filled("/bodies/{body_id}/encoder/resolution", body_id=body_id),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def get_noise_filters(self, body_id: str) -> NoiseFilters:
+        """Ask a body for the noise filters of its inputs and sensors, one by one (DCD)."""
+        answer: NoiseFilters = await self.call(
+            "GET", filled("/bodies/{body_id}/noise-filters", body_id=body_id)
+        )
+        return answer
+
+    async def change_noise_filters(
+        self,
+        body_id: str,
+        body: NoiseFiltersChange,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedSettings:
+        """Set those of the named noise filters that differ (DCS), and read each back; refused while it moves."""
+        answer: ChangedSettings = await self.call(
+            "PATCH",
+            filled("/bodies/{body_id}/noise-filters", body_id=body_id),
             query={"flash": flash},
             body=body,
             idempotency_key=idempotency_key,

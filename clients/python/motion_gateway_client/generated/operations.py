@@ -80,6 +80,8 @@ from motion_gateway_client.generated.types import (
     NewBodies,
     NewKey,
     NewLine,
+    NoiseFilters,
+    NoiseFiltersChange,
     OutputPulse,
     OutputState,
     OutputSwitch,
@@ -2033,6 +2035,30 @@ class Operations(Protocol):
         answer: Resolution = self.call(
             "PUT",
             filled("/bodies/{body_id}/encoder/resolution", body_id=body_id),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def get_noise_filters(self, body_id: str) -> NoiseFilters:
+        """Ask a body for the noise filters of its inputs and sensors, one by one (DCD)."""
+        answer: NoiseFilters = self.call("GET", filled("/bodies/{body_id}/noise-filters", body_id=body_id))
+        return answer
+
+    def change_noise_filters(
+        self,
+        body_id: str,
+        body: NoiseFiltersChange,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedSettings:
+        """Set those of the named noise filters that differ (DCS), and read each back; refused while it moves."""
+        answer: ChangedSettings = self.call(
+            "PATCH",
+            filled("/bodies/{body_id}/noise-filters", body_id=body_id),
             query={"flash": flash},
             body=body,
             idempotency_key=idempotency_key,

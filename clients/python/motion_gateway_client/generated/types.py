@@ -4179,6 +4179,21 @@ class NextCall(TypedDict):
     """What it does, in Japanese."""
 
 
+class NoiseFilters(TypedDict):
+    """How long the level of an input or a sensor has to be another before it counts as changed."""
+
+    body_id: str
+    noise_filters: dict[str, int]
+    """By input or sensor: equal samples, one each ms, that make a change of level."""
+
+
+class NoiseFiltersChange(TypedDict):
+    """Noise filters to be set; those that are not named stay as they are."""
+
+    noise_filters: dict[str, int]
+    """By input or sensor; in samples."""
+
+
 class Nothing(TypedDict):
     """The type says all."""
 

@@ -2969,6 +2969,30 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/bodies/{body_id}/noise-filters": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Noise Filters
+         * @description Ask a body for the noise filters of its inputs and sensors, one by one (DCD).
+         */
+        get: operations["getNoiseFilters"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Change Noise Filters
+         * @description Set those of the named noise filters that differ (DCS), and read each back; refused while it moves.
+         */
+        patch: operations["changeNoiseFilters"];
+        trace?: never;
+    };
     "/bodies/{body_id}/speed-sets": {
         parameters: {
             query?: never;
@@ -13105,6 +13129,39 @@ export interface components {
              * @description What it does, in Japanese.
              */
             ja: string;
+        };
+        /**
+         * NoiseFilters
+         * @description How long the level of an input or a sensor has to be another before it counts as changed.
+         */
+        NoiseFilters: {
+            /** Body Id */
+            body_id: string;
+            /**
+             * Noise Filters
+             * @description By input or sensor: equal samples, one each ms, that make a change of level.
+             */
+            noise_filters: {
+                [key: string]: number;
+            };
+        };
+        /**
+         * NoiseFiltersChange
+         * @description Noise filters to be set; those that are not named stay as they are.
+         * @example {
+         *       "noise_filters": {
+         *         "d3": 5
+         *       }
+         *     }
+         */
+        NoiseFiltersChange: {
+            /**
+             * Noise Filters
+             * @description By input or sensor; in samples.
+             */
+            noise_filters: {
+                [key: string]: number;
+            };
         };
         /**
          * Nothing
@@ -28333,6 +28390,106 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Resolution"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getNoiseFilters: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["NoiseFilters"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    changeNoiseFilters: {
+        parameters: {
+            query?: {
+                /** @description Write all settings of the body to flash memory afterwards (FIS). */
+                flash?: boolean;
+            };
+            header?: {
+                /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
+                "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NoiseFiltersChange"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ChangedSettings"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
