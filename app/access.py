@@ -8,8 +8,9 @@ from typing import Final
 
 from app.tls import Certificate
 from gateway.access.credentials import Credentials, TokenVerifier
-from gateway.access.keys import DAY_S, KeyFault, KeyInfo, KeyPolicy, KeyStore
+from gateway.access.keys import KeyFault, KeyInfo, KeyStore
 from gateway.config import Config, ConfigError
+from gateway.door.opening import policy_of
 
 log = logging.getLogger(__name__)
 
@@ -84,17 +85,10 @@ class AccessControl:
         log.warning("%s. Until then nobody is let in.", sentence)
 
     def _adopt(self, config: Config) -> None:
-        access = config.access
         try:
-            self._store.adopt(
-                KeyPolicy(
-                    lifetime_s=access.key_lifetime_d * DAY_S or None,
-                    warning_s=access.key_warning_d * DAY_S,
-                    four_eyes=access.four_eyes,
-                )
-            )
+            self._store.adopt(policy_of(config))
         except KeyFault as fault:
-            if access.four_eyes:
+            if config.access.four_eyes:
                 raise ConfigError(str(fault)) from fault
             log.warning("%s", fault)
 

@@ -12,6 +12,7 @@ from gateway.access.credentials import Credentials
 from gateway.access.errors import NotAuthenticated
 from gateway.access.keys import DAY_S, KeyPolicy, KeyStore
 from gateway.access.principal import EVERYBODY, Principal, asking
+from gateway.config import Config
 from gateway.config_file import ConfigFile
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.journal.opening import open_journal
@@ -81,11 +82,23 @@ class Door:
 async def opened(config: Path, data: Path) -> AsyncIterator[Door]:
     """Open the plant of a configuration file, with its journal, names and keys in a data directory.
 
+    The directory is made if there is none.
+
     :raises ConfigError: the file cannot be read, or is no configuration.
     :raises InUse, TooNew: the journal belongs to another gateway.
     """
+    plant = _built(config, data)
+    await plant.start()
+    try:
+        yield Door(plant)
+    finally:
+        await plant.close()
+
+
+def _built(config: Path, data: Path) -> Plant:
     file = ConfigFile(config)
     wanted = file.load()
+    data.mkdir(mode=0o700, parents=True, exist_ok=True)
     security = SecurityLog(data, Keeping(wanted.security.keep_days, wanted.security.refusals_per_minute))
     plant = Plant(
         wanted,
@@ -96,24 +109,20 @@ async def opened(config: Path, data: Path) -> AsyncIterator[Door]:
     )
     plant.names.keep_in(data)
     if wanted.access.mode == "keys":
-        plant.credentials = Credentials(_keys(plant, data))
-    await plant.start()
-    try:
-        yield Door(plant)
-    finally:
-        await plant.close()
+        store = KeyStore(data)
+        store.adopt(policy_of(wanted))
+        plant.credentials = Credentials(store)
+    return plant
 
 
-def _keys(plant: Plant, data: Path) -> KeyStore:
-    store, access = KeyStore(data), plant.config.access
-    store.adopt(
-        KeyPolicy(
-            lifetime_s=access.key_lifetime_d * DAY_S or None,
-            warning_s=access.key_warning_d * DAY_S,
-            four_eyes=access.four_eyes,
-        )
+def policy_of(config: Config) -> KeyPolicy:
+    """How long keys are good, and who has to agree to them."""
+    access = config.access
+    return KeyPolicy(
+        lifetime_s=access.key_lifetime_d * DAY_S or None,
+        warning_s=access.key_warning_d * DAY_S,
+        four_eyes=access.four_eyes,
     )
-    return store
 
 
 def _values(operation: Operation, arguments: Mapping[str, Any], request: Any) -> dict[str, Any]:

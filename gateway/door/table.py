@@ -1,6 +1,7 @@
 """The table of all operations: those that families list beside what they do."""
 
 from collections.abc import Iterator
+from functools import cache
 from typing import Final
 
 from gateway.core.operation import Operation, Rows
@@ -79,8 +80,13 @@ SECTIONS: Final = (
 """What takes more than one thing of a family: the plant with its names, leases, alarms and logs."""
 
 
-def operations() -> Iterator[Operation]:
+@cache
+def operations() -> tuple[Operation, ...]:
     """All of them, section by section."""
+    return tuple(_listed())
+
+
+def _listed() -> Iterator[Operation]:
     for rows in _sections():
         yield from rows
     for family in FAMILIES.values():
