@@ -1,23 +1,13 @@
 """Tickets for those that can send no header."""
 
 from fastapi import Request, Response
-from pydantic import BaseModel, Field
 
 from api.common.requests import access_of, json_response, new_router
 from gateway.access.grants import TICKET_S
 from gateway.core.rights import Right
+from gateway.door.of_http import Ticket
 
 router = new_router("system")
-
-
-class Ticket(BaseModel):
-    """What opens one event stream."""
-
-    ticket: str = Field(
-        description="To be sent as the query parameter `ticket` of /events, /events/stream or the stream "
-        "of a trace."
-    )
-    expires_in_s: float = Field(description="It is valid for this time, and once.")
 
 
 @router.post("/tickets", Right.VIEW, any_scope=True, response_model=Ticket)

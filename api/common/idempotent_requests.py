@@ -18,7 +18,7 @@ from api.common.idempotency import HEADER, HONOURED, LONGEST_KEY, WITH_EFFECT, h
 from api.common.problems import plain_problem, response_to
 from api.common.results import render
 from api.common.route_index import RouteIndex
-from api.common.strict_json import INLINE_BYTES, again, parse, read_body
+from api.common.strict_json import again, read_body
 from gateway.core.aside import aside
 from gateway.core.errors import GatewayError, InvalidRequest, NoReply
 from gateway.core.move_record import Move, MoveRecord
@@ -27,6 +27,7 @@ from gateway.core.rights import Right
 from gateway.core.targets import Begun
 from gateway.door.keys import Answered, Key, Keys, LeftOpen
 from gateway.door.problems import problem_of
+from gateway.door.strict_json import INLINE_BYTES, parse
 from gateway.rorze.scaras.record import ScaraMove
 
 REPLAYED: Final = "Idempotency-Replayed"

@@ -93,23 +93,21 @@ class Router:
         path: str,
         right: Right,
         endpoint: Callable[..., Any],
-        *,
-        route_class: type[HttpRoute] | None = None,
         **options: Any,
-    ) -> None:
+    ) -> HttpRoute:
         """Add an operation, named as its endpoint if nothing else is said; `options` are those of FastAPI."""
         told = {"responses": DECLARED, **options}
-        self.routes.append(
-            (route_class or self._route_class)(
-                path,
-                endpoint,
-                right=right,
-                methods=[method],
-                tags=[self.tag],
-                generate_unique_id_function=_name_of,
-                **told,
-            )
+        route = self._route_class(
+            path,
+            endpoint,
+            right=right,
+            methods=[method],
+            tags=[self.tag],
+            generate_unique_id_function=_name_of,
+            **told,
         )
+        self.routes.append(route)
+        return route
 
     def get(self, path: str, right: Right, **options: Any) -> Callable[[Endpoint], Endpoint]:
         """Register the function below for GET."""

@@ -25,6 +25,15 @@ COUNTED_EVERY = 1000
 """Requests of a caller after which that is seen to."""
 
 
+def not_honoured() -> InvalidRequest:
+    """A request relies on being carried out once, where the gateway does not see to that."""
+    return InvalidRequest(
+        "The header Idempotency-Key is not honoured here, for there is no journal, or the command comes "
+        "as text, or its answer is secret: it would be carried out again; nothing was sent.",
+        "Leave the header out, and look at what the first request did before you repeat it.",
+    )
+
+
 class Key(NamedTuple):
     """A key, with the scope in which it stands for one request."""
 

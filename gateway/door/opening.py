@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
-from pydantic_core import to_jsonable_python
+from pydantic_core import from_json, to_jsonable_python
 
 from gateway.access.credentials import Credentials
 from gateway.access.errors import NotAuthenticated
@@ -17,7 +17,7 @@ from gateway.config_file import ConfigFile
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.journal.opening import open_journal
 from gateway.core.lease_tokens import LeaseTokens
-from gateway.core.operation import Operation
+from gateway.core.operation import Operation, Text, Written
 from gateway.core.origin import Origin, acting, new_request_id
 from gateway.core.rights import Right
 from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped
@@ -157,6 +157,10 @@ def _valid(name: str, kind: Any, given: Any) -> Any:
 
 
 def _data(operation: Operation, result: Any) -> Any:
+    if isinstance(result, Written):
+        return from_json(result.json)
+    if isinstance(result, Text):
+        return result.content
     if isinstance(result, RESULTS):
         result = told(result, operation.path)
     if isinstance(result, BaseModel):
