@@ -16,17 +16,16 @@ from api.common.request_ids import RequestIds
 from api.common.route_index import RouteIndex
 from api.common.routes import HttpRoute, unguarded
 from api.common.security import SameSite
-from api.common.traffic import Traffic
 from api.console import pages as console
 from api.front import documents
-from api.metrics import metrics_of
-from gateway.access.credentials import Credentials
-from gateway.core.rights import Right
+from gateway.door.admission import Credentials
+from gateway.door.health import VERSION
 from gateway.door.keys import Keys
+from gateway.door.metrics import metrics_of
+from gateway.door.opening import Plant
 from gateway.door.remedies import calls_for
-from gateway.door.table import operations_of
-from gateway.plant import Plant
-from gateway.version import VERSION
+from gateway.door.table import Right, operations_of
+from gateway.door.traffic import Traffic
 
 DESCRIPTION = """\
 RORZE RC-420 motion controllers behind RC-400 link masters, and Fics robots that speak C-HOST.

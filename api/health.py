@@ -1,15 +1,11 @@
 """Whether the gateway lives, whether its lines work, what has happened on them, and which version it is."""
 
-from collections.abc import Iterable
-
 from fastapi import Request, Response
-from prometheus_client import CONTENT_TYPE_LATEST, CollectorRegistry, generate_latest
-from prometheus_client.core import Metric
 
 from api.common.requests import access_of, json_response, new_router, plant_of
-from gateway.core.aside import aside
-from gateway.core.rights import Right
+from gateway.door.metrics import CONTENT_TYPE, text_of
 from gateway.door.of_http import Liveness, Readiness, readiness_of
+from gateway.door.table import Right
 
 router = new_router("health")
 
@@ -38,18 +34,4 @@ async def readyz(request: Request) -> Response:
 @router.get("/metrics", Right.VIEW, include_in_schema=False)
 async def metrics(request: Request) -> Response:
     """Give all figures to Prometheus."""
-    registry: CollectorRegistry = request.app.state.metrics
-    text = await aside(generate_latest, _Collected(list(registry.collect())))
-    return Response(text, media_type=CONTENT_TYPE_LATEST)
-
-
-class _Collected(CollectorRegistry):
-    """Figures as they were at one moment: they are counted in the event loop, and written beside it."""
-
-    def __init__(self, figures: Iterable[Metric]) -> None:
-        super().__init__()
-        self._figures = figures
-
-    def collect(self) -> Iterable[Metric]:
-        """Give them."""
-        return self._figures
+    return Response(await text_of(request.app.state.metrics), media_type=CONTENT_TYPE)

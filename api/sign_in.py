@@ -11,16 +11,12 @@ from urllib.parse import parse_qs, quote
 from fastapi import Request, Response
 from starlette.responses import HTMLResponse, RedirectResponse
 
-from api.common.access import Access, is_secure, session_cookie
+from api.common.access import is_secure, session_cookie
 from api.common.problems import SIGN_IN, wants_japanese
 from api.common.requests import access_of, plant_of
 from api.common.routes import PageRoute
 from api.common.strict_json import read_body
-from gateway.access.errors import LimitReached, NotPermitted
-from gateway.access.grants import Grant, handle_of
-from gateway.core.rights import Right
-from gateway.security import entries
-from gateway.security.folding import network_of
+from gateway.door.table import Right
 
 SIGN_OUT: Final = "/sign-out"
 MOST_BYTES: Final = 16_384
@@ -94,52 +90,20 @@ async def _sign_in(request: Request) -> Response:
     content_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     shown = form.get("key", [""])[0].strip() if content_type == _FORM else ""
     following = form.get("next", [""])[0]
-    grant = _grant_of(access, shown)
+    grant = access.shown_at_sign_in(shown)
     if grant is None and not access.is_open:
-        return _refusal(request, following)
-    if grant is not None and not access.sign_ins.passes(grant.principal.id):
-        raise LimitReached(
-            f"{grant.principal.name} has signed in too often; no session was begun, and none has ended.",
-            "Try again in a few seconds.",
-        )
+        access.refuse_sign_in(SIGN_IN, _address(request))
+        return _page(request, following, refused=True)
     answer = RedirectResponse(quote(_local(following), safe="/?&=%"), 303)
     if grant is not None:
-        # An id from before would be one that somebody else may have chosen.
-        access.sessions.end(request.cookies.get(session_cookie(request.scope), ""))
-        session = access.sessions.begin(grant, _address(request))
-        plant_of(request).security.note(
-            entries.SIGN_IN_ACCEPTED,
-            handle_of(session),
-            caller=grant.principal.name,
-            role=grant.principal.role,
-        )
-        secure = is_secure(request.scope)
-        answer.set_cookie(
-            session_cookie(request.scope), session, httponly=True, samesite="strict", secure=secure, path="/"
-        )
+        name, secure = session_cookie(request.scope), is_secure(request.scope)
+        session = access.sign_in(grant, _address(request), request.cookies.get(name, ""))
+        answer.set_cookie(name, session, httponly=True, samesite="strict", secure=secure, path="/")
     return answer
-
-
-def _refusal(request: Request, following: str) -> Response:
-    """Refuse a key that is not good. One that is good passes, however many were not."""
-    plant_of(request).security.note(entries.SIGN_IN_REFUSED, SIGN_IN, why="The key is not good.")
-    if not access_of(request).wrong_sign_ins.passes(network_of(_address(request)) or ""):
-        raise LimitReached(
-            "From this address too many keys were shown that are not good; no session was begun.",
-            "Use a good key, or try again in a minute.",
-        )
-    return _page(request, following, refused=True)
 
 
 def _address(request: Request) -> str:
     return request.client.host if request.client else ""
-
-
-def _grant_of(access: Access, shown: str) -> Grant | None:
-    try:
-        return access.credentials.verify(shown)
-    except NotPermitted:
-        return None
 
 
 async def _sign_out(request: Request) -> Response:

@@ -14,13 +14,24 @@ from api.common.query_params import require_known
 from api.common.requests import new_router, plant_of
 from api.common.sockets import CLOSE_GOING_AWAY, CLOSE_SLOW_CONSUMER, refuse, tell
 from api.front.websocket_protocol import EVENTS, SINGLY, TOGETHER
-from gateway.core.aside import aside
-from gateway.core.errors import GatewayError, InvalidRequest
-from gateway.core.events import FASTEST_HZ, SLOWEST_HZ, Event, SlowConsumer, Subscription
-from gateway.core.rights import Right
 from gateway.door import traces
-from gateway.door.events import After, Bodies, Sample, Types, addresses_of, types_of
+from gateway.door.calls import aside
+from gateway.door.events import (
+    FASTEST_HZ,
+    SLOWEST_HZ,
+    After,
+    Bodies,
+    Event,
+    Sample,
+    SlowConsumer,
+    Subscription,
+    Types,
+    addresses_of,
+    types_of,
+)
 from gateway.door.names import LineId
+from gateway.door.problems import GatewayError, InvalidRequest
+from gateway.door.table import Right
 from gateway.door.traces import MAX_TRACE_ENTRIES, TracedBodies, TracedRequest, split
 
 router = new_router("events")

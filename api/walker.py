@@ -23,13 +23,12 @@ from api.common.requests import (
 from api.common.results import render
 from api.common.routes import HttpRoute, Router
 from api.common.strict_json import StrictRequest, StrictRoute
-from gateway.core.operation import Operation, Text, Written, names_in
-from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped
 from gateway.door.calls import carry_out
 from gateway.door.documents import expectation
 from gateway.door.names import NAMES
+from gateway.door.results import Result
+from gateway.door.table import Operation, Text, Written, names_in
 
-RESULTS = Answer | Begun | MemberAnswers | Opened | Stopped
 WAIT = "wait"
 JSON = "application/json"
 
@@ -105,7 +104,7 @@ def _response(request: Request, operation: Operation, result: Any, waited_s: flo
         return begun_response(result, _place(operation, result), waited_s)
     if operation.plain is not None:
         return plain_text.answer(request, operation, result)
-    if isinstance(result, RESULTS):
+    if isinstance(result, Result):
         return render(request, result, waited_s)
     headers = {**wait_headers(waited_s), **_tag(operation, result)}
     match result:

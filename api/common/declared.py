@@ -10,7 +10,7 @@ from api.common.etags import IF_MATCH
 from api.common.problems import DECLARED
 from api.common.results import AGE_HEADER
 from api.common.strict_json import JSON
-from gateway.core.operation import Operation
+from gateway.door.table import Operation
 
 _AGE = {"description": "How old the answer is, in milliseconds.", "schema": {"type": "number"}}
 

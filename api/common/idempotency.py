@@ -6,8 +6,8 @@ from starlette.requests import HTTPConnection
 from starlette.types import Scope
 
 from api.front.stop_paths import is_stop
-from gateway.core.rights import Right
 from gateway.door.keys import not_honoured
+from gateway.door.table import Right
 
 WITH_EFFECT: Final = frozenset({"POST", "PUT", "PATCH", "DELETE"})
 """Methods whose requests do something, most of them."""

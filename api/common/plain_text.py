@@ -9,10 +9,10 @@ from api.common import strict_json
 from api.common.faults import InvalidBody
 from api.common.requests import json_response
 from api.common.strict_json import JSON
-from gateway.core.aside import aside
-from gateway.core.errors import InvalidRequest
-from gateway.core.operation import Operation
+from gateway.door.calls import aside
+from gateway.door.problems import InvalidRequest
 from gateway.door.strict_json import NotStrict, parse
+from gateway.door.table import Operation
 
 TEXT: Final = "text/plain"
 

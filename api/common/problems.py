@@ -21,16 +21,20 @@ from starlette.types import Scope
 
 from api.common.faults import InvalidBody, faults_of
 from api.front.stop_paths import is_stop
-from gateway.access.errors import NotAuthenticated
-from gateway.core.errors import (
+from gateway.door.caller import current
+from gateway.door.japanese import STOP_ALL, STOP_ONE
+from gateway.door.problems import (
+    TYPE_PREFIX,
     Ambiguous,
     GatewayError,
+    InvalidField,
     InvalidRequest,
+    NextCall,
+    NotAuthenticated,
+    Problem,
+    problem_of,
+    put_in_japanese,
 )
-from gateway.core.next_calls import NextCall
-from gateway.core.origin import current
-from gateway.door.japanese import STOP_ALL, STOP_ONE
-from gateway.door.problems import TYPE_PREFIX, InvalidField, Problem, problem_of, put_in_japanese
 from protocols.wording import MOST_SHOWN
 
 log = logging.getLogger(__name__)

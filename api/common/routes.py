@@ -10,7 +10,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api.common.access import CLOSE_NOT_AUTHENTICATED, Access, while_it_holds
 from api.common.problems import DECLARED
-from gateway.core.rights import Right
+from gateway.door.table import Right
 
 Endpoint = TypeVar("Endpoint", bound=Callable[..., Any])
 

@@ -15,10 +15,9 @@ from api.common.idempotency import HEADER as KEY
 from api.common.idempotency import READS, WITH_EFFECT, require_no_key
 from api.common.query_params import require_known
 from api.common.routes import HttpRoute
-from gateway.core.aside import aside
-from gateway.core.records import RequestModel
-from gateway.core.rights import Right
-from gateway.door.strict_json import INLINE_BYTES, NotStrict, read
+from gateway.door.calls import aside
+from gateway.door.strict_json import INLINE_BYTES, Nothing, NotStrict, read
+from gateway.door.table import Right
 
 JSON: Final = "application/json"
 MAX_BODY_BYTES = 65_536
@@ -165,10 +164,6 @@ def _as_json(scope: Scope) -> Scope:
     """Take the body for JSON, whatever the header says of it."""
     headers = [header for header in scope["headers"] if header[0] != b"content-type"]
     return {**scope, "headers": [*headers, (b"content-type", b"application/json")]}
-
-
-class Nothing(RequestModel):
-    """What a request asks for at a route that takes no body."""
 
 
 def _has_body(request: Request) -> bool:

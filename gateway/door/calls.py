@@ -5,14 +5,18 @@ from functools import cache
 from typing import Any
 
 from gateway.access import principal
+from gateway.core.aside import aside
 from gateway.core.family import Family
 from gateway.core.operation import EXPECTS, KEYED, Expectation, Operation, names_in
 from gateway.core.origin import ORIGIN
+from gateway.core.own_faults import twice
 from gateway.core.rights import Right
 from gateway.core.targets import Target
 from gateway.door.caller import require
 from gateway.families import FAMILIES
 from gateway.plant import Plant
+
+__all__ = ["aside", "carry_out", "require_right", "twice"]
 
 Finder = Callable[[Plant, Mapping[str, str]], Any]
 

@@ -9,12 +9,30 @@ from pydantic import Field
 from gateway.access.principal import current
 from gateway.core.addresses import canonical_address, there_are
 from gateway.core.errors import InvalidRequest
-from gateway.core.events import FASTEST_HZ, SLOWEST_HZ
+from gateway.core.events import FASTEST_HZ, SLOWEST_HZ, Event, SlowConsumer, Subscription, Writer
 from gateway.core.operation import Rows, Written
 from gateway.door.event_models import EventList
 from gateway.event_types import EVENT_TYPES
 from gateway.plant import Plant
 from protocols.wording import shown, unknown
+
+__all__ = [
+    "FASTEST_HZ",
+    "ROWS",
+    "SLOWEST_HZ",
+    "After",
+    "Bodies",
+    "Event",
+    "Limit",
+    "Sample",
+    "SlowConsumer",
+    "Subscription",
+    "Types",
+    "Writer",
+    "addresses_of",
+    "list_events",
+    "types_of",
+]
 
 ROWS: Final = Rows("events")
 

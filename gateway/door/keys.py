@@ -7,13 +7,15 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple
 
-from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
+from gateway.core.errors import Ambiguous, InvalidRequest, NoReply, NotFound
 from gateway.core.journal import writes
 from gateway.core.journal.journal import Journal, JournalUnavailable
 from gateway.core.journal.writes import Value
-from gateway.core.move_record import MoveRecord
+from gateway.core.move_record import Move, MoveRecord
+from gateway.core.targets import Begun
 from gateway.plant import Plant
 from gateway.rorze.family import Rorze
+from gateway.rorze.scaras.record import ScaraMove
 
 ASKED_WITHIN_S = 1.0
 """The journal is asked for this time what was answered before."""
@@ -77,6 +79,23 @@ class LeftOpen(NamedTuple):
 
     moves: Sequence[MoveRecord]
     """None where it was for something else: nobody knows what has become of that."""
+
+    def begun(self) -> Begun:
+        """The moves, as they were to be told when they had begun."""
+        first = self.moves[0]
+        if isinstance(first, ScaraMove):
+            return Begun(f"/scaras/{first.scara_id}", [first])
+        if isinstance(first, Move):
+            return Begun(f"/bodies/{first.body_id}", self.moves, first.group_id)
+        return Begun(f"/robots/{first.body_id}", self.moves)
+
+    def unknown(self) -> NoReply:
+        """What is told of anything else."""
+        return NoReply(
+            "The gateway has ended while this request was under way, and nobody knows what has become of it; "
+            "nothing is sent again.",
+            "Read back what it should have changed, then use another key.",
+        )
 
 
 class Keys:

@@ -5,6 +5,7 @@ from typing import Any, Final, Literal
 
 from pydantic import BaseModel, Field
 
+from gateway.access.grants import TICKET_S
 from gateway.core.line_state import LineState
 from gateway.core.operation import Rows, Verb
 from gateway.core.rights import Right
@@ -53,6 +54,11 @@ class Ticket(BaseModel):
         "of a trace."
     )
     expires_in_s: float = Field(description="It is valid for this time, and once.")
+
+
+def ticket_of(text: str) -> Ticket:
+    """Tell a ticket."""
+    return Ticket(ticket=text, expires_in_s=TICKET_S)
 
 
 def readiness_of(plant: Plant, is_seen: Callable[[str], bool]) -> Readiness:

@@ -5,7 +5,7 @@ from typing import Final
 
 from pydantic import BaseModel, Field
 
-from gateway.access.errors import NotAuthenticated, NotPermitted
+from gateway.access.errors import NotAuthenticated, NothingShown, NotPermitted
 from gateway.core.errors import (
     Ambiguous,
     ControllerError,
@@ -22,6 +22,22 @@ from gateway.core.errors import (
 from gateway.core.next_calls import NextCall
 from gateway.core.origin import current
 from gateway.door.japanese import MOTOR, REMEDIES, TITLES
+
+__all__ = [
+    "TYPE_PREFIX",
+    "Ambiguous",
+    "GatewayError",
+    "InvalidField",
+    "InvalidRequest",
+    "NextCall",
+    "NotAuthenticated",
+    "NotPermitted",
+    "NothingShown",
+    "Outdated",
+    "Problem",
+    "problem_of",
+    "put_in_japanese",
+]
 
 TYPE_PREFIX: Final = "urn:motion-gateway:problem:"
 

@@ -6,6 +6,7 @@ import re
 from typing import Final
 
 from gateway.core.aside import aside
+from gateway.core.records import RequestModel
 
 _SURROGATE = re.compile("[\ud800-\udfff]")
 
@@ -27,6 +28,10 @@ MAX_DIGITS = 1000
 
 MOST_EXACT = 2**53
 """Up to here no whole number with a point is rounded when it is read."""
+
+
+class Nothing(RequestModel):
+    """What a request asks for at a route that takes no body."""
 
 
 class NotStrict(ValueError):

@@ -5,7 +5,8 @@ from functools import cache
 from typing import Final
 
 from gateway.core.family import Family
-from gateway.core.operation import Operation
+from gateway.core.operation import LEASED, MAX_WAIT_S, Expectation, Operation, Text, Written, names_in
+from gateway.core.rights import Right
 from gateway.door import (
     access_keys,
     alarms,
@@ -40,6 +41,20 @@ from gateway.door import (
 )
 from gateway.door.commands import rows_of
 from gateway.families import FAMILIES
+
+__all__ = [
+    "LEASED",
+    "MAX_WAIT_S",
+    "SECTIONS",
+    "Expectation",
+    "Operation",
+    "Right",
+    "Text",
+    "Written",
+    "names_in",
+    "operations",
+    "operations_of",
+]
 
 SECTIONS: Final = (
     bodies.ROWS,
