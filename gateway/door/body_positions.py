@@ -19,9 +19,9 @@ from gateway.plant import Plant
 from gateway.rorze import positions
 from gateway.rorze.bodies import Body
 from gateway.rorze.family import Rorze
-from gateway.rorze.move_requests import Length
 from gateway.rorze.position_uploads import TableUpload
 from gateway.rorze.positions import LAST_POSITION, NamedPosition, Position, PositionReading, Wanted
+from gateway.rorze.units import Length
 
 ROWS: Final = Rows("positions")
 TABLES: Final = Rows("positions")

@@ -26,10 +26,11 @@ from gateway.core.records import RequestModel, example
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S
 from gateway.rorze.bodies import Body
 from gateway.rorze.limited_speed import MaxSpeed, at_own_speed, require_one_speed
-from gateway.rorze.move_requests import Length, Pattern, Speed, relative_command
+from gateway.rorze.move_requests import Pattern, Speed, relative_command
 from gateway.rorze.moves import Moves
 from gateway.rorze.plans import amount_of, top_speed_of
 from gateway.rorze.stops import StopReport, Stops
+from gateway.rorze.units import Length
 from protocols.rorze.modes import GetSoftLimits
 from protocols.rorze.notation import BILLION
 

@@ -14,6 +14,7 @@ from gateway.core.session import READ_REPEATS as READ_REPEATS
 from gateway.core.session import Awaited, Session, Settle
 from gateway.rorze.errors import is_evasive
 from gateway.rorze.exchange import ReplyFrame, RorzeExchange
+from gateway.rorze.readings import CLEAN_AFTER_S
 from protocols.rorze.errors import lookup
 from protocols.rorze.link import GroupAnswer, Refusal, encode
 from protocols.rorze.notation import PositionReference
@@ -37,8 +38,6 @@ STRICT_S = 3600.0
 
 EVASIVE_S = 2.0
 """A body whose only answer for this time is @4C is not there; flash commands take 1.5 s (decision 61)."""
-CLEAN_AFTER_S = 10.0
-"""A line without an error for this time is clean: a body that answers no question and no fence is gone."""
 
 
 class RorzeSession(Session[RorzeExchange, ReplyFrame]):
