@@ -7,7 +7,6 @@ A family turns what it saw into a finding; `judge` gives the verdict of the one 
 from collections.abc import Iterable, Mapping, Sequence
 from enum import Flag, auto
 from functools import cache
-from operator import contains
 from re import sub
 from typing import Final, Literal, NamedTuple, Protocol, cast
 
@@ -201,7 +200,8 @@ class Row(NamedTuple):
     finding: Finding
     status: MoveStatus
     cause: str | None = None
-    error: Problem | Literal["given", ""] = ""
+    error: Problem | str = ""
+    """`GIVEN`, or empty, where it is no problem of the table."""
     evidence: str = ""
 
 
@@ -545,7 +545,11 @@ def row_of(finding: Finding) -> Row:
 
 def fits(finding: Finding, row: Finding) -> bool:
     """Whether a finding is among those of a row."""
-    return type(finding) is type(row) and all(map(contains, _facts(row), _facts(finding)))
+    return type(finding) is type(row) and all(map(_is_among, _facts(finding), _facts(row)))
+
+
+def _is_among(fact: Flag, those: Flag) -> bool:
+    return fact in those
 
 
 def _facts(finding: Finding) -> Sequence[Flag]:
