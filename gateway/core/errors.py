@@ -178,16 +178,6 @@ class StoppedFirst(Cancelled):
         )
 
 
-class RestartedFirst(Cancelled):
-    """The gateway ended between a request and the moment it could be sent."""
-
-    def __init__(self) -> None:
-        super().__init__(
-            "The gateway has ended before this could be sent; nothing was sent, and nothing is sent again.",
-            "Send the command again if it is still wanted.",
-        )
-
-
 class HeldUp(NotSent):
     """The gateway was suspended, or held up for seconds, between a request and its turn to be sent."""
 
@@ -266,6 +256,13 @@ class MoveFailed(GatewayError):
     moved: Moved = "yes"
 
 
+class Unproved(GatewayError):
+    """A move whose end nothing proves, nor that it was begun."""
+
+    kind, title = MoveFailed.kind, "The end of the move is not known"
+    moved = "unknown"
+
+
 def refused_in_motion(address: str, command_code: str) -> NoReply:
     """The error where a motion is refused as in motion that was sent at standstill."""
     return NoReply(
@@ -275,11 +272,12 @@ def refused_in_motion(address: str, command_code: str) -> NoReply:
     )
 
 
-def silent_in_motion(address: str) -> MoveFailed:
-    """The error where who moves answers no more."""
-    return MoveFailed(
-        f"{address} stopped answering in the middle of the move; it may still be moving.",
-        "Check its power and cable, stop it, and home it again.",
+def restarted_in_motion(address: str) -> NoReply:
+    """The error where nothing proves what became of a command of the gateway's last life."""
+    return NoReply(
+        f"The gateway has ended while a command to {address} was under way, and nothing proves what has "
+        "become of it; nothing was sent again.",
+        "Read its status and position before anything else.",
     )
 
 

@@ -49,8 +49,6 @@ _CAUSES: Final = {
     "stop_command": "was stopped by a stop command that the gateway has not sent",
 }
 """How a jog ended that did not come as far as it might, by what its controller says (RC-420 manual 9MD)."""
-_UNSEEN: Final = (MoveStatus.LOST, MoveStatus.UNKNOWN)
-"""Moves whose ends nobody has seen."""
 
 
 class BodyJogRequest(RequestModel, json_schema_extra=example(direction="cw")):
@@ -243,7 +241,7 @@ class BodyJogs:
         if it.jog.state == "jogging":
             it.jog.note_end(_why_ended(it.move, it.bound))
             self._leave(it, "ended")
-        while it.move.status in _UNSEEN:
+        while it.move.status in (MoveStatus.LOST, MoveStatus.UNKNOWN):
             [report] = await self._stops.stop([it.body], "decelerate")
             if report.state == "confirmed":
                 break
