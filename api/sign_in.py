@@ -2,7 +2,6 @@
 
 from base64 import b64encode
 from collections.abc import Mapping
-from dataclasses import dataclass
 from hashlib import sha256
 from html import escape
 from typing import Final
@@ -16,6 +15,7 @@ from api.common.problems import SIGN_IN, wants_japanese
 from api.common.requests import access_of, plant_of
 from api.common.routes import PageRoute
 from api.common.strict_json import read_body
+from gateway.door.problems import words_of_page
 from gateway.door.table import Right
 
 SIGN_OUT: Final = "/sign-out"
@@ -25,35 +25,6 @@ _AFTERWARDS: Final = "/"
 _FORM: Final = "application/x-www-form-urlencoded"
 
 
-@dataclass(frozen=True)
-class _Words:
-    language: str
-    title: str
-    key: str
-    sign_in: str
-    sign_out: str
-    refused: str
-    note: str
-
-
-_ENGLISH: Final = _Words(
-    "en",
-    "Sign in to the motion gateway",
-    "Key",
-    "Sign in",
-    "Sign out",
-    "This key is not good: it is none of this gateway, has expired, or was revoked.",
-    "Software stops do not replace a hardware stop.",
-)
-_JAPANESE: Final = _Words(
-    "ja",
-    "モーションゲートウェイへのサインイン",
-    "キー",
-    "サインイン",
-    "サインアウト",
-    "このキーは使えません。登録されていないか、期限切れか、取り消されています。",
-    "ソフトウェア停止はハードウェアの非常停止の代わりにはなりません。",
-)
 _STYLE: Final = (
     "body{font-family:sans-serif;max-width:28rem;margin:15vh auto;padding:0 1rem}"
     "input,button{font:inherit;padding:.5rem;width:100%;box-sizing:border-box;margin:.25rem 0 1rem}"
@@ -122,21 +93,23 @@ def _local(path: str) -> str:
 
 
 def _page(request: Request, following: str, *, refused: bool = False) -> Response:
-    words = _JAPANESE if wants_japanese(request) else _ENGLISH
+    japanese = wants_japanese(request)
+    words, language = words_of_page("sign-in", japanese=japanese), "ja" if japanese else "en"
     access = access_of(request)
     at = escape(plant_of(request).config.server.root_path)
     # A form without an action is sent to where it stands, and so keeps what stands behind # for afterwards.
     session = request.cookies.get(session_cookie(request.scope), "")
-    out = f'<form method="post" action="{at}{SIGN_OUT}"><button>{words.sign_out}</button></form>'
+    refusal = f"<p role=alert>{words['refused']}</p>"
+    out = f'<form method="post" action="{at}{SIGN_OUT}"><button>{words["sign-out"]}</button></form>'
     content = (
-        f'<!doctype html><html lang="{words.language}"><meta charset="utf-8"><title>{words.title}</title>'
+        f'<!doctype html><html lang="{language}"><meta charset="utf-8"><title>{words["title"]}</title>'
         '<meta name="viewport" content="width=device-width">'
-        f"<style>{_STYLE}</style><h1>{words.title}</h1>"
-        f"{f'<p role=alert>{words.refused}</p>' if refused else ''}"
-        f'<form method="post"><label>{words.key}'
+        f"<style>{_STYLE}</style><h1>{words['title']}</h1>"
+        f"{refusal if refused else ''}"
+        f'<form method="post"><label>{words["key"]}'
         '<input type="password" name="key" autocomplete="current-password" required autofocus></label>'
         f'<input type="hidden" name="next" value="{escape(_local(following))}">'
-        f"<button>{words.sign_in}</button></form>"
-        f"{out if session and access.sessions.grant_of(session) else ''}<p>{words.note}</p></html>"
+        f"<button>{words['sign-in']}</button></form>"
+        f"{out if session and access.sessions.grant_of(session) else ''}<p>{words['note']}</p></html>"
     )
-    return HTMLResponse(content, 401 if refused else 200, {**_HEADERS, "Content-Language": words.language})
+    return HTMLResponse(content, 401 if refused else 200, {**_HEADERS, "Content-Language": language})

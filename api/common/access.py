@@ -54,9 +54,6 @@ _STREAM: Final = "/stream"
 _HEARTBEAT: Final = "/heartbeat"
 """What keeps a JOG going begins no move."""
 
-_REFUSAL_JA: Final = "。何も送信していません。"
-_SEND_KEY_JA: Final = "Authorization: Bearer KEY ヘッダーを送信してください。"
-
 
 class Access(Admission):
     """Asks each request for a credential, a right and a scope; with mode `open` none is asked for."""
@@ -172,9 +169,7 @@ class Access(Admission):
             headers.require_no_other_page(scope)
             return self.good(self.credentials.certified(scope[CERTIFIED]))
         if session is None:
-            raise NothingShown(
-                f"The request has no key{_REFUSAL}", "Send the header Authorization: Bearer KEY."
-            ).in_japanese(f"キーがありません{_REFUSAL_JA}", _SEND_KEY_JA)
+            raise NothingShown.worded("key.none")
         found = (of_session or self.sessions.grant_of)(session)
         if found is None:
             raise not_good(NothingShown)
@@ -257,10 +252,10 @@ class Headers:
         host, origin, site = self._word(b"host"), self._word(b"origin"), self._word(b"sec-fetch-site")
         own = origin in (f"https://{host}", f"{scheme}://{host}")
         if origin and not own:
-            raise NotPermitted(_NOT_FROM_THERE).in_japanese(_NOT_FROM_THERE_JA)
+            raise NotPermitted.worded("not-from-there")
         typed_in = site == "none" and safe
         if not (site == "same-origin" or typed_in if site else own or safe):
-            raise NotPermitted(_NOT_FROM_THERE).in_japanese(_NOT_FROM_THERE_JA)
+            raise NotPermitted.worded("not-from-there")
 
 
 def _bearer(shown: bytes) -> str:
@@ -270,14 +265,8 @@ def _bearer(shown: bytes) -> str:
     """
     scheme, _, key = shown.decode("latin-1").partition(" ")
     if scheme.lower() != "bearer" or not key.strip():
-        raise NotAuthenticated(
-            f"The header Authorization has no key{_REFUSAL}", "Send Authorization: Bearer KEY."
-        ).in_japanese(f"Authorization ヘッダーにキーがありません{_REFUSAL_JA}", _SEND_KEY_JA)
+        raise NotAuthenticated.worded("key.none-in-header")
     return key.strip()
-
-
-_NOT_FROM_THERE: Final = f"Only the gateway's own pages may use a browser that is signed in{_REFUSAL}"
-_NOT_FROM_THERE_JA: Final = f"サインイン済みのブラウザを使えるのは、ゲートウェイのページのみです{_REFUSAL_JA}"
 
 
 def is_secure(scope: Scope) -> bool:

@@ -26,19 +26,11 @@ SIGN_INS_AT_ONCE: Final = 20
 SIGN_INS_PER_S: Final = 1.0
 WRONG_SIGN_INS_AT_ONCE: Final = 100
 WRONG_SIGN_INS_PER_S: Final = 2.0
-_NOT_GOOD: Final = (
-    "The credential is none of this gateway, or has expired, or was revoked; nothing was sent.",
-    "Use a good key: `motion-gateway keys list` tells which are.",
-)
-_NOT_GOOD_JA: Final = (
-    "このゲートウェイのキーではないか、期限切れまたは失効したキーです。何も送信していません。",
-    "有効なキーを使用してください（motion-gateway keys list で確認できます）。",
-)
 
 
 def not_good(kind: type[NotAuthenticated] = NotAuthenticated) -> NotAuthenticated:
     """What is shown is no credential, or no longer."""
-    return kind(*_NOT_GOOD).in_japanese(*_NOT_GOOD_JA)
+    return kind.worded("key.not-good")
 
 
 class Passage:

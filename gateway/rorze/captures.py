@@ -133,7 +133,6 @@ class ArmingBrokenOff(GatewayError):
     """An input is set up in part: it may capture in the next move, or not."""
 
     kind = "arming-broken-off"
-    title = "The capture is set up in part"
 
     def __init__(self, address: str, port: int, cause: GatewayError) -> None:
         super().__init__(

@@ -58,11 +58,10 @@ class PositionReading(Reading):
     )
 
 
-class PositionsDiffer(GatewayError):
+class PositionsDiffer(GatewayError, titled="positions-differ-in-body"):
     """Positions were stored, and the body holds others."""
 
     kind = "positions-differ"
-    title = "The body holds other positions than were sent"
     retryable = True
 
 
@@ -70,7 +69,6 @@ class StoringBrokenOff(GatewayError):
     """Some positions were sent, the rest was not."""
 
     kind = "storing-broken-off"
-    title = "Only some of the positions were sent"
 
     def __init__(self, address: str, sent: int, of: int, cause: GatewayError) -> None:
         super().__init__(
