@@ -11,14 +11,14 @@ from gateway.core.aside import aside
 from gateway.core.backup_record import Backup, BackupComparison
 from gateway.core.backups import Source
 from gateway.core.errors import InvalidRequest
-from gateway.core.operation import Rows, Text, Wait
+from gateway.core.operation import Rows, Run, Text, Wait
 from gateway.core.records import RequestModel, example
 from gateway.core.restore_record import Restore, RestorePlan, Units
 from gateway.core.restores import Controller, Restores
 from gateway.core.rights import Right
 from gateway.core.works import Works
 from gateway.door.names import BodyId, LineId, RobotId
-from gateway.door.records import list_records
+from gateway.door.records import Find, list_records
 from gateway.fics import backup as robot_backup
 from gateway.fics.backup import RobotContents, RobotSource
 from gateway.fics.backup_restore import NO_FLASH, RobotRestore
@@ -397,32 +397,11 @@ async def get_robot_backup(plant: Plant, robot_id: RobotId) -> Text:
     return Text(await text(of_robot(plant, robot_id)))
 
 
-@ROWS.post("/bodies/{body_id}/backups", Right.VIEW, over="It is over.")
 async def start_body_backup(plant: Plant, body_id: BodyId, *, wait: Wait = None) -> Backup:
     """Begin to read all that a body keeps; the record at `Location` has the text in the end."""
     return await read(plant, of_body(plant, body_id), wait or 0.0)
 
 
-list_records(
-    ROWS,
-    "/bodies/{body_id}/backups",
-    Backup,
-    _backups,
-    one="a backup",
-    names=("get_body_backup_record", "cancel_body_backup"),
-    cancelled=NO_MORE,
-    right=Right.VIEW,
-)
-
-
-@ROWS.post(
-    "/bodies/{body_id}/restores",
-    Right.SETUP,
-    over=OVER,
-    result=Restore,
-    planned=RestorePlan,
-    most_bytes=MAX_BACKUP_BYTES,
-)
 async def restore_body(
     plant: Plant, body_id: BodyId, wanted: BodyRestoreRequest, *, wait: Wait = None
 ) -> Restore | RestorePlan:
@@ -433,26 +412,6 @@ async def restore_body(
     return await _begin(plant, await _for_body(plant, body_id, wanted), wanted, wait or 0.0)
 
 
-list_records(
-    ROWS,
-    "/bodies/{body_id}/restores",
-    Restore,
-    _restores,
-    one="a restore",
-    names=("get_body_restore", "cancel_body_restore"),
-    cancelled=WRITE_NO_MORE,
-    right=Right.SETUP,
-    leased=False,
-)
-
-
-@ROWS.post(
-    "/bodies/{body_id}/comparisons",
-    Right.SETUP,
-    leased=False,
-    over="It is over.",
-    most_bytes=MAX_BACKUP_BYTES,
-)
 async def compare_body(
     plant: Plant, body_id: BodyId, wanted: BodyComparisonRequest, *, wait: Wait = None
 ) -> BackupComparison:
@@ -464,20 +423,6 @@ async def compare_body(
     return await compare(plant, await _for_body(plant, body_id, wanted), wait or 0.0)
 
 
-list_records(
-    ROWS,
-    "/bodies/{body_id}/comparisons",
-    BackupComparison,
-    _comparisons,
-    one="a comparison",
-    names=("get_body_comparison", "cancel_body_comparison"),
-    cancelled=NO_MORE,
-    right=Right.SETUP,
-    leased=False,
-)
-
-
-@ROWS.post("/lines/{line_id}/backups", Right.VIEW, over="It is over.")
 async def start_line_backup(
     plant: Plant, line_id: LineId, *, bodies: Bodies = None, wait: Wait = None
 ) -> Backup:
@@ -488,26 +433,6 @@ async def start_line_backup(
     return await read(plant, of_line(plant, line_id, chosen_of(bodies)), wait or 0.0)
 
 
-list_records(
-    ROWS,
-    "/lines/{line_id}/backups",
-    Backup,
-    _backups,
-    one="a backup",
-    names=("get_line_backup_record", "cancel_line_backup"),
-    cancelled=NO_MORE,
-    right=Right.VIEW,
-)
-
-
-@ROWS.post(
-    "/lines/{line_id}/restores",
-    Right.SETUP,
-    over=OVER,
-    result=Restore,
-    planned=RestorePlan,
-    most_bytes=MAX_BACKUP_BYTES,
-)
 async def restore_line(
     plant: Plant, line_id: LineId, wanted: LineRestoreRequest, *, wait: Wait = None
 ) -> Restore | RestorePlan:
@@ -515,26 +440,6 @@ async def restore_line(
     return await _begin(plant, await _for_line(plant, line_id, wanted), wanted, wait or 0.0)
 
 
-list_records(
-    ROWS,
-    "/lines/{line_id}/restores",
-    Restore,
-    _restores,
-    one="a restore",
-    names=("get_line_restore", "cancel_line_restore"),
-    cancelled=WRITE_NO_MORE,
-    right=Right.SETUP,
-    leased=False,
-)
-
-
-@ROWS.post(
-    "/lines/{line_id}/comparisons",
-    Right.SETUP,
-    leased=False,
-    over="It is over.",
-    most_bytes=MAX_BACKUP_BYTES,
-)
 async def compare_line(
     plant: Plant, line_id: LineId, wanted: LineComparisonRequest, *, wait: Wait = None
 ) -> BackupComparison:
@@ -542,45 +447,11 @@ async def compare_line(
     return await compare(plant, await _for_line(plant, line_id, wanted), wait or 0.0)
 
 
-list_records(
-    ROWS,
-    "/lines/{line_id}/comparisons",
-    BackupComparison,
-    _comparisons,
-    one="a comparison",
-    names=("get_line_comparison", "cancel_line_comparison"),
-    cancelled=NO_MORE,
-    right=Right.SETUP,
-    leased=False,
-)
-
-
-@ROWS.post("/robots/{robot_id}/backups", Right.VIEW, over="It is over.")
 async def start_robot_backup(plant: Plant, robot_id: RobotId, *, wait: Wait = None) -> Backup:
     """Begin to read what a robot tells of what it keeps; the record at `Location` has the text in the end."""
     return await read(plant, of_robot(plant, robot_id), wait or 0.0)
 
 
-list_records(
-    ROWS,
-    "/robots/{robot_id}/backups",
-    Backup,
-    _backups,
-    one="a backup",
-    names=("get_robot_backup_record", "cancel_robot_backup"),
-    cancelled=NO_MORE,
-    right=Right.VIEW,
-)
-
-
-@ROWS.post(
-    "/robots/{robot_id}/restores",
-    Right.SETUP,
-    over=OVER,
-    result=Restore,
-    planned=RestorePlan,
-    most_bytes=MAX_BACKUP_BYTES,
-)
 async def restore_robot(
     plant: Plant, robot_id: RobotId, wanted: RobotRestoreRequest, *, wait: Wait = None
 ) -> Restore | RestorePlan:
@@ -591,44 +462,11 @@ async def restore_robot(
     return await _begin(plant, await _for_robot(plant, robot_id, wanted), wanted, wait or 0.0)
 
 
-list_records(
-    ROWS,
-    "/robots/{robot_id}/restores",
-    Restore,
-    _restores,
-    one="a restore",
-    names=("get_robot_restore", "cancel_robot_restore"),
-    cancelled=WRITE_NO_MORE,
-    right=Right.SETUP,
-    leased=False,
-)
-
-
-@ROWS.post(
-    "/robots/{robot_id}/comparisons",
-    Right.SETUP,
-    leased=False,
-    over="It is over.",
-    most_bytes=MAX_BACKUP_BYTES,
-)
 async def compare_robot(
     plant: Plant, robot_id: RobotId, wanted: RobotComparisonRequest, *, wait: Wait = None
 ) -> BackupComparison:
     """Begin to tell what a restore of a robot would write and what differs."""
     return await compare(plant, await _for_robot(plant, robot_id, wanted), wait or 0.0)
-
-
-list_records(
-    ROWS,
-    "/robots/{robot_id}/comparisons",
-    BackupComparison,
-    _comparisons,
-    one="a comparison",
-    names=("get_robot_comparison", "cancel_robot_comparison"),
-    cancelled=NO_MORE,
-    right=Right.SETUP,
-    leased=False,
-)
 
 
 async def _for_body(plant: Plant, body_id: str, wanted: BodyComparisonRequest) -> Wanted:
@@ -656,3 +494,48 @@ async def _begin(
     if wanted.dry_run:
         return await plan(plant, target)
     return await start(plant, target, wanted.flash, wanted.power_cycle, wait_s)
+
+
+class _Kind(NamedTuple):
+    """Long work with backups: what begins it, and how its records are found and cancelled."""
+
+    noun: str
+    record: Any
+    find: Find
+    right: Right
+    cancelled: str
+    told: Mapping[str, Any]
+
+
+_KINDS: Final = (
+    _Kind("backup", Backup, _backups, Right.VIEW, NO_MORE, {"over": "It is over."}),
+    _Kind(
+        *("restore", Restore, _restores, Right.SETUP, WRITE_NO_MORE),
+        {"over": OVER, "result": Restore, "planned": RestorePlan, "most_bytes": MAX_BACKUP_BYTES},
+    ),
+    _Kind(
+        *("comparison", BackupComparison, _comparisons, Right.SETUP, NO_MORE),
+        {"over": "It is over.", "leased": False, "most_bytes": MAX_BACKUP_BYTES},
+    ),
+)
+_BEGUN_BY: Final[Mapping[str, tuple[str, Sequence[Run]]]] = {
+    "body": ("/bodies/{body_id}", (start_body_backup, restore_body, compare_body)),
+    "line": ("/lines/{line_id}", (start_line_backup, restore_line, compare_line)),
+    "robot": ("/robots/{robot_id}", (start_robot_backup, restore_robot, compare_robot)),
+}
+
+for what, (place, beginnings) in _BEGUN_BY.items():
+    for kind, begin in zip(_KINDS, beginnings, strict=True):
+        ROWS.add("POST", f"{place}/{kind.noun}s", kind.right, begin, **kind.told)
+        found_by = "_record" if kind.noun == "backup" else ""
+        list_records(
+            ROWS,
+            f"{place}/{kind.noun}s",
+            kind.record,
+            kind.find,
+            one=f"a {kind.noun}",
+            names=(f"get_{what}_{kind.noun}{found_by}", f"cancel_{what}_{kind.noun}"),
+            cancelled=kind.cancelled,
+            right=kind.right,
+            leased=False,
+        )
