@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from app import exits
+from app import exits, words
 from app.commands import (
     alarms,
     audit,
@@ -46,10 +46,10 @@ for command in (
     security.security,
     *(backups.backup, backups.diff, backups.restore),
 ):
-    app.command()(command)
+    app.command(cls=words.Command)(command)
 # Negative numbers look like options: `move 3F relative -500`.
-app.command(context_settings={"ignore_unknown_options": True})(moves.move)
-app.command(context_settings={"ignore_unknown_options": True})(jog.jog)
+app.command(cls=words.Command, context_settings={"ignore_unknown_options": True})(moves.move)
+app.command(cls=words.Command, context_settings={"ignore_unknown_options": True})(jog.jog)
 app.add_typer(simulate, name="simulate")
 app.add_typer(journal.journal, name="journal")
 app.add_typer(audit.audit, name="audit")

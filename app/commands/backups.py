@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from app import exits
+from app import exits, words
 from app.client import LOCAL, STEP_S, Client, KeyFile, Url, going_on_after
 from app.completion import addresses
 from app.exits import Failure, Misuse
@@ -34,7 +34,7 @@ class Units(StrEnum):
 
 UnitsOption = Annotated[
     Units | None,
-    typer.Option("--units", help="For a backup of another scale: keep its pulses, or convert lengths."),
+    typer.Option("--units", help=words.of("restoreLine", "units")),
 ]
 
 
@@ -77,15 +77,11 @@ def diff(
 def restore(
     target: Whose,
     file: Backup,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Print what would be written, and write none of it.")
-    ] = False,
-    flash: Annotated[bool, typer.Option("--flash", help="Write it to flash memory, too.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help=words.of("restoreLine", "dry_run"))] = False,
+    flash: Annotated[bool, typer.Option("--flash", help=words.of("restoreLine", "flash"))] = False,
     power_cycle: Annotated[
         bool,
-        typer.Option(
-            "--power-cycle", help="With --flash: wait for the power to be off and on, compare again."
-        ),
+        typer.Option("--power-cycle", help=words.of("restoreLine", "power_cycle")),
     ] = False,
     from_body: From = None,
     only: Only = None,

@@ -9,7 +9,7 @@ from typing import Annotated, Final
 
 import typer
 
-from app import exits
+from app import exits, words
 from app.data_directory import Data, data_directory
 from app.exits import Failure
 from app.output import table
@@ -26,10 +26,10 @@ NEVER: Final = "never"
 _SECONDS: Final = {"s": 1, "m": 60, "h": 3600, "d": 86_400}
 
 
-@app.command()
+@app.command(cls=words.Command)
 def create(
-    name: Annotated[str, typer.Argument(help="Who or what the key is for; records name it.")],
-    role: Annotated[Role, typer.Option(help="What it may do; every role may stop.")],
+    name: Annotated[str, typer.Argument(help=words.of("makeKey", "name"))],
+    role: Annotated[Role, typer.Option(help=words.of("makeKey", "role"))],
     scope: Annotated[
         str | None, typer.Option(help="Lines, bodies, groups and robots, such as line1,r1; all if left out.")
     ] = None,

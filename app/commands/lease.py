@@ -6,7 +6,7 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from app import exits
+from app import exits, words
 from app.client import LEASE_VARIABLE, LOCAL, Client, Json, KeyFile, Url
 from app.completion import addresses
 from app.exits import Failure
@@ -22,7 +22,7 @@ RENEWALS: Final = 3
 """In the time in which one has to come."""
 
 
-@lease.command()
+@lease.command(cls=words.Command)
 def take(
     scope: Annotated[
         str,
@@ -31,14 +31,12 @@ def take(
         ),
     ],
     ttl: Annotated[
-        float, typer.Option(min=0.5, max=LONGEST_S, help="Seconds it lasts, unless it is renewed.")
+        float, typer.Option(min=0.5, max=LONGEST_S, help=words.of("takeLease", "ttl_s"))
     ] = LONGEST_S,
     hold: Annotated[
         bool, typer.Option("--hold", help="Renew it until Ctrl-C, and give it back then.")
     ] = False,
-    take_over: Annotated[
-        bool, typer.Option("--take-over", help="End the leases of others in the way; for admins.")
-    ] = False,
+    take_over: Annotated[bool, typer.Option("--take-over", help=words.of("takeLease", "take_over"))] = False,
     url: Url = LOCAL,
     key_file: KeyFile = None,
     as_json: Json = False,

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from app import exits
+from app import exits, words
 from app.client import LOCAL, Client, KeyFile, Url, going_on_after
 from app.completion import addresses
 from app.exits import Failure, Misuse
@@ -29,7 +29,7 @@ Body = Annotated[
 ]
 
 
-@program.command()
+@program.command(cls=words.Command)
 def check(file: Source) -> None:
     """Tell what is wrong with a program, or how much room it takes; no gateway is needed."""
     _, assembled = _read(file)
@@ -40,11 +40,11 @@ def check(file: Source) -> None:
     typer.echo(f"Labels: {labels}.")
 
 
-@program.command()
+@program.command(cls=words.Command)
 def upload(
     body: Body,
     file: Source,
-    flash: Annotated[bool, typer.Option(help="Write it to flash memory too.")] = False,
+    flash: Annotated[bool, typer.Option(help=words.of("uploadProgram", "flash"))] = False,
     url: Url = LOCAL,
     key_file: KeyFile = None,
 ) -> None:
@@ -66,7 +66,7 @@ def upload(
     typer.echo(record["stored"])
 
 
-@program.command()
+@program.command(cls=words.Command)
 def download(body: Body, url: Url = LOCAL, key_file: KeyFile = None) -> None:
     """Print the program that a body holds in RAM."""
     client = Client.at(url, key_file)
@@ -74,12 +74,12 @@ def download(body: Body, url: Url = LOCAL, key_file: KeyFile = None) -> None:
     typer.echo(program["source"], nl=False)
 
 
-@program.command()
+@program.command(cls=words.Command)
 def run(
     body: Body,
-    label: Annotated[str | None, typer.Option(help="Begin at a label, written without its `*`.")] = None,
+    label: Annotated[str | None, typer.Option(help=words.of("runProgram", "label"))] = None,
     address: Annotated[int | None, typer.Option(min=0, max=LAST_ADDRESS, help="Begin at an address.")] = None,
-    step: Annotated[bool, typer.Option(help="Execute one instruction only.")] = False,
+    step: Annotated[bool, typer.Option(help=words.of("runProgram", "single_step"))] = False,
     wait: Annotated[float, typer.Option(min=0, max=60, help="Seconds to wait for its end.")] = 0,
     url: Url = LOCAL,
     key_file: KeyFile = None,

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from app import completion, exits
+from app import completion, exits, words
 from app.client import LOCAL, Client, Json, KeyFile, Url, exit_of_stop
 from app.exits import Failure
 from app.output import json_text
@@ -25,7 +25,7 @@ def stop(
             autocompletion=completion.addresses,
         ),
     ] = None,
-    mode: Annotated[StopMode, typer.Option(help="Decelerating, or at once.")] = "decelerate",
+    mode: Annotated[StopMode, typer.Option(help=words.of("stopAll", "mode"))] = "decelerate",
     url: Url = LOCAL,
     key_file: KeyFile = None,
     as_json: Json = False,

@@ -7,7 +7,7 @@ from urllib.parse import urlencode
 
 import typer
 
-from app import exits
+from app import exits, words
 from app.client import LOCAL, Client, Json, KeyFile, Url
 from app.commands.watch import follow
 
@@ -16,13 +16,9 @@ _DIRECTIONS: Final = {"tx": "->", "rx": "<-"}
 
 def trace(
     line: Annotated[str, typer.Argument(help="The line, as the configuration names it.")],
-    bodies: Annotated[
-        str | None, typer.Option(help="Only what is about these bodies, joined by commas: 3F,01.")
-    ] = None,
-    request: Annotated[
-        str | None, typer.Option(help="Only what this request has sent (its X-Request-Id), and the answers.")
-    ] = None,
-    last: Annotated[int, typer.Option(min=1, max=10_000, help="So many of the newest records.")] = 100,
+    bodies: Annotated[str | None, typer.Option(help=words.of("getTrace", "bodies"))] = None,
+    request: Annotated[str | None, typer.Option(help=words.of("getTrace", "request_id"))] = None,
+    last: Annotated[int, typer.Option(min=1, max=10_000, help=words.of("getTrace", "limit"))] = 100,
     follow_on: Annotated[bool, typer.Option("--follow", help="Go on with what comes, until Ctrl-C.")] = False,
     url: Url = LOCAL,
     key_file: KeyFile = None,

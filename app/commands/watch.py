@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import httpx
 import typer
 
-from app import exits
+from app import exits, words
 from app.client import ANSWER_S, LOCAL, Client, Json, KeyFile, Url, refusal, why_not_reached
 from app.exits import Failure
 from app.output import Row, json_text, table
@@ -83,7 +83,7 @@ def watch(
     bodies: Annotated[
         str | None, typer.Option(help="Only these: addresses or names joined by commas, 3F,lift,r1.")
     ] = None,
-    types: Annotated[str | None, typer.Option(help="Only these types: body.move.*,line.down.")] = None,
+    types: Annotated[str | None, typer.Option(help=words.of("listEvents", "types"))] = None,
     sample: Annotated[
         float | None, typer.Option(min=0.1, max=50, help="Live values too, so many times a second at most.")
     ] = None,

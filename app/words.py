@@ -1,0 +1,51 @@
+"""Words of the rows of the door, where the command line says the same thing.
+
+The table takes half a second to load: it is read when help is shown, and no command waits for it.
+"""
+
+from typing import Any, Final
+
+from typer.core import TyperCommand
+
+_FROM_ROW: Final = "\0"
+
+
+def of(operation: str, member: str) -> str:
+    """The help of an option that is a member of an operation's request, or a parameter of its query."""
+    return f"{_FROM_ROW}{operation}.{member}"
+
+
+class Command(TyperCommand):
+    """A command whose options may have the words of rows."""
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Show the help."""
+        self._put_words_in()
+        super().format_help(ctx, formatter)
+
+    def shell_complete(self, ctx: Any, incomplete: str) -> Any:
+        """Complete what is typed; shells show the help of options beside them."""
+        if incomplete.startswith("-"):
+            self._put_words_in()
+        return super().shell_complete(ctx, incomplete)
+
+    def _put_words_in(self) -> None:
+        for it in self.params:
+            text = getattr(it, "help", None)
+            if text is not None and text.startswith(_FROM_ROW):
+                it.help = told(*text.removeprefix(_FROM_ROW).split("."))  # type: ignore[attr-defined]  # it has one
+
+
+def told(operation: str, member: str) -> str:
+    """What the row of an operation says of a member of its request, or of a parameter.
+
+    :raises KeyError: it has none of this name.
+    :raises ValueError: there is no such operation.
+    """
+    from gateway.door import operations
+
+    [row] = (it for it in operations() if it.name == operation)
+    if row.request is not None and member in row.request.model_fields:
+        return str(row.request.model_fields[member].description)
+    [field] = (it for it in row.parameters[member].annotation.__metadata__ if it.description)
+    return str(field.description)
