@@ -92,11 +92,6 @@ def commented(text: str, comment: str) -> str:
     return f"{text:<{COMMENT_COLUMN - 1}} ; {comment}\n"
 
 
-def plain_number(value: float, decimals: int) -> str:
-    """A number with up to so many decimals, never with an exponent."""
-    return f"{value:.{decimals}f}".rstrip("0").rstrip(".")
-
-
 def section(name: str, lines: Iterable[str]) -> str:
     """A section with its heading."""
     return f"\n[{name}]\n{''.join(lines)}"

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from pydantic import ValidationError
 
-from gateway.core.backup_text import Line, Part, commented, parts_of, plain_number, refuse, section
+from gateway.core.backup_text import Line, Part, commented, parts_of, refuse, section
 from gateway.core.errors import Misplaced
 from gateway.core.readings import Progress
 from gateway.core.restore_record import Difference
@@ -21,7 +21,7 @@ from gateway.fics.units import RobotUnit
 from protocols.fics.notation import Quantity
 from protocols.fics.positions import LAST_POSITION, UploadPosition
 from protocols.fics.variables import LAST_VARIABLE, GetVariable, SetVariable
-from protocols.wording import sentence
+from protocols.wording import plain_number, sentence
 
 KIND = "robot"
 VARIABLES = "variables"

@@ -5,9 +5,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema, model_validator
 
-from gateway.core.backup_text import plain_number
 from gateway.core.errors import InvalidRequest
 from gateway.core.records import RequestModel, example
+from protocols.wording import plain_number
 
 Per = Literal["", "/s", "/s2"]
 Unit = Literal["pulse", "mm", "um", "deg", "mdeg"]
