@@ -19,11 +19,11 @@ from api.common.security import SameSite
 from api.console import pages as console
 from api.front import documents
 from gateway.door.admission import Credentials
-from gateway.door.health import VERSION
 from gateway.door.keys import Keys
 from gateway.door.metrics import metrics_of
 from gateway.door.opening import Plant
 from gateway.door.remedies import calls_for
+from gateway.door.system import VERSION
 from gateway.door.table import Right, operations_of
 from gateway.door.traffic import Traffic
 

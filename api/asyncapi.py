@@ -8,7 +8,7 @@ from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
 from gateway.door.event_models import EVENT_TYPES, CloudEvent, EventType, Telemetry, name_of
-from gateway.door.health import VERSION
+from gateway.door.system import VERSION
 
 _ROOT = Path(__file__).parent.parent
 PATH = _ROOT / "openapi" / "asyncapi.yaml"

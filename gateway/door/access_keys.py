@@ -1,4 +1,4 @@
-"""Keys, as an administrator makes and revokes them: each time everybody who follows the gateway is told."""
+"""Keys and sessions as an administrator sees and ends them; of each change of keys an event tells."""
 
 import asyncio
 from functools import partial
@@ -6,6 +6,7 @@ from typing import Annotated, Final
 
 from pydantic import BaseModel, Field
 
+from gateway.access.grants import SessionInfo
 from gateway.access.keys import (
     LONGEST_S,
     OVERLAP_S,
@@ -28,6 +29,7 @@ from gateway.wind_down import SUBJECT
 from protocols.wording import as_given
 
 ROWS: Final = Rows("access keys")
+SESSIONS: Final = Rows("sessions")
 KeyName = Annotated[str, Field(max_length=64, description="The name of a key.", examples=["mes"])]
 
 
@@ -201,3 +203,36 @@ def _of(key: KeyInfo) -> dict[str, object]:
 
 def _ending(key: KeyInfo) -> str | None:
     return None if key.expires_at is None else key.expires_at.isoformat()
+
+
+SessionId = Annotated[str, Field(max_length=64, description="The id of a session.")]
+
+
+class SessionList(BaseModel):
+    """Sessions, the one that was used last first."""
+
+    sessions: list[SessionInfo]
+
+
+@SESSIONS.get("/access/sessions", Right.ADMIN)
+async def list_sessions(plant: Plant) -> SessionList:
+    """List who has signed in with a browser, from where, and when the session was last used."""
+    return SessionList(sessions=list(plant.sessions.all()))
+
+
+@SESSIONS.delete("/access/sessions/{session_id}", Right.ADMIN, whole_plant=True)
+async def end_session(plant: Plant, session_id: SessionId) -> SessionInfo:
+    """End a session: its next request is refused, and its event streams end within 5 s."""
+    for ended in plant.sessions.end_by(id=session_id):
+        return ended
+    raise NotFound(f"There is no session {as_given(session_id)}, or it has ended.")
+
+
+@SESSIONS.delete("/access/sessions", Right.ADMIN)
+async def end_sessions(
+    plant: Plant,
+    *,
+    key: Annotated[str, Field(min_length=1, max_length=256, description="The name of a key.")],
+) -> SessionList:
+    """End all sessions of a key, which stays good, and list them."""
+    return SessionList(sessions=list(plant.sessions.end_by(name=key)))

@@ -1,4 +1,4 @@
-"""The gateway itself: who asks it, and how open it is."""
+"""The gateway itself: which version it is, who asks it, and how open it is."""
 
 from typing import Annotated, Final, Literal
 
@@ -10,8 +10,10 @@ from gateway.access.roles import RIGHTS_OF, Role
 from gateway.core.operation import Rows
 from gateway.core.rights import Right
 from gateway.plant import Plant
+from gateway.version import VERSION as VERSION  # front ends ask for it here
 
 ROWS: Final = Rows("system")
+HEALTH: Final = Rows("health")
 
 
 class Weakened(BaseModel):
@@ -71,3 +73,16 @@ async def get_posture(plant: Plant) -> Posture:
             for it in weakened(config)
         ],
     )
+
+
+class Version(BaseModel):
+    """What is running here."""
+
+    name: str
+    version: str = Field(description="Semantic version of the gateway.")
+
+
+@HEALTH.get("/version", Right.OPEN)
+async def version() -> Version:
+    """Tell the version."""
+    return Version(name="motion-gateway", version=VERSION)
