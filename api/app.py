@@ -6,7 +6,7 @@ from typing import Any, Final
 from fastapi import FastAPI, HTTPException
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from api import catalogue, health, sign_in, streams, tickets, walker
+from api import by_hand, sign_in, streams, walker
 from api.common import problems, schemas
 from api.common.access import Access
 from api.common.entrance import Entrance, open_to
@@ -112,11 +112,11 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     app.state.traffic = traffic = Traffic()
     app.state.metrics = metrics_of(plant, traffic)
     problems.install(app, partial(calls_for, plant))
-    by_hand = [it for module in (catalogue, health, streams, tickets) for it in module.router.routes]
+    written = [it for router in (*by_hand.ROUTERS, streams.router) for it in router.routes]
     operations = operations_of(map(type, plant.families.values()))
-    rows = walker.routes(operations, [it for it in by_hand if isinstance(it, HttpRoute)])
+    rows = walker.routes(operations, [it for it in written if isinstance(it, HttpRoute)])
     # Side by side instead of included, so that one index finds them all; and before the docs.
-    app.router.routes[:0] = [*rows, *(it for it in by_hand if not isinstance(it, HttpRoute))]
+    app.router.routes[:0] = [*rows, *(it for it in written if not isinstance(it, HttpRoute))]
     documents.install(app, root_path)
     console.install(app)
     app.routes.extend(sign_in.routes())

@@ -6,14 +6,7 @@ from typing import Any
 
 from fastapi import Request, Response
 
-from gateway.door.table import names_in
-
 Endpoint = Callable[..., Coroutine[Any, Any, Response]]
-
-
-def names_of(path: str, known: Mapping[str, Any]) -> dict[str, Any]:
-    """Give the parameters in a path their types; those that are not `known` are text."""
-    return {name: known.get(name, str) for name in names_in(path)}
 
 
 def taking(endpoint: Endpoint, parameters: Mapping[str, Any]) -> Endpoint:

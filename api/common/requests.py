@@ -12,7 +12,6 @@ from starlette.requests import HTTPConnection
 from api.common.access import Access
 from api.common.routes import HttpRoute, Router
 from api.common.strict_json import StrictRoute
-from gateway.door.caller import current
 from gateway.door.opening import Plant
 from gateway.door.table import MAX_WAIT_S
 
@@ -22,10 +21,6 @@ _WAIT = re.compile(r'(?:^|[,;])\s*wait\s*=\s*"?(\d{1,9}(?:\.\d+)?)"?\s*(?:$|[,;]
 def new_router(tag: str, route_class: type[HttpRoute] = StrictRoute) -> Router:
     """Make a router, for strict JSON if nothing else is said."""
     return Router(tag, route_class)
-
-
-origin = current
-"""The sender of the request that is served: all of it is done in that name."""
 
 
 def plant_of(request: HTTPConnection) -> Plant:
@@ -38,11 +33,6 @@ def access_of(request: HTTPConnection) -> Access:
     """What the app lets in."""
     access: Access = request.scope["app"].state.access
     return access
-
-
-def is_seen(request: Request, address: str) -> bool:
-    """Whether the caller may see this in a list: keys with a scope see what it covers."""
-    return access_of(request).sees(address)
 
 
 def wait_s(request: Request, wait: float | None) -> float:

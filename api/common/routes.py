@@ -117,18 +117,6 @@ class Router:
         """Register the function below for POST."""
         return self._registering("POST", path, right, options)
 
-    def put(self, path: str, right: Right, **options: Any) -> Callable[[Endpoint], Endpoint]:
-        """Register the function below for PUT."""
-        return self._registering("PUT", path, right, options)
-
-    def patch(self, path: str, right: Right, **options: Any) -> Callable[[Endpoint], Endpoint]:
-        """Register the function below for PATCH."""
-        return self._registering("PATCH", path, right, options)
-
-    def delete(self, path: str, right: Right, **options: Any) -> Callable[[Endpoint], Endpoint]:
-        """Register the function below for DELETE."""
-        return self._registering("DELETE", path, right, options)
-
     def websocket(self, path: str, right: Right) -> Callable[[Endpoint], Endpoint]:
         """Register the function below for a WebSocket."""
 

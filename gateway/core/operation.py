@@ -246,6 +246,7 @@ def operation(tag: str, verb: Verb, path: str, right: Right, run: Run, **told: A
     if len(requests) > 1:
         raise TypeError(f"{name} takes two requests: {requests}")
     request = requests[0] if requests else None
+    returned = signature(run).return_annotation
     described = {
         "title": name.replace("_", " ").title(),
         "description": getdoc(run) or "",
@@ -253,7 +254,7 @@ def operation(tag: str, verb: Verb, path: str, right: Right, run: Run, **told: A
         "leased": right in LEASED,
         "request_optional": request is not None and request.default is not Parameter.empty,
         "any_scope": False,
-        "result": signature(run).return_annotation,
+        "result": str if returned is Text else returned,
         **told,
     }
     return Operation(

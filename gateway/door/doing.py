@@ -5,10 +5,9 @@ from functools import partial
 
 from gateway.core.errors import NotAllowed
 from gateway.core.move_record import START_WITHIN_S
-from gateway.core.origin import Origin
 from gateway.core.own_faults import twice
 from gateway.core.rights import RIGHT_OF
-from gateway.core.targets import Answer, AnyCommand, Result
+from gateway.core.targets import AnyCommand, Result
 from gateway.door.caller import for_caller, require
 from gateway.plant import Plant
 from protocols.table import Effect
@@ -40,17 +39,6 @@ async def do(
 
 def _stop_by(plant: Plant, target: str, command: AnyCommand) -> Awaitable[Result]:
     return plant.target(target).stop_by(command)
-
-
-async def ask(plant: Plant, caller: Origin, target: str, command: AnyCommand) -> Answer:
-    """Carry out a command to one controller that neither moves nor stops it, and give its answer.
-
-    :raises GatewayError: it was refused, not sent, or not answered.
-    """
-    answer = await do(plant, caller, target, command)
-    if not isinstance(answer, Answer):
-        raise TypeError(f"{command.name()} is not only asked")
-    return answer
 
 
 def read_text(plant: Plant, target: str, text: str) -> AnyCommand:

@@ -10,7 +10,7 @@ import pytest
 from gateway.core.errors import ControllerRefused, NotFound
 from gateway.core.origin import Origin
 from gateway.door.audit import Deed, Wanted, deeds
-from gateway.door.doing import ask, do
+from gateway.door.doing import do
 from gateway.door.stopping import stop
 from gateway.plant import Plant
 from protocols.rorze.moves import MoveClockwise
@@ -29,8 +29,8 @@ async def found(plant: Plant, limit: int = 100, **wanted: object) -> list[Deed]:
 
 async def work(plant: Plant) -> None:
     await asyncio.sleep(SET_UP_S)
-    await ask(plant, PAT, "/bodies/3F", GetMaximumSpeed(speed_set=None))
-    await ask(plant, PAT, "/bodies/3F", SetMaximumSpeed(speed_set=None, speed=5000))
+    await do(plant, PAT, "/bodies/3F", GetMaximumSpeed(speed_set=None))
+    await do(plant, PAT, "/bodies/3F", SetMaximumSpeed(speed_set=None, speed=5000))
     await do(plant, KIM, "/bodies/00", MoveClockwise(distance=500), 60.0)
     await stop(plant, PAT, "/bodies/00", "immediate")
 

@@ -293,7 +293,7 @@ async def test_reading_a_body_leaves_the_wire_no_rest_and_others_are_served() ->
         reading = asyncio.create_task(read(it))
         for _ in range(50):
             asked = now()
-            await doing.ask(it.plant, ME, "/bodies/3F", GetPosition())
+            await doing.do(it.plant, ME, "/bodies/3F", GetPosition())
             taken.append(now() - asked)
             await asyncio.sleep(0.2)
         await reading
@@ -336,7 +336,7 @@ async def test_nothing_else_changes_a_body_meanwhile_and_reads_are_served_at_onc
         now, taken = asyncio.get_running_loop().time, []
         for _ in range(50):
             began = now()
-            await doing.ask(it.plant, ME, "/bodies/3F", GetPosition())
+            await doing.do(it.plant, ME, "/bodies/3F", GetPosition())
             taken.append(now() - began)
             await asyncio.sleep(0.1)
         assert max(taken) < 0.25

@@ -135,7 +135,7 @@ async def test_while_a_program_is_uploaded_nothing_else_changes_it_and_reads_are
         now, taken = asyncio.get_running_loop().time, []
         for _ in range(50):
             began = now()
-            await doing.ask(it.plant, ME, "/bodies/3F", GetPosition())
+            await doing.do(it.plant, ME, "/bodies/3F", GetPosition())
             taken.append(now() - began)
             await asyncio.sleep(0.1)
         assert max(taken) < 0.25
@@ -354,7 +354,7 @@ async def teach_speeds(it: Rig) -> None:
         SetMaximumSpeed(speed=50_000),
         SetMaximumAcceleration(acceleration=100_000),
     ):
-        await doing.ask(it.plant, ME, "/bodies/3F", command)
+        await doing.do(it.plant, ME, "/bodies/3F", command)
 
 
 @in_virtual_time

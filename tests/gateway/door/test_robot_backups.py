@@ -52,7 +52,7 @@ def test_a_robot_is_brought_back_to_its_backup(mode: int) -> None:
         async with fics_rig(units=2, mode=mode) as it:
             teach(it)
             await it.robot.change(SetVariable(number=5, value=-3.5))
-            await doing.ask(it.plant, ME, "/robots/r1/units/2", SetSpeedPercent(percents=[40.0]))
+            await doing.do(it.plant, ME, "/robots/r1/units/2", SetSpeedPercent(percents=[40.0]))
             text = await read(it)
             for line in (
                 "V05 -3.5",
@@ -66,7 +66,7 @@ def test_a_robot_is_brought_back_to_its_backup(mode: int) -> None:
             it.fics.units[1].positions.clear()
             it.fics.units[1].positions[3] = (1.0, 1.0, 1.0)
             await it.robot.change(SetVariable(number=5, value=0.0))
-            await doing.ask(it.plant, ME, "/robots/r1/units/2", SetSpeedPercent(percents=[70.0]))
+            await doing.do(it.plant, ME, "/robots/r1/units/2", SetSpeedPercent(percents=[70.0]))
             plan = await planned(it, text)
             told = [(found.section, found.name, found.wanted, found.held) for found in plan.differences]
             assert told == [
@@ -106,7 +106,7 @@ async def test_nobody_else_changes_or_moves_the_robot_meanwhile() -> None:
         begun = await restored(it, SMALL, wait_s=0.0)
         assert begun.status == "running"
         with pytest.raises(BodyBusy, match="A backup is being restored"):
-            await doing.ask(it.plant, OTHER, "/robots/r1/units/1", SetSpeedPercent(percents=[70.0]))
+            await doing.do(it.plant, OTHER, "/robots/r1/units/1", SetSpeedPercent(percents=[70.0]))
         with acting(OTHER), pytest.raises(BodyBusy, match="A backup is being restored"):
             await backups.text(backups.of_robot(it.plant, "r1"))
         with pytest.raises(BodyBusy, match="A backup is being restored"):
