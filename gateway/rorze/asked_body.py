@@ -101,6 +101,16 @@ class Resting(Protocol):
 class AskedBody(Protocol):
     """One RC-420 axis controller."""
 
+    number: int
+    """Its number on the line."""
+    scale: Scale | None
+    """Its pulses in a unit; None: not configured."""
+    input_names: Mapping[int, str]
+    """The names of its inputs, by their numbers."""
+    sent_count: int
+    """Counts the commands sent to it that are no reads."""
+    poll_interval_s: float
+    """While it has a move, its state is asked for this often."""
     changing: asyncio.Lock
     """Held while its settings are being changed."""
 
@@ -109,20 +119,8 @@ class AskedBody(Protocol):
         """The line that it is on."""
 
     @property
-    def number(self) -> int:
-        """Its number on the line."""
-
-    @property
     def address(self) -> str:
         """Its address that is always unique, such as `LINE.3F`."""
-
-    @property
-    def scale(self) -> Scale | None:
-        """Its pulses in a unit; None: not configured."""
-
-    @property
-    def input_names(self) -> Mapping[int, str]:
-        """The names of its inputs, by their numbers."""
 
     @property
     def flash(self) -> InFlash:
@@ -135,14 +133,6 @@ class AskedBody(Protocol):
     @property
     def mark(self) -> PowerMark:
         """What shows that it has kept its power."""
-
-    @property
-    def sent_count(self) -> int:
-        """Counts the commands sent to it that are no reads."""
-
-    @property
-    def poll_interval_s(self) -> float:
-        """While it has a move, its state is asked for this often."""
 
     @property
     def move(self) -> object | None:
