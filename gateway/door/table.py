@@ -40,6 +40,7 @@ from gateway.door.commands import rows_of
 from gateway.families import FAMILIES
 
 __all__ = [
+    "FAMILIES",
     "LEASED",
     "MAX_WAIT_S",
     "SECTIONS",
