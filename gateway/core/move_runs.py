@@ -3,13 +3,13 @@
 import asyncio
 import logging
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Coroutine, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Coroutine, Sequence
 from datetime import UTC, datetime
 from functools import partial
 from typing import Any, Generic, TypeVar, cast
 
 from gateway.core.errors import GatewayError
+from gateway.core.events import Event
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import MoveError, MoveRecord, MoveStatus
 from gateway.core.next_calls import NextCall
@@ -43,8 +43,8 @@ class MoveRuns(ABC, Generic[W, M]):
         """The move that is not over yet."""
 
     @abstractmethod
-    def _publish(self, news: str, who: W, move: M, /) -> str:
-        """Tell the news of a move, and give the cursor of its event."""
+    def _publish(self, news: str, who: W, move: M, /) -> Event:
+        """Tell the news of a move."""
 
     @abstractmethod
     def _free(self, who: W) -> None:
@@ -95,19 +95,24 @@ class MoveRuns(ABC, Generic[W, M]):
 
     # beginning
 
-    @contextmanager
-    def _giving_up(self, give_up: GiveUp) -> Iterator[None]:
-        """Where a fault of the gateway itself comes before a move is seen through, it is given up."""
+    async def _start(
+        self,
+        moves: Sequence[tuple[W, M]],
+        work: Callable[[], Coroutine[Any, Any, None]],
+        beginning: Beginning,
+    ) -> GatewayError | None:
+        """Queue the moves of one command, see them through, and give its refusal; None when it is taken."""
+        give_up = partial(self._give_up, moves)
         try:
-            yield
+            for who, move in moves:
+                self.log.add(move)
+                move.event_cursor = self._publish("queued", who, move).cursor
+                self.log.on_change(move)
+            self._see_through(moves[0][1].id, work, beginning, give_up)
         except Exception:
             give_up("A fault of the gateway itself came before it was sent.")
             raise
-
-    def _queue(self, who: W, move: M) -> None:
-        self.log.add(move)
-        move.event_cursor = self._publish("queued", who, move)
-        self.log.on_change(move)
+        return await asyncio.shield(beginning)
 
     def _see_through(
         self,

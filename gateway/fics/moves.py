@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 from gateway.core.errors import GatewayError
+from gateway.core.events import Event
 from gateway.core.move_log import new_id
 from gateway.core.move_record import START_WITHIN_S
 from gateway.core.move_runs import MoveRuns
@@ -60,11 +61,7 @@ class RobotMoves(MoveRuns[MoveRun, RobotMove]):
         move = _new(robot, unit, command)
         run = MoveRun(robot, unit, command, move, self)
         robot.motion.begin_move(unit.number, move)
-        give_up = partial(self._give_up, [(run, move)])
-        with self._giving_up(give_up):
-            self._queue(run, move)
-            self._see_through(move.id, partial(run.make, start_within_s), run.begun, give_up)
-        refusal = await asyncio.shield(run.begun)
+        refusal = await self._start([(run, move)], partial(run.make, start_within_s), run.begun)
         if refusal is not None:
             end = end_of(unit, command, move.start_position or {}, move.target_position)
             await name_limits(unit, move.coordinates, end, refusal)
@@ -85,8 +82,8 @@ class RobotMoves(MoveRuns[MoveRun, RobotMove]):
     def _calls(self, who: MoveRun, error: GatewayError) -> Sequence[NextCall]:
         return calls_for_robot(error, who.robot.id, who.robot.line.id, who.unit.number)
 
-    def _publish(self, news: str, who: MoveRun, move: RobotMove) -> str:
-        return who.robot.publish(f"robot.move.{news}", move, who.unit, move.id).cursor
+    def _publish(self, news: str, who: MoveRun, move: RobotMove, /) -> Event:
+        return who.robot.publish(f"robot.move.{news}", move, who.unit, move.id)
 
     def _was_sent(self, who: MoveRun, move: RobotMove) -> None:
         began_at = move.sent_at or datetime.now(UTC)

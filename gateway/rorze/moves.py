@@ -14,6 +14,7 @@ from gateway.core.errors import (
     NotAllowed,
     restarted_in_motion,
 )
+from gateway.core.events import Event
 from gateway.core.journal.intents import OF_MOVES
 from gateway.core.move_log import new_id
 from gateway.core.move_record import START_WITHIN_S, Move, MoveKind, MoveStatus
@@ -49,7 +50,7 @@ class Moves(MoveRuns[Body, Move]):
 
     def __init__(
         self,
-        publish: Callable[[str, Body, Move], str],
+        publish: Callable[[str, Body, Move], Event],
         *,
         allow_endless_moves: bool = False,
         on_trajectory: Callable[[Body], None] = lambda _: None,
@@ -95,14 +96,14 @@ class Moves(MoveRuns[Body, Move]):
         for body in bodies:
             body.require_power(command)
         epoch = target.line.gate.epoch(target.number)
-        with self._giving_up(lambda why: self._give_up([(it, it.move) for it in bodies if it.move], why)):
-            moves = [self._new(body, target, command, kind or kind_of(command)) for body in bodies]
-            proofs = [MoveProof(body, move) for body, move in zip(bodies, moves, strict=True)]
-            run = _MoveRun(target, command, proofs, epoch, course or {}, on_sent)
-            running = partial(self._run, run, start_within_s)
-            give_up = partial(self._give_up, list(zip(bodies, moves, strict=True)))
-            self._see_through(moves[0].id, running, run.answered, give_up)
-        refusal = await asyncio.shield(run.answered)
+        moves = [(body, _new(body, target, command, kind or kind_of(command))) for body in bodies]
+        proofs = [MoveProof(body, move) for body, move in moves]
+        run = _MoveRun(target, command, proofs, epoch, course or {}, on_sent)
+        for body, move in moves:
+            body.move = move
+            body.line.followed += 1
+            body.free.clear()
+        refusal = await self._start(moves, partial(self._run, run, start_within_s), run.answered)
         if refusal is not None:
             if isinstance(target, Body):
                 await name_limits(target, command, refusal)
@@ -120,31 +121,13 @@ class Moves(MoveRuns[Body, Move]):
                 "Give a distance, or set allow_endless_moves in the configuration.",
             )
 
-    def _new(self, body: Body, target: Body | Group, command: RorzeCommand[Any], kind: MoveKind) -> Move:
-        now = datetime.now(UTC)
-        move = Move(
-            id=new_id(now),
-            body_id=body.address,
-            group_id=target.address if isinstance(target, Group) else None,
-            kind=kind,
-            command=command.code,
-            frame=target.line.frame_of(target.number, command),
-            created_at=now,
-            counted_in=body.counted_in,
-        )
-        body.move = move
-        body.line.followed += 1
-        body.free.clear()
-        self._queue(body, move)
-        return move
-
     def _move_of(self, who: Body) -> Move | None:
         return who.move
 
     def _calls(self, who: Body, error: GatewayError) -> Sequence[NextCall]:
         return calls_for_body(error, who.address)
 
-    def _publish(self, news: str, who: Body, move: Move) -> str:
+    def _publish(self, news: str, who: Body, move: Move, /) -> Event:
         return self._tell(f"body.move.{news}", who, move)
 
     def _free(self, who: Body) -> None:
@@ -313,6 +296,20 @@ class Moves(MoveRuns[Body, Move]):
             body.moved_unseen()
         if body.move is None or body.move.command == frame.code:
             body.announced()
+
+
+def _new(body: Body, target: Body | Group, command: RorzeCommand[Any], kind: MoveKind) -> Move:
+    now = datetime.now(UTC)
+    return Move(
+        id=new_id(now),
+        body_id=body.address,
+        group_id=target.address if isinstance(target, Group) else None,
+        kind=kind,
+        command=command.code,
+        frame=target.line.frame_of(target.number, command),
+        created_at=now,
+        counted_in=body.counted_in,
+    )
 
 
 def rested_at(move: Move) -> MotorState | None:

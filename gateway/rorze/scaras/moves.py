@@ -17,6 +17,7 @@ from gateway.core.errors import (
     NotFound,
     ShuttingDown,
 )
+from gateway.core.events import Event
 from gateway.core.journal.intents import OF_MOVES
 from gateway.core.lanes import Lane
 from gateway.core.move_log import new_id
@@ -70,7 +71,7 @@ class _Run:
 class ScaraMoves(MoveRuns[_Run, ScaraMove]):
     """All moves of all SCARA robots: those of their axes are watched over together."""
 
-    def __init__(self, moves: Moves, stops: Stops, publish: Callable[[str, ScaraMove], str]) -> None:
+    def __init__(self, moves: Moves, stops: Stops, publish: Callable[[str, ScaraMove], Event]) -> None:
         super().__init__()
         self._moves, self._stops, self._tell = moves, stops, publish
         self._runs: dict[Body, _Run] = {}
@@ -104,12 +105,8 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
         run = _Run(scara, move)
         scara.move = move
         answered: Beginning = asyncio.get_running_loop().create_future()
-        give_up = partial(self._give_up, [(run, move)])
-        with self._giving_up(give_up):
-            self._queue(run, move)
-            beginning = partial(self._begin, run, request, start_within_s, answered)
-            self._see_through(move.id, beginning, answered, give_up)
-        refusal = await asyncio.shield(answered)
+        beginning = partial(self._begin, run, request, start_within_s, answered)
+        refusal = await self._start([(run, move)], beginning, answered)
         if refusal is not None:
             raise refusal
         return move
@@ -380,7 +377,7 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
     def _calls(self, _who: _Run, error: GatewayError, /) -> Sequence[NextCall]:
         return error.next
 
-    def _publish(self, news: str, _who: _Run, move: ScaraMove, /) -> str:
+    def _publish(self, news: str, _who: _Run, move: ScaraMove, /) -> Event:
         return self._tell(news, move)
 
     def _free(self, who: _Run) -> None:

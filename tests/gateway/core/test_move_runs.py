@@ -3,17 +3,17 @@
 import asyncio
 from collections.abc import Sequence
 from datetime import UTC, datetime
+from functools import partial
 
 import pytest
 
 from gateway.core.errors import GatewayError, NoReply
+from gateway.core.events import Event
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.move_runs import Beginning, GiveUp, MoveRuns
-from gateway.core.next_calls import NextCall, get
+from gateway.core.next_calls import LINE_STATE, NextCall
 from gateway.core.verdicts import AtRest, Unbegun, judge
 from tests.gateway.rorze.far_end import virtual
-
-LOOK = get("/motor", "Look at it.", "確認します。")
 
 
 class Motor:
@@ -29,23 +29,25 @@ class Motors(MoveRuns[Motor, Move]):
     def _move_of(self, who: Motor) -> Move | None:
         return who.move
 
-    def _publish(self, news: str, who: Motor, _move: Move, /) -> str:
+    def _publish(self, news: str, who: Motor, _move: Move, /) -> Event:
         who.news += (news,)
-        return f"cursor {len(who.news)}"
+        return Event("epoch", len(who.news), f"body.move.{news}", "/motor", "{}")
 
     def _calls(self, _who: Motor, _error: GatewayError, /) -> Sequence[NextCall]:
-        return [LOOK]
+        return [LINE_STATE]
 
     def _free(self, who: Motor) -> None:
         who.move = None
 
-    def begin(self, motor: Motor) -> Move:
-        """Queue a move."""
-        now = datetime.now(UTC)
+    async def begin(self, motor: Motor) -> Move:
+        """Start a move that nothing is known of but its record."""
+        now, taken = datetime.now(UTC), asyncio.get_running_loop().create_future()
+        taken.set_result(None)
         motor.move = move = Move(
             id="m1", body_id="a.00", kind="relative", command="1+M", frame="", created_at=now
         )
-        self._queue(motor, move)
+        assert await self._start([(motor, move)], partial(asyncio.sleep, 0.0), taken) is None
+        await self.close()
         return move
 
     def follow(self, run: "Run", give_up: GiveUp) -> None:
@@ -131,13 +133,13 @@ async def test_nobody_waits_for_a_beginning_that_will_not_come() -> None:
 @virtual
 async def test_a_move_is_written_down_from_its_queue_to_its_end() -> None:
     runs, motor = Motors(), Motor()
-    move = runs.begin(motor)
-    assert (move.event_cursor, runs.log.under_way()) == ("cursor 1", [move])
+    move = await runs.begin(motor)
+    assert (move.event_cursor, runs.log.under_way()) == ("epoch-000000000001", [move])
     waiting = asyncio.create_task(runs.wait("m1", 9.0))
     for status in (MoveStatus.SENT, MoveStatus.MOVING):
         runs.advance(motor, move, status)
     assert move.sent_at is not None
-    assert motor.move is move
+    assert runs.log.under_way() == [move]
     runs.end(motor, move, judge(AtRest()))
     assert await waiting == move
     assert (move.status, move.end_cause, motor.move) == (MoveStatus.SUCCEEDED, "normal", None)
@@ -149,16 +151,16 @@ async def test_a_move_is_written_down_from_its_queue_to_its_end() -> None:
 @virtual
 async def test_the_error_of_a_move_names_the_calls_that_help() -> None:
     runs, motor = Motors(), Motor()
-    move = runs.begin(motor)
+    move = await runs.begin(motor)
     runs.end(motor, move, judge(Unbegun.WITHHELD, given=NoReply("a.00 did not answer.")))
     assert move.error is not None
-    assert (move.status, move.error.next) == (MoveStatus.CANCELLED, [LOOK])
+    assert (move.status, move.error.next) == (MoveStatus.CANCELLED, [LINE_STATE])
 
 
 @virtual
 async def test_a_move_that_is_over_is_not_given_up() -> None:
     runs, motor = Motors(), Motor()
-    move = runs.begin(motor)
+    move = await runs.begin(motor)
     runs.lose(motor, move)
     assert (move.status, move.evidence) == (MoveStatus.UNKNOWN, ["A fault."])
     runs.lose(motor, move)
@@ -179,7 +181,7 @@ async def test_after_a_restart_a_move_goes_on_unless_it_was_never_written(
     status: MoveStatus, begun: bool, goes_on: MoveStatus
 ) -> None:
     runs, motor = Motors(), Motor()
-    move = runs.begin(motor)
+    move = await runs.begin(motor)
     move.status = status
     assert runs.resume(motor, move, begun=begun) is (not goes_on.final)
     assert move.status is goes_on
