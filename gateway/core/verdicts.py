@@ -250,14 +250,47 @@ _ANY_PLACE: Final = ~Place(0)
 _AT_TARGET: Final = Place.TARGET | Place.TARGET_AS_BEFORE
 _OFF_TARGET: Final = Place.START | Place.ELSEWHERE | Place.WITHOUT_TARGET | Place.UNKNOWN
 """Where a stop, or another command, explains why it stands there."""
+_NOWHERE: Final = Place.WITHOUT_TARGET | Place.UNKNOWN
 _EXECUTED: Final = ~Begun.IN_DOUBT
 _PERHAPS_KEPT: Final = Power.KEPT | Power.UNPROVED
 _NOT_CONFIRMED: Final = Stop.NONE | Stop.SENT
 
+_RESTARTED: Final = Problem(
+    Cancelled,
+    "The gateway has ended before this could be sent; nothing was sent, and nothing is sent again.",
+    "Send the command again if it is still wanted.",
+)
+_OTHER_MEMBERS: Final = Problem(
+    Unproved,
+    "The gateway was restarted in the middle of the move, and {who} has other bodies now, or their moves are "
+    "not kept any more.",
+    "See where the {what} is before anything else.",
+)
+_SILENT: Final = Problem(
+    MoveFailed,
+    "{who} stopped answering in the middle of the move; it may still be moving.",
+    "Check its power and cable, stop it, and home it again.",
+)
 _OUT_OF_SIGHT: Final = Problem(
     Unproved,
     "{who} {unheard}; the move may have ended, or the {what} may still be moving.",
     "See that its line works, then read its status and position.",
+)
+_CAUSE: Final = Problem(
+    MoveFailed,
+    "The move of {who} was ended by {cause}; the {what} {stand} still.",
+    "Remove the cause, clear the controller's status, and home the axis if steps were lost.",
+)
+_ALARM: Final = Problem(
+    MoveFailed,
+    "An axis of {who} reports an alarm; the {what} {stand} still.",
+    "Read the errors of {controller}, remove the cause, then reset them.",
+)
+_NOT_IN_POSITION: Final = Problem(
+    MoveFailed,
+    "{who} has put out all pulses, and its servo drive was not in position within {waited_s:g} s: "
+    "{controller} gives CLR then, and the {what} may stand elsewhere than it counts.",
+    "See what holds the axis up, and home it before the next move to a place.",
 )
 _WITHOUT_POWER: Final = Problem(
     MoveFailed,
@@ -293,17 +326,26 @@ _UNPROVED_POWER: Final = _UNPROVED._replace(
     detail="{sending}; the {what} {stand} still, but {controller} may have lost its power on the way, and "
     "no place proves that it was done."
 )
+_MEMBERS: Final = Problem(
+    MoveFailed,
+    "The move of {who} failed{stopped}. {told}",
+    "Remove the cause, see where the {what} is, and bring it back by moves of single axes or by homing.",
+    "{moved}",
+)
 _STOOD_STILL: Final = "A stop was confirmed: the {what} stood still at {position}."
 _PROVES_NOTHING: Final = "The {what} {stand} {where}, which proves nothing."
+_NOTHING_TO_DO: Final = (
+    "The {what} {stand} at the target, where {they} stood before: there was nothing to do."
+)
+_WAS_NOT_EXECUTED: Final = "The {what} {stand} where {they} stood: the command was not executed."
 _NO_PROOF: Final = "Nothing proves how it has ended."
+_ENDED_UNSEEN: Final = "{announcer} has announced the end of a move; nobody could ask how it ended."
+_HEARD_STILL: Final = "The {what} {were} last heard to stand still at {position}."
 
 
-def _cycled(seen: str, look: str = "") -> Problem:
-    return Problem(MoveFailed, f"{{happened}} in the middle of the move; {seen}.", f"{look}{{acknowledge}}")
-
-
-def _out_of_sight(sight: Sight, heard: Heard, begun: Begun) -> Unseen:
-    return Unseen(sight, heard, _NOT_CONFIRMED, begun)
+def _cycled(seen: PowerCycle, told: str, look: str = "") -> Row:
+    problem = Problem(MoveFailed, f"{{happened}} in the middle of the move; {told}.", look + "{acknowledge}")
+    return Row(seen, MoveStatus.LOST, "power_cycled", problem)
 
 
 def _told(told: Told, stop: Stop = _ANY_STOP) -> AtRest:
@@ -319,7 +361,12 @@ def _unstopped(place: Place, begun: Begun, power: Power = _PERHAPS_KEPT) -> AtRe
     return _stands(place, begun, power, Stop.NONE)
 
 
+def _in_doubt(place: Place, power: Power = Power.KEPT) -> AtRest:
+    return _stands(place, Begun.IN_DOUBT, power)
+
+
 _S = MoveStatus
+_STOPPED: Final = _S.STOPPED, "stop_command"
 TABLES: Final[Mapping[str, Sequence[Row]]] = {
     "Never begun": (
         Row(Unbegun.REFUSED, _S.REJECTED, None, GIVEN),
@@ -328,122 +375,48 @@ TABLES: Final[Mapping[str, Sequence[Row]]] = {
             Unbegun.GATEWAY_ENDED,
             _S.CANCELLED,
             None,
-            Problem(
-                Cancelled,
-                "The gateway has ended before this could be sent; nothing was sent, and nothing is sent "
-                "again.",
-                "Send the command again if it is still wanted.",
-            ),
+            _RESTARTED,
             "The gateway has ended before the {begins}.",
         ),
     ),
     "Nobody follows it": (
-        Row(Unwatched.FAULT, _S.UNKNOWN, evidence="{why}"),
-        Row(
-            Unwatched.OTHER_MEMBERS,
-            _S.UNKNOWN,
-            None,
-            Problem(
-                Unproved,
-                "The gateway was restarted in the middle of the move, and {who} has other bodies now, or "
-                "their moves are not kept any more.",
-                "See where the {what} is before anything else.",
-            ),
-        ),
+        Row(Unwatched.FAULT, _S.UNKNOWN, None, "", "{why}"),
+        Row(Unwatched.OTHER_MEMBERS, _S.UNKNOWN, None, _OTHER_MEMBERS),
     ),
     "Switched off and on in the middle of the move, as it tells itself": (
-        Row(PowerCycle.STANDS, _S.LOST, "power_cycled", _cycled("its axes were seen to stand still since")),
-        Row(
-            PowerCycle.MOVES,
-            _S.LOST,
-            "power_cycled",
-            _cycled("its axes were seen to move since", "Stop it. "),
-        ),
-        Row(
+        _cycled(PowerCycle.STANDS, "its axes were seen to stand still since"),
+        _cycled(PowerCycle.MOVES, "its axes were seen to move since", "Stop it. "),
+        _cycled(
             PowerCycle.UNTOLD,
-            _S.LOST,
-            "power_cycled",
-            _cycled("it has not told since whether its axes stand still", "See that nothing moves. "),
+            "it has not told since whether its axes stand still",
+            "See that nothing moves. ",
         ),
     ),
     "Nobody can see its end": (
-        Row(
-            Unseen(_ANY_SIGHT, ~Heard(0), Stop.CONFIRMED, _ANY_BEGUN),
-            _S.STOPPED,
-            "stop_command",
-            evidence=_STOOD_STILL,
-        ),
+        Row(Unseen(_ANY_SIGHT, ~Heard(0), Stop.CONFIRMED, _ANY_BEGUN), *_STOPPED, "", _STOOD_STILL),
         *(
-            Row(_out_of_sight(_ANY_SIGHT, heard, begun), _S.UNKNOWN, None, error, evidence)
-            for heard, evidence in (
-                (
-                    Heard.END,
-                    "{announcer} has announced the end of a move; nobody could ask how it ended.",
-                ),
-                (Heard.STANDSTILL, "The {what} {were} last heard to stand still at {position}."),
+            Row(Unseen(sight, heard, _NOT_CONFIRMED, begun), status, None, error, evidence)
+            for sight, heard, status, problem, evidence in (
+                (_ANY_SIGHT, Heard.END, _S.UNKNOWN, _OUT_OF_SIGHT, _ENDED_UNSEEN),
+                (_ANY_SIGHT, Heard.STANDSTILL, _S.UNKNOWN, _OUT_OF_SIGHT, _HEARD_STILL),
+                (Sight.SILENT, Heard.NOTHING, _S.LOST, _SILENT, ""),
+                (Sight.OUT_OF_REACH, Heard.NOTHING, _S.UNKNOWN, _OUT_OF_SIGHT, ""),
             )
-            for begun, error in ((_EXECUTED, _OUT_OF_SIGHT), (Begun.IN_DOUBT, GIVEN))
+            for begun, error in ((_EXECUTED, problem), (Begun.IN_DOUBT, GIVEN))
         ),
-        Row(
-            _out_of_sight(Sight.SILENT, Heard.NOTHING, _EXECUTED),
-            _S.LOST,
-            None,
-            Problem(
-                MoveFailed,
-                "{who} stopped answering in the middle of the move; it may still be moving.",
-                "Check its power and cable, stop it, and home it again.",
-            ),
-        ),
-        Row(_out_of_sight(Sight.SILENT, Heard.NOTHING, Begun.IN_DOUBT), _S.LOST, None, GIVEN),
-        Row(_out_of_sight(Sight.OUT_OF_REACH, Heard.NOTHING, _EXECUTED), _S.UNKNOWN, None, _OUT_OF_SIGHT),
-        Row(_out_of_sight(Sight.OUT_OF_REACH, Heard.NOTHING, Begun.IN_DOUBT), _S.UNKNOWN, None, GIVEN),
     ),
     "It stands still, and the controller tells how it ended": (
-        Row(_told(Told.STOP), _S.STOPPED, "stop_command"),
-        Row(
-            _told(Told.CAUSE),
-            _S.FAILED,
-            "{cause}",
-            Problem(
-                MoveFailed,
-                "The move of {who} was ended by {cause}; the {what} {stand} still.",
-                "Remove the cause, clear the controller's status, and home the axis if steps were lost.",
-            ),
-        ),
+        Row(_told(Told.STOP), *_STOPPED),
+        Row(_told(Told.CAUSE), _S.FAILED, "{cause}", _CAUSE),
         Row(_told(Told.ERROR, Stop.NONE), _S.FAILED, "{cause}", GIVEN),
-        Row(_told(Told.ERROR, ~Stop.NONE), _S.STOPPED, "stop_command"),
-        Row(
-            _told(Told.ALARM),
-            _S.FAILED,
-            None,
-            Problem(
-                MoveFailed,
-                "An axis of {who} reports an alarm; the {what} {stand} still.",
-                "Read the errors of {controller}, remove the cause, then reset them.",
-            ),
-        ),
-        Row(
-            _told(Told.NOT_IN_POSITION),
-            _S.FAILED,
-            "not_in_position",
-            Problem(
-                MoveFailed,
-                "{who} has put out all pulses, and its servo drive was not in position within "
-                "{waited_s:g} s: {controller} gives CLR then, and the {what} may stand elsewhere than it "
-                "counts.",
-                "See what holds the axis up, and home it before the next move to a place.",
-            ),
-        ),
+        Row(_told(Told.ERROR, ~Stop.NONE), *_STOPPED),
+        Row(_told(Told.ALARM), _S.FAILED, None, _ALARM),
+        Row(_told(Told.NOT_IN_POSITION), _S.FAILED, "not_in_position", _NOT_IN_POSITION),
     ),
     "It stands still, and its place has to tell": (
         Row(_stands(_ANY_PLACE, _ANY_BEGUN, Power.LOST), _S.LOST, None, _WITHOUT_POWER),
-        Row(
-            _stands(_OFF_TARGET, _EXECUTED, stop=Stop.CONFIRMED),
-            _S.STOPPED,
-            "stop_command",
-            evidence=_STOOD_STILL,
-        ),
-        Row(_stands(_OFF_TARGET, _EXECUTED, stop=Stop.SENT), _S.STOPPED, "stop_command"),
+        Row(_stands(_OFF_TARGET, _EXECUTED, stop=Stop.CONFIRMED), *_STOPPED, "", _STOOD_STILL),
+        Row(_stands(_OFF_TARGET, _EXECUTED, stop=Stop.SENT), *_STOPPED),
         Row(_unstopped(_OFF_TARGET, Begun.REFUSED_IN_MOTION), _S.UNKNOWN, None, GIVEN),
         Row(_stands(_AT_TARGET, _EXECUTED, Power.KEPT), _S.SUCCEEDED, "normal"),
         Row(_stands(_AT_TARGET, _EXECUTED, Power.UNPROVED), _S.UNKNOWN, None, _POWER_IN_DOUBT),
@@ -459,63 +432,23 @@ TABLES: Final[Mapping[str, Sequence[Row]]] = {
         ),
         Row(_unstopped(Place.WITHOUT_TARGET, Begun.SEEN, Power.KEPT), _S.SUCCEEDED, "normal"),
         Row(_unstopped(Place.WITHOUT_TARGET, Begun.SEEN, Power.UNPROVED), _S.UNKNOWN, None, _POWER_IN_DOUBT),
-        Row(
-            _unstopped(Place.WITHOUT_TARGET | Place.UNKNOWN, Begun.ANSWERED | Begun.UNREFUSED),
-            _S.UNKNOWN,
-            None,
-            _UNPROVED,
-            _NO_PROOF,
-        ),
+        Row(_unstopped(_NOWHERE, Begun.ANSWERED | Begun.UNREFUSED), _S.UNKNOWN, None, _UNPROVED, _NO_PROOF),
         Row(_unstopped(Place.UNKNOWN, Begun.SEEN), _S.UNKNOWN, None, _UNPROVED_POWER, _NO_PROOF),
     ),
     "It stands still, and nobody knows whether it was begun": (
-        Row(_stands(Place.TARGET, Begun.IN_DOUBT, Power.KEPT), _S.SUCCEEDED, "normal"),
-        Row(
-            _stands(Place.TARGET_AS_BEFORE, Begun.IN_DOUBT, Power.KEPT),
-            _S.SUCCEEDED,
-            evidence="The {what} {stand} at the target, where {they} stood before: there was nothing to do.",
-        ),
-        Row(
-            _stands(Place.START, Begun.IN_DOUBT, Power.KEPT),
-            _S.FAILED,
-            "not_executed",
-            _NOT_EXECUTED,
-            "The {what} {stand} where {they} stood: the command was not executed.",
-        ),
-        Row(
-            _stands(~(_AT_TARGET | Place.START), Begun.IN_DOUBT, Power.KEPT),
-            _S.UNKNOWN,
-            None,
-            GIVEN,
-            _PROVES_NOTHING,
-        ),
-        Row(_stands(_ANY_PLACE, Begun.IN_DOUBT, Power.UNPROVED), _S.UNKNOWN, None, GIVEN, _PROVES_NOTHING),
+        Row(_in_doubt(Place.TARGET), _S.SUCCEEDED, "normal"),
+        Row(_in_doubt(Place.TARGET_AS_BEFORE), _S.SUCCEEDED, None, "", _NOTHING_TO_DO),
+        Row(_in_doubt(Place.START), _S.FAILED, "not_executed", _NOT_EXECUTED, _WAS_NOT_EXECUTED),
+        Row(_in_doubt(~(_AT_TARGET | Place.START)), _S.UNKNOWN, None, GIVEN, _PROVES_NOTHING),
+        Row(_in_doubt(_ANY_PLACE, Power.UNPROVED), _S.UNKNOWN, None, GIVEN, _PROVES_NOTHING),
     ),
     "Several that move as one": (
         Row(Worst.SUCCEEDED, _S.SUCCEEDED, "normal"),
-        Row(Worst.STOPPED, _S.STOPPED, "stop_command"),
-        *(
-            Row(
-                worst,
-                status,
-                "{cause}",
-                Problem(
-                    MoveFailed,
-                    "The move of {who} failed{stopped}. {told}",
-                    "Remove the cause, see where the {what} is, and bring it back by moves of single axes or "
-                    "by homing.",
-                    "{moved}",
-                ),
-            )
-            for worst, status in (
-                (
-                    Worst.CANCELLED | Worst.REJECTED | Worst.FAILED,
-                    _S.FAILED,
-                ),  # what one did not do, others did
-                (Worst.UNKNOWN, _S.UNKNOWN),
-                (Worst.LOST, _S.LOST),
-            )
-        ),
+        Row(Worst.STOPPED, *_STOPPED),
+        # What one did not do, others did.
+        Row(Worst.CANCELLED | Worst.REJECTED | Worst.FAILED, _S.FAILED, "{cause}", _MEMBERS),
+        Row(Worst.UNKNOWN, _S.UNKNOWN, "{cause}", _MEMBERS),
+        Row(Worst.LOST, _S.LOST, "{cause}", _MEMBERS),
     ),
 }
 """Every finding has exactly one row."""

@@ -1,12 +1,12 @@
 """The run of one move: sent at most once, followed to its end by what the robot itself says."""
 
 import asyncio
-from collections.abc import Callable
 from contextlib import suppress
 from datetime import UTC, datetime
 from typing import Any
 
 from gateway.core.errors import (
+    Cancelled,
     ControllerRefused,
     Expired,
     GatewayError,
@@ -19,6 +19,7 @@ from gateway.core.errors import (
 from gateway.core.journal.intents import OF_MOVES
 from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
+from gateway.core.move_runs import MoveRuns
 from gateway.core.origin import working
 from gateway.core.silence import Silence
 from gateway.core.verdicts import (
@@ -36,7 +37,7 @@ from gateway.core.verdicts import (
     judge,
 )
 from gateway.fics.axes import at_rest, in_trouble
-from gateway.fics.durations import PATIENCE, PATIENCE_S, Durations
+from gateway.fics.durations import PATIENCE, PATIENCE_S
 from gateway.fics.errors import (
     CANNOT_BE_CARRIED_OUT,
     IN_MOTION,
@@ -46,11 +47,11 @@ from gateway.fics.errors import (
     refused,
 )
 from gateway.fics.exchange import Answered, Outcome
-from gateway.fics.motion_state import Tell
-from gateway.fics.motions import Accepted, Motions, in_time
+from gateway.fics.motions import Accepted, in_time
 from gateway.fics.move_record import RobotMove
 from gateway.fics.power import ACKNOWLEDGE
 from gateway.fics.proofs import PlaceProof
+from gateway.fics.robot import Robot
 from gateway.fics.targets import require_known, target_of
 from gateway.fics.units import RobotUnit
 from gateway.fics.upload_state import OF_AN_END_IN_VAIN
@@ -73,28 +74,23 @@ VERIFY = Lane.VERIFY
 
 AT_TARGET = "The axes stand at the target."
 
-Advance = Callable[[RobotMove, MoveStatus, GatewayError | None], None]
-
 
 class MoveRun:
-    """One move on its way; `advance` alone changes its status."""
+    """One move on its way; `runs` write down how it goes."""
 
     def __init__(
         self,
+        robot: Robot,
         unit: RobotUnit,
         command: FicsCommand[Any],
         move: RobotMove,
-        motions: Motions,
-        durations: Durations,
-        advance: Advance,
-        publish: Tell,
+        runs: "MoveRuns[MoveRun, RobotMove]",
     ) -> None:
-        self._unit = unit
+        self.robot, self.unit = robot, unit
         self._command = command
         self._move = move
-        self._motions, self._line = motions, motions.line
-        self._durations = durations
-        self._advance, self._publish = advance, publish
+        self._motions, self._line = robot.motions, robot.line
+        self._runs = runs
         self._epoch = self._line.stop_epoch
         self.begun: asyncio.Future[GatewayError | None] = asyncio.get_running_loop().create_future()
         """Known when the robot has taken the command, or why it has not."""
@@ -114,12 +110,12 @@ class MoveRun:
         try:
             with (
                 preparing(self._move.robot_id, self._command),
-                self._motions.sending(self._command, self._unit),
+                self._motions.sending(self._command, self.unit),
             ):
                 await in_time(expires_at, self._wait_to_know_the_way())
                 accepted = await self._motions.begin(
                     self._command,
-                    self._unit,
+                    self.unit,
                     epoch=self._epoch,
                     expires_at=expires_at,
                     on_written=self._sent,
@@ -137,7 +133,7 @@ class MoveRun:
 
     async def take_over(self) -> None:
         """Follow a move of an earlier life, whose answer will not come, by what the axes do."""
-        self._motions.state.begin(self._command, self._unit.number)
+        self._motions.state.begin(self._command, self.unit.number)
         self._tell(None)
         try:
             await self._resolve(restarted_in_motion(self._move.robot_id))
@@ -146,7 +142,7 @@ class MoveRun:
 
     def _end(self, finding: Finding, error: GatewayError | None = None, **more: Any) -> None:
         """End the move by what was found, unless it is over."""
-        move, address = self._move, self._unit.address
+        move, address = self._move, self.unit.address
         if move.status.final:
             return
         reply = "and answered" if move.completion == "reply" else "and not answered"
@@ -156,9 +152,14 @@ class MoveRun:
             position=move.position,
             target=move.target_position,
         )
-        verdict = judge(finding, words._replace(**more), error)
-        verdict.write_down(move)
-        self._advance(move, verdict.status, verdict.error)
+        self._runs.end(self, move, judge(finding, words._replace(**more), error))
+
+    def withdraw(self, why: str) -> None:
+        """Nobody follows it any more: what is not written yet never is."""
+        cancelled = Cancelled(f"{why} Nothing was sent.", "Try again.")
+        self._line.cancel(lambda it: it.lane is Lane.COMMAND, cancelled)
+        if self.robot.motion.command is self._command:
+            self._motions.end()
 
     def _tell(self, refusal: GatewayError | None) -> None:
         if not self.begun.done():
@@ -167,7 +168,7 @@ class MoveRun:
     def _sent(self, now: float) -> None:
         if self._move.longest_s is not None:
             self._overdue_at = now + PATIENCE * self._move.longest_s + PATIENCE_S
-        self._advance(self._move, MoveStatus.SENT, None)
+        self._runs.advance(self, self._move, MoveStatus.SENT)
 
     # before
 
@@ -181,7 +182,7 @@ class MoveRun:
 
     async def _know_the_way(self) -> None:
         """Know where the axes stand and should come to: what the move needs, and what proves its end."""
-        unit, move = self._unit, self._move
+        unit, move = self.unit, self._move
         try:
             start = await unit.position(move.coordinates, Lane.COMMAND)
             stored = await self._stored()
@@ -197,13 +198,13 @@ class MoveRun:
         await require_known(unit, self._command, start, move.target_position)
         if move.target_position:
             target = move.target_position
-            move.longest_s = await self._durations.longest_s(unit, move.coordinates, start, target)
+            move.longest_s = await self.robot.durations.longest_s(unit, move.coordinates, start, target)
 
     async def _stored(self) -> list[float | None] | None:
         """The position it is to go to, if it goes by a number; the robot refuses one that is not set."""
         if not isinstance(self._command, MoveToPosition):
             return None
-        return await self._unit.stored(self._command.position, Lane.COMMAND)
+        return await self.unit.stored(self._command.position, Lane.COMMAND)
 
     # on the way
 
@@ -237,14 +238,14 @@ class MoveRun:
         """The axes were seen to move."""
         if self._move.status is MoveStatus.SENT:
             self._move.acknowledged_at = datetime.now(UTC)
-            self._advance(self._move, MoveStatus.MOVING, None)
+            self._runs.advance(self, self._move, MoveStatus.MOVING)
             self._tell(None)
         now = asyncio.get_running_loop().time()
         if self._overdue_at is not None and now > self._overdue_at:
             self._overdue_at = None
             self._move.evidence.append("It takes longer than its distance and speed account for.")
             told = self._move.model_dump(include={"longest_s", "request_id"}) | {"move_id": self._move.id}
-            self._publish("robot.move.overdue", told)
+            self.robot.publish("robot.move.overdue", told, self.unit, self._move.id)
 
     async def _rests_without_answer(self, accepted: Accepted) -> bool:
         """Whether the axes stand still for certain, and the answer, where there is one, stays away."""
@@ -267,7 +268,7 @@ class MoveRun:
         while not silence.too_long:
             axes = None
             try:
-                axes = list((await self._unit.status(VERIFY)).values())
+                axes = list((await self.unit.status(VERIFY)).values())
             except GatewayError as error:
                 silence.unanswered(loop.time(), silent=line.shows_silence(error))
             unasked_s = silence.silent_s + silence.out_of_reach_s
@@ -332,7 +333,7 @@ class MoveRun:
             f"It refused {self._move.command} as in motion ({error}), and had stood still: the line has "
             "doubled the command, or something else moves the axes."
         )
-        await self._resolve(refused_in_motion(self._unit.address, self._move.command))
+        await self._resolve(refused_in_motion(self.unit.address, self._move.command))
 
     async def _stands_as_before(self) -> bool:
         """Whether axes at rest have not been elsewhere: a stop may have brought them to rest."""
@@ -346,7 +347,7 @@ class MoveRun:
         move, target = self._move, self._move.target_position or {}
         unknown = {name: None for name in target if (move.start_position or {}).get(name) is None}
         if error == CANNOT_BE_CARRIED_OUT:
-            for axis, reason in (await self._unit.why_unknown(unknown)).items():
+            for axis, reason in (await self.unit.why_unknown(unknown)).items():
                 if reason == "not_homed":
                     return RefusedUnhomed(move.robot_id, self._command, axis)
         return refused(move.robot_id, self._command, error)
@@ -374,7 +375,7 @@ class MoveRun:
     async def _lost_power(self) -> bool:
         """Whether the move is lost with the power; the robot may prove that it was kept."""
         try:
-            self._power_kept = await self._motions.see_power(self._unit)
+            self._power_kept = await self._motions.see_power(self.unit)
         except PowerCycled:
             await self._status()  # it is lost with that
             return True
@@ -443,7 +444,7 @@ class MoveRun:
         """A place that cannot be read is not known: the one before proves nothing."""
         self._move.position = None
         with suppress(GatewayError):
-            self._move.position = await self._unit.position(self._move.coordinates, VERIFY)
+            self._move.position = await self.unit.position(self._move.coordinates, VERIFY)
 
     def _stopped(self) -> bool:
         """Whether a stop was sent since the move was admitted."""

@@ -11,6 +11,7 @@ from pydantic import Field
 from gateway.core.addresses import fits, none_such, numbered_address
 from gateway.core.alarms import Cause
 from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
+from gateway.core.events import Event
 from gateway.core.family import (
     Family,
     LeftMoving,
@@ -519,14 +520,14 @@ class Rorze(Family):
 
     # news
 
-    def _publish_move(self, kind: str, body: Body, move: Move) -> str:
+    def _publish_move(self, kind: str, body: Body, move: Move) -> Event:
         event = self.site.events.publish(kind, f"/bodies/{body.address}", move, correlation=move.id)
         survived("the move of a SCARA", partial(self.scara_moves.advanced, body, move))
-        return event.cursor
+        return event
 
-    def _publish_scara_move(self, what: str, move: ScaraMove) -> str:
+    def _publish_scara_move(self, what: str, move: ScaraMove) -> Event:
         subject = f"/scaras/{move.scara_id}"
-        return self.site.events.publish(f"scara.move.{what}", subject, move, correlation=move.id).cursor
+        return self.site.events.publish(f"scara.move.{what}", subject, move, correlation=move.id)
 
     def _publish_jog(self, what: str, body: Body, jog: BodyJog) -> None:
         self.site.events.publish(f"body.jog.{what}", f"/bodies/{body.address}", jog, correlation=jog.id)

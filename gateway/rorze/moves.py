@@ -14,13 +14,15 @@ from gateway.core.errors import (
     NotAllowed,
     restarted_in_motion,
 )
+from gateway.core.events import Event
 from gateway.core.journal.intents import OF_MOVES
-from gateway.core.move_log import MoveLog, new_id
-from gateway.core.move_record import START_WITHIN_S, Move, MoveError, MoveKind, MoveStatus
-from gateway.core.move_tasks import Beginning, MoveTasks, guarded
+from gateway.core.move_log import new_id
+from gateway.core.move_record import START_WITHIN_S, Move, MoveKind, MoveStatus
+from gateway.core.move_runs import Beginning, MoveRuns, guarded
+from gateway.core.next_calls import NextCall
 from gateway.core.origin import working
 from gateway.core.trajectories import Trajectories
-from gateway.core.verdicts import Unbegun, Unwatched, Verdict, Words, judge
+from gateway.core.verdicts import Unbegun, judge
 from gateway.core.waiting import together
 from gateway.rorze.bodies import Body, Group, MotorState, idle_bodies_of
 from gateway.rorze.calls import calls_for_body
@@ -43,42 +45,27 @@ WATCHED_S = 2.0
 """A body that is watched is asked alone this often."""
 
 
-class Moves:
-    """All moves of a plant: starts them, follows them, remembers them."""
+class Moves(MoveRuns[Body, Move]):
+    """All moves of bodies, and of groups of them."""
 
     def __init__(
         self,
-        publish: Callable[[str, Body, Move], str],
+        publish: Callable[[str, Body, Move], Event],
         *,
         allow_endless_moves: bool = False,
         on_trajectory: Callable[[Body], None] = lambda _: None,
     ) -> None:
+        super().__init__()
         self._on_trajectory = on_trajectory
         """Called when the trajectory of a move begins, or has ended."""
-        self._publish = publish
+        self._tell = publish
         self._allow_endless_moves = allow_endless_moves
-        self.log = MoveLog[Move]()
         self.trajectories = Trajectories[BodyTrajectory]()
-        self._tasks = MoveTasks()
         self._no_set_up_before: dict[Line, float] = {}
-
-    def get(self, move_id: str) -> Move:
-        """Find a move by its id.
-
-        :raises NotFound: there is none, or it is no longer kept.
-        """
-        return self.log.get(move_id)
 
     def of(self, body: Body) -> list[Move]:
         """The body's moves, newest first."""
         return self.log.of(body.address)
-
-    async def wait(self, move_id: str, timeout_s: float) -> Move:
-        """Give the move when it is over, or as it is when the time is up.
-
-        :raises NotFound: there is none, or it is no longer kept.
-        """
-        return await self.log.wait(move_id, timeout_s)
 
     async def start(
         self,
@@ -109,18 +96,14 @@ class Moves:
         for body in bodies:
             body.require_power(command)
         epoch = target.line.gate.epoch(target.number)
-        try:
-            moves = [self._new(body, target, command, kind or kind_of(command)) for body in bodies]
-            proofs = [MoveProof(body, move) for body, move in zip(bodies, moves, strict=True)]
-            run = _MoveRun(target, command, proofs, epoch, course or {}, on_sent)
-            running = partial(self._run, run, start_within_s)
-            give_up = partial(self._give_up, list(zip(bodies, moves, strict=True)))
-            self._tasks.add(moves[0].id, running, run.answered, give_up)
-        except Exception:
-            begun = [(body, body.move) for body in bodies if body.move is not None]
-            self._give_up(begun, "A fault of the gateway itself came before it was sent.")
-            raise
-        refusal = await asyncio.shield(run.answered)
+        moves = [(body, _new(body, target, command, kind or kind_of(command))) for body in bodies]
+        proofs = [MoveProof(body, move) for body, move in moves]
+        run = _MoveRun(target, command, proofs, epoch, course or {}, on_sent)
+        for body, move in moves:
+            body.move = move
+            body.line.followed += 1
+            body.free.clear()
+        refusal = await self._start(moves, partial(self._run, run, start_within_s), run.answered)
         if refusal is not None:
             if isinstance(target, Body):
                 await name_limits(target, command, refusal)
@@ -138,68 +121,28 @@ class Moves:
                 "Give a distance, or set allow_endless_moves in the configuration.",
             )
 
-    async def begun(self) -> None:
-        """Wait until every move that was asked for has been taken or refused."""
-        await self._tasks.begun()
+    def _move_of(self, who: Body) -> Move | None:
+        return who.move
 
-    def let_go(self) -> None:
-        """Give the waiters for moves what is known now."""
-        self.log.let_go()
+    def _calls(self, who: Body, error: GatewayError) -> Sequence[NextCall]:
+        return calls_for_body(error, who.address)
 
-    async def close(self) -> None:
-        """Stop following, once the lines are closed; the motors keep doing what they do."""
-        await self._tasks.close()
+    def _publish(self, news: str, who: Body, move: Move, /) -> Event:
+        return self._tell(f"body.move.{news}", who, move)
 
-    def _new(self, body: Body, target: Body | Group, command: RorzeCommand[Any], kind: MoveKind) -> Move:
-        now = datetime.now(UTC)
-        move = Move(
-            id=new_id(now),
-            body_id=body.address,
-            group_id=target.address if isinstance(target, Group) else None,
-            kind=kind,
-            command=command.code,
-            frame=target.line.frame_of(target.number, command),
-            created_at=now,
-            counted_in=body.counted_in,
-        )
-        body.move = move
-        body.line.followed += 1
-        body.free.clear()
-        self.log.add(move)
-        move.event_cursor = self._publish("body.move.queued", body, move)
-        self.log.on_change(move)
-        return move
+    def _free(self, who: Body) -> None:
+        who.move = who.trajectory = None
+        who.line.followed -= 1
+        who.free.set()
+        self._on_trajectory(who)
 
-    def _advance(self, body: Body, move: Move, status: MoveStatus, error: GatewayError | None = None) -> None:
-        """The only place where a move changes its status."""
-        move.counted_in = body.counted_in or move.counted_in
-        if error is not None:
-            move.error = MoveError.of(error, calls_for_body(error, body.address))
-        move.status = status
-        if status is MoveStatus.SENT:
-            move.sent_at = datetime.now(UTC)
-        if status.final:
-            move.ended_at = datetime.now(UTC)
-            body.move = body.trajectory = None
-            body.line.followed -= 1
-            body.free.set()
-            self.log.end(move)
-            self._on_trajectory(body)
-        self._publish(
-            "body.move.started" if status is MoveStatus.MOVING else f"body.move.{status}", body, move
-        )
-        self.log.on_change(move)
+    def _lose(self, who: Body, _why: str, /) -> None:
+        who.may_move()  # what is not written yet never is: no move stands for it
 
-    def _end(self, body: Body, move: Move, verdict: Verdict) -> None:
-        verdict.write_down(move)
-        self._advance(body, move, verdict.status, verdict.error)
-
-    def _give_up(self, moves: Sequence[tuple[Body, Move]], why: str) -> None:
-        """Nobody knows how they end; what is not written yet never is, for no move stands for it."""
-        for body, move in moves:
-            if body.move is move:
-                body.may_move()
-                self._end(body, move, judge(Unwatched.FAULT, Words(why=why)))
+    def advance(self, who: Body, move: Move, status: MoveStatus, error: GatewayError | None = None) -> None:
+        """Change the status of a move, and note what its positions are counted in."""
+        move.counted_in = who.counted_in or move.counted_in
+        super().advance(who, move, status, error)
 
     # from the queue to the reply
 
@@ -238,7 +181,7 @@ class Moves:
         def written(at: float) -> None:
             for proof in run.proofs:
                 proof.body.was_set_going(run.command)
-                self._advance(proof.body, proof.move, MoveStatus.SENT)
+                self.advance(proof.body, proof.move, MoveStatus.SENT)
                 run.on_sent(proof.move)
                 proof.body.trajectory = BodyTrajectory(proof.body, proof.move, run.command, at)
                 self.trajectories.begin(proof.move.id, proof.body.trajectory)
@@ -257,11 +200,11 @@ class Moves:
             if move.status is MoveStatus.SENT:
                 body.refused()
             asked_itself = result.address in (move.body_id, move.group_id)
-            self._end(body, move, judge(Unbegun.REFUSED if asked_itself else Unbegun.WITHHELD, given=result))
+            self.end(body, move, judge(Unbegun.REFUSED if asked_itself else Unbegun.WITHHELD, given=result))
         elif isinstance(result, NoReply):
             return
         elif isinstance(result, GatewayError):
-            self._end(body, move, judge(Unbegun.WITHHELD, given=result))
+            self.end(body, move, judge(Unbegun.WITHHELD, given=result))
         else:
             move.acknowledged_at = datetime.now(UTC)
 
@@ -273,33 +216,28 @@ class Moves:
         `tolerance` is by how many pulses it may miss its target.
         """
         body.line.followed += 1
-        if move.status is MoveStatus.QUEUED and not begun:
-            self._end(body, move, judge(Unbegun.GATEWAY_ENDED))
+        if not self._take_over(body, move, begun=begun, asked="the body"):
             return
-        if move.status is MoveStatus.QUEUED:
-            move.status = MoveStatus.SENT
-            move.evidence.append("The journal does not tell whether the command was written.")
-        move.evidence.append("The gateway was restarted in the middle of the move; the body was asked.")
         body.move = move
         body.free.clear()
         answered: Beginning = asyncio.get_running_loop().create_future()
         answered.set_result(None)
         proof = MoveProof(body, move, rested_at(move), tolerance, resumed=True)
-        following = partial(self._see_through, proof, restarted_in_motion(body.address))
-        self._tasks.add(move.id, following, answered, partial(self._give_up, [(body, move)]))
+        following = partial(self._follow_through, proof, restarted_in_motion(body.address))
+        self._see_through(move.id, following, answered, partial(self._give_up, [(body, move)]))
 
     # from the reply to the end
 
     async def _each_through(self, proof: MoveProof, result: "Reply | GatewayError") -> None:
         """See one of several moves through: a fault of the gateway itself at one ends no other."""
         give_up = partial(self._give_up, [(proof.body, proof.move)])
-        await guarded(proof.move.id, partial(self._see_through, proof, result), give_up)
+        await guarded(proof.move.id, partial(self._follow_through, proof, result), give_up)
 
-    async def _see_through(self, proof: MoveProof, result: "Reply | GatewayError") -> None:
+    async def _follow_through(self, proof: MoveProof, result: "Reply | GatewayError") -> None:
         if isinstance(result, NoReply):
             verdict = await proof.without_reply(result)
             if verdict is not None:
-                self._end(proof.body, proof.move, verdict)
+                self.end(proof.body, proof.move, verdict)
         elif not proof.move.status.final:
             await proof.body.end_seems_due(poll_s(proof.body.line))
         if not proof.move.status.final:
@@ -317,7 +255,7 @@ class Moves:
             asked_at, set_ups = asyncio.get_running_loop().time(), body.line.set_ups
             state = await proof.running()
             if state is None:
-                self._end(body, move, proof.given_up())
+                self.end(body, move, proof.given_up())
                 return
             move.position = state.position
             if not state.runs:
@@ -328,13 +266,13 @@ class Moves:
             if due:
                 body.end_due.clear()
             if move.status is MoveStatus.SENT:
-                self._advance(body, move, MoveStatus.MOVING)
+                self.advance(body, move, MoveStatus.MOVING)
             took_s = asyncio.get_running_loop().time() - asked_at
             pause_s = WATCHED_S if body.watched else body.poll_interval_s
             await body.end_seems_due(max(pause_s, follow_s(body.line) - took_s))
         move.completion = "frame" if body.move_ended.is_set() else "polling"
         body.stands()
-        self._end(body, move, await proof.at_rest(state))
+        self.end(body, move, await proof.at_rest(state))
         if move.completion == "polling" and move.status is not MoveStatus.LOST:
             await self._expect_end_frame(proof)
 
@@ -358,6 +296,20 @@ class Moves:
             body.moved_unseen()
         if body.move is None or body.move.command == frame.code:
             body.announced()
+
+
+def _new(body: Body, target: Body | Group, command: RorzeCommand[Any], kind: MoveKind) -> Move:
+    now = datetime.now(UTC)
+    return Move(
+        id=new_id(now),
+        body_id=body.address,
+        group_id=target.address if isinstance(target, Group) else None,
+        kind=kind,
+        command=command.code,
+        frame=target.line.frame_of(target.number, command),
+        created_at=now,
+        counted_in=body.counted_in,
+    )
 
 
 def rested_at(move: Move) -> MotorState | None:

@@ -16,7 +16,6 @@ from gateway.core.line import LineDriver
 from gateway.core.load import Load
 from gateway.core.loop_watch import SUSPENDED_S
 from gateway.core.move_record import MoveStatus
-from gateway.core.move_tasks import MoveTasks
 from gateway.core.origin import Claim, Origin
 from gateway.core.parts import Part
 from gateway.core.scheduler import Scheduler
@@ -30,6 +29,7 @@ from gateway.fics.jogs import Jogs
 from gateway.fics.motion_state import MotionState
 from gateway.fics.motions import Accepted
 from gateway.fics.move_runs import MoveRun
+from gateway.fics.moves import RobotMoves
 from gateway.fics.power import Power
 from gateway.fics.selection import Selection
 from gateway.fics.stops import RobotStops, _RobotStop
@@ -96,7 +96,7 @@ async def is_itself(it: Rig) -> None:
         (MoveProof, "running"),
         (MoveProof, "at_rest"),
         (Moves, "_write"),
-        (Moves, "_advance"),
+        (Moves, "advance"),
         (Stopping, "_is_proved"),
         (Stopping, "_repeat"),
         (Stopping, "tell"),
@@ -109,7 +109,7 @@ async def is_itself(it: Rig) -> None:
         (Stops, "under_way"),
         (_BodyStop, "submit"),
         (_BodyStop, "withdraw"),
-        (MoveTasks, "add"),
+        (Moves, "_see_through"),
         (Recorder, "record"),
     ],
     ids=named,
@@ -158,7 +158,7 @@ async def test_a_fault_amid_moves_and_stops_of_bodies_is_survived(
         (Jogs, "robot_stops"),
         (MotionState, "confirm_stop"),
         (Accepted, "was_refused"),
-        (MoveTasks, "add"),
+        (RobotMoves, "_see_through"),
     ],
     ids=named,
 )

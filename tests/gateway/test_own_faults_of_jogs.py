@@ -24,7 +24,7 @@ STOPPED_WITHIN_S = 2.0
 SEEN_WITHIN_S = 10.0
 OF_BODIES = [
     (Body, "was_set_going"),
-    (Moves, "_advance"),
+    (Moves, "advance"),
     (BodyJogs, "_begun"),
     (BodyJogs, "_see_over"),
     (Stops, "_forbid_what_waits"),

@@ -37,7 +37,7 @@ async def moves_again(robot: Cell) -> bool:
         (ScaraMoves, "_look_after"),
         (ScaraMoves, "_note_axes"),
         (ScaraMoves, "_finish"),
-        (ScaraMoves, "_end"),
+        (ScaraMoves, "end"),
         (Mark, "stands"),
         (MoveProof, "expect"),
     ],

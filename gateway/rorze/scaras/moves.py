@@ -17,11 +17,13 @@ from gateway.core.errors import (
     NotFound,
     ShuttingDown,
 )
+from gateway.core.events import Event
 from gateway.core.journal.intents import OF_MOVES
 from gateway.core.lanes import Lane
-from gateway.core.move_log import MoveLog, new_id
-from gateway.core.move_record import Move, MoveError, MoveStatus
-from gateway.core.move_tasks import Beginning, MoveTasks
+from gateway.core.move_log import new_id
+from gateway.core.move_record import Move, MoveStatus
+from gateway.core.move_runs import Beginning, MoveRuns
+from gateway.core.next_calls import NextCall
 from gateway.core.origin import working
 from gateway.core.own_faults import carry_on
 from gateway.core.verdicts import Unbegun, Unwatched, Verdict, Words, judge, worst_of
@@ -66,15 +68,14 @@ class _Run:
         return any(not move.status.final for move in self.moves.values())
 
 
-class ScaraMoves:
-    """All moves of all SCARA robots: starts them, watches over them, remembers them."""
+class ScaraMoves(MoveRuns[_Run, ScaraMove]):
+    """All moves of all SCARA robots: those of their axes are watched over together."""
 
-    def __init__(self, moves: Moves, stops: Stops, publish: Callable[[str, ScaraMove], str]) -> None:
-        self._moves, self._stops, self._publish = moves, stops, publish
-        self.log = MoveLog[ScaraMove]()
+    def __init__(self, moves: Moves, stops: Stops, publish: Callable[[str, ScaraMove], Event]) -> None:
+        super().__init__()
+        self._moves, self._stops, self._tell = moves, stops, publish
         self._runs: dict[Body, _Run] = {}
         """Of the members of robots that move."""
-        self._beginnings = MoveTasks()
         self._tasks: set[asyncio.Task[Any]] = set()
         """Those that watch over moves, and stop them."""
 
@@ -102,19 +103,10 @@ class ScaraMoves:
             created_at=now,
         )
         run = _Run(scara, move)
-        self.log.add(move)
         scara.move = move
         answered: Beginning = asyncio.get_running_loop().create_future()
-        give_up = partial(self._give_up, run)
-        try:
-            move.event_cursor = self._publish("queued", move)
-            self.log.on_change(move)
-            beginning = partial(self._begin, run, request, start_within_s, answered)
-            self._beginnings.add(move.id, beginning, answered, give_up)
-        except Exception:
-            give_up("A fault of the gateway itself came before it was sent.")
-            raise
-        refusal = await asyncio.shield(answered)
+        beginning = partial(self._begin, run, request, start_within_s, answered)
+        refusal = await self._start([(run, move)], beginning, answered)
         if refusal is not None:
             raise refusal
         return move
@@ -128,17 +120,9 @@ class ScaraMoves:
         sent = with_own_pattern(scara, request)
         return await weigh(await work_out(scara, sent), sent.pattern, wish_of(scara, request))
 
-    async def begun(self) -> None:
-        """Wait until every move that was asked for has been taken or refused."""
-        await self._beginnings.begun()
-
-    def let_go(self) -> None:
-        """Give the waiters for moves what is known now."""
-        self.log.let_go()
-
     async def close(self) -> None:
         """Stop watching, once the lines are closed; the motors keep doing what they do."""
-        await self._beginnings.close()
+        await super().close()
         tasks = list(self._tasks)
         for task in tasks:
             task.cancel()
@@ -152,17 +136,17 @@ class ScaraMoves:
         self.log.remember(own)
         for move in own:
             if not move.status.final:
-                self._take_over(scaras[move.scara_id], move)
+                self._resume(scaras[move.scara_id], move)
 
-    def _take_over(self, scara: Scara, move: ScaraMove) -> None:
+    def _resume(self, scara: Scara, move: ScaraMove) -> None:
         """Go on with a move by those of its bodies; one that was still being prepared has moved nothing."""
         run = _Run(scara, move, begun=True)
         if not any(axis.move_id for axis in move.axes):
-            self._end(run, judge(Unbegun.GATEWAY_ENDED, Words(begins="move was started")))
+            self.end(run, run.move, judge(Unbegun.GATEWAY_ENDED, Words(begins="move was started")))
             return
         run.moves = self._moves_of(scara, move)
         if not run.moves:
-            self._end(run, judge(Unwatched.OTHER_MEMBERS, Words(scara.id, "finger")))
+            self.end(run, run.move, judge(Unwatched.OTHER_MEMBERS, Words(scara.id, "finger")))
             return
         move.evidence.append("The gateway was restarted in the middle of the move; its axes were asked.")
         scara.move = move
@@ -191,7 +175,7 @@ class ScaraMoves:
                 self._note_axes(run)
                 self.log.on_change(run.move)  # the next life has to know the moves of its axes
             if move.status is MoveStatus.SENT and run.move.status is MoveStatus.QUEUED:
-                self._advance(run, MoveStatus.SENT)
+                self.advance(run, run.move, MoveStatus.SENT)
             self._look_after(run)
 
     def announced(self, body: Body, frame: MoveEnded) -> None:
@@ -236,10 +220,10 @@ class ScaraMoves:
                 await self._set_off(run, await self._prepare(run, request), expires_at)
         except GatewayError as error:
             refused = isinstance(error, ControllerRefused)
-            self._end(run, judge(Unbegun.REFUSED if refused else Unbegun.WITHHELD, given=error))
+            self.end(run, run.move, judge(Unbegun.REFUSED if refused else Unbegun.WITHHELD, given=error))
             answered.set_result(error)
         except asyncio.CancelledError:
-            self._end(run, judge(Unbegun.WITHHELD, given=ShuttingDown()))
+            self.end(run, run.move, judge(Unbegun.WITHHELD, given=ShuttingDown()))
             raise
         else:
             answered.set_result(None)
@@ -341,7 +325,7 @@ class ScaraMoves:
                 return
         waits = run.move.status in (MoveStatus.QUEUED, MoveStatus.SENT)
         if waits and any(it.status is MoveStatus.MOVING for it in moves):
-            self._advance(run, MoveStatus.MOVING)
+            self.advance(run, run.move, MoveStatus.MOVING)
 
     def _stop_all(self, run: _Run, body: Body, why: str) -> None:
         """Stop every axis, once."""
@@ -356,18 +340,18 @@ class ScaraMoves:
 
     # the end
 
-    def _give_up(self, run: _Run, why: str) -> None:
+    def _lose(self, who: _Run, _why: str, /) -> None:
         """Nobody sees to it that its axes end together: what may move is stopped."""
-        if run.moves:
-            self._keep(self._stops.stop(run.scara.members, run.scara.on_fault))
-        if run.scara.move is run.move:
-            self._end(run, judge(Unwatched.FAULT, Words(why=why)))
+        if who.moves:
+            self._keep(self._stops.stop(who.scara.members, who.scara.on_fault))
 
     def _finish(self, run: _Run) -> None:
         """All axes have ended: the worst of them tells how the robot's move did."""
         failed = {body: move for body, move in run.moves.items() if _failed(move)}
         run.move.failed_axes = sorted(run.scara.members.index(body) for body in failed)
-        self._end(run, judge(worst_of(move.status for move in run.moves.values()), _words(run, failed)))
+        self.end(
+            run, run.move, judge(worst_of(move.status for move in run.moves.values()), _words(run, failed))
+        )
 
     def _note_axes(self, run: _Run) -> None:
         """Write into the record what is known of its axes."""
@@ -378,33 +362,30 @@ class ScaraMoves:
                 axis.move_id, axis.status, axis.end_cause = move.id, move.status, move.end_cause
                 axis.position = axis.position if move.position is None else move.position
 
-    def _end(self, run: _Run, verdict: Verdict) -> None:
-        scara, move, status = run.scara, run.move, verdict.status
-        for body in scara.members:
-            if self._runs.get(body) is run:
-                del self._runs[body]
+    def end(self, who: _Run, move: ScaraMove, verdict: Verdict) -> None:
+        """End a move as it is judged, with what is known of its axes."""
         if move.axes:
-            self._note_axes(run)
-            if status in (MoveStatus.SUCCEEDED, MoveStatus.STOPPED, MoveStatus.FAILED):
-                move.coordinates = ScaraPlace.of(scara.robot.place([axis.position for axis in move.axes]))
-        if scara.move is move:
-            scara.move = None
-        verdict.write_down(move)
-        self._advance(run, status, verdict.error)
+            self._note_axes(who)
+            if verdict.status in (MoveStatus.SUCCEEDED, MoveStatus.STOPPED, MoveStatus.FAILED):
+                place = who.scara.robot.place([axis.position for axis in move.axes])
+                move.coordinates = ScaraPlace.of(place)
+        super().end(who, move, verdict)
 
-    def _advance(self, run: _Run, status: MoveStatus, error: GatewayError | None = None) -> None:
-        """The only place where a move changes its status."""
-        move = run.move
-        if error is not None:
-            move.error = MoveError.of(error)
-        move.status = status
-        if status is MoveStatus.SENT:
-            move.sent_at = datetime.now(UTC)
-        if status.final:
-            move.ended_at = datetime.now(UTC)
-            self.log.end(move)
-        self._publish("started" if status is MoveStatus.MOVING else status, move)
-        self.log.on_change(move)
+    def _move_of(self, who: _Run) -> ScaraMove | None:
+        return who.scara.move
+
+    def _calls(self, _who: _Run, error: GatewayError, /) -> Sequence[NextCall]:
+        return error.next
+
+    def _publish(self, news: str, _who: _Run, move: ScaraMove, /) -> Event:
+        return self._tell(news, move)
+
+    def _free(self, who: _Run) -> None:
+        for body in who.scara.members:
+            if self._runs.get(body) is who:
+                del self._runs[body]
+        if who.scara.move is who.move:
+            who.scara.move = None
 
     def _keep(self, task: "asyncio.Task[T]") -> "asyncio.Task[T]":
         self._tasks.add(task)

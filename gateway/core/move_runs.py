@@ -1,0 +1,196 @@
+"""The runs of moves: asked for, begun or refused, followed to their ends, and written down."""
+
+import asyncio
+import logging
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Coroutine, Sequence
+from datetime import UTC, datetime
+from functools import partial
+from typing import Any, Generic, TypeVar, cast
+
+from gateway.core.errors import GatewayError
+from gateway.core.events import Event
+from gateway.core.move_log import MoveLog
+from gateway.core.move_record import MoveError, MoveRecord, MoveStatus
+from gateway.core.next_calls import NextCall
+from gateway.core.own_faults import at_end_of, survived
+from gateway.core.verdicts import Judged, Unbegun, Unwatched, Verdict, Words, judge
+
+log = logging.getLogger(__name__)
+
+GiveUp = Callable[[str], None]
+"""Says that nobody knows how a move ends, and why."""
+Beginning = asyncio.Future[GatewayError | None]
+"""What is known of a move when it has been taken, or refused with an error."""
+
+
+W = TypeVar("W")
+"""What makes a move."""
+M = TypeVar("M", bound=MoveRecord)
+
+
+class MoveRuns(ABC, Generic[W, M]):
+    """All moves of a family: each is seen through in a task of its own, and remembered when it is over."""
+
+    def __init__(self) -> None:
+        self.log = MoveLog[M]()
+        self._beginnings: dict[asyncio.Task[None], Beginning] = {}
+
+    # what a family brings
+
+    @abstractmethod
+    def _move_of(self, who: W) -> M | None:
+        """The move that is not over yet."""
+
+    @abstractmethod
+    def _publish(self, news: str, who: W, move: M, /) -> Event:
+        """Tell the news of a move."""
+
+    @abstractmethod
+    def _free(self, who: W) -> None:
+        """The move is over: another may begin."""
+
+    @abstractmethod
+    def _calls(self, who: W, error: GatewayError, /) -> Sequence[NextCall]:
+        """The calls that help where a move did not succeed."""
+
+    def _was_sent(self, who: W, move: M) -> None:
+        """Its command is on the wire."""
+
+    def _lose(self, who: W, why: str, /) -> None:
+        """Nobody follows the move any more: what it has not written yet never is."""
+
+    # finding
+
+    def get(self, move_id: str) -> M:
+        """Find a move by its id.
+
+        :raises NotFound: there is none, or it is no longer kept.
+        """
+        return self.log.get(move_id)
+
+    async def wait(self, move_id: str, timeout_s: float) -> M:
+        """Give the move when it is over, or as it is when the time is up.
+
+        :raises NotFound: there is none, or it is no longer kept.
+        """
+        return await self.log.wait(move_id, timeout_s)
+
+    async def begun(self) -> None:
+        """Wait until every move that was asked for has been taken or refused."""
+        if self._beginnings:
+            await asyncio.wait(self._beginnings.values())
+
+    def let_go(self) -> None:
+        """Give the waiters for moves what is known now."""
+        self.log.let_go()
+
+    async def close(self) -> None:
+        """Follow no more, once all have begun and lines are closed; what moves goes on."""
+        await self.begun()
+        tasks = list(self._beginnings)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    # beginning
+
+    async def _start(
+        self,
+        moves: Sequence[tuple[W, M]],
+        work: Callable[[], Coroutine[Any, Any, None]],
+        beginning: Beginning,
+    ) -> GatewayError | None:
+        """Queue the moves of one command, see them through, and give its refusal; None when it is taken."""
+        give_up = partial(self._give_up, moves)
+        try:
+            for who, move in moves:
+                self.log.add(move)
+                move.event_cursor = self._publish("queued", who, move).cursor
+                self.log.on_change(move)
+            self._see_through(moves[0][1].id, work, beginning, give_up)
+        except Exception:
+            give_up("A fault of the gateway itself came before it was sent.")
+            raise
+        return await asyncio.shield(beginning)
+
+    def _see_through(
+        self,
+        move_id: str,
+        work: Callable[[], Coroutine[Any, Any, None]],
+        beginning: Beginning,
+        give_up: GiveUp,
+    ) -> None:
+        """See a move through; its `beginning` ends with the task at the latest.
+
+        After a fault of the gateway itself nobody follows the move: `give_up` is called.
+        """
+        task = asyncio.create_task(work(), name=f"move {move_id}")
+        self._beginnings[task] = beginning
+        at_end_of(task, f"the end of move {move_id}", partial(self._over, task, move_id, give_up))
+
+    def _over(self, task: asyncio.Task[None], move_id: str, give_up: GiveUp) -> None:
+        beginning = self._beginnings.pop(task)
+        fault = None if task.cancelled() else task.exception()
+        if isinstance(fault, Exception):
+            _not_followed(move_id, fault, give_up)
+            if not beginning.done():
+                beginning.set_exception(fault)
+        beginning.cancel()
+
+    def _take_over(self, who: W, move: M, *, begun: bool, asked: str) -> bool:
+        """Whether to go on with a move of an earlier life, whose command may have been written.
+
+        `begun` is whether an intent of it was written, `asked` who is asked how it goes on.
+        """
+        if move.status is MoveStatus.QUEUED and not begun:
+            self.end(who, move, judge(Unbegun.GATEWAY_ENDED))
+            return False
+        if move.status is MoveStatus.QUEUED:
+            move.status = MoveStatus.SENT
+            move.evidence.append("The journal does not tell whether the command was written.")
+        move.evidence.append(f"The gateway was restarted in the middle of the move; {asked} was asked.")
+        return True
+
+    # the record
+
+    def advance(self, who: W, move: M, status: MoveStatus, error: GatewayError | None = None) -> None:
+        """The only place where a move changes its status."""
+        if error is not None:
+            move.error = MoveError.of(error, self._calls(who, error))
+        move.status = status
+        if status is MoveStatus.SENT:
+            move.sent_at = datetime.now(UTC)
+            self._was_sent(who, move)
+        elif status.final:
+            move.ended_at = datetime.now(UTC)
+            self._free(who)
+            self.log.end(move)
+        self._publish("started" if status is MoveStatus.MOVING else status, who, move)
+        self.log.on_change(move)
+
+    def end(self, who: W, move: M, verdict: Verdict) -> None:
+        """End a move as it is judged."""
+        verdict.write_down(cast("Judged", move))  # each family describes its causes
+        self.advance(who, move, verdict.status, verdict.error)
+
+    def _give_up(self, moves: Sequence[tuple[W, M]], why: str) -> None:
+        """Nobody knows how they end."""
+        for who, move in moves:
+            self._lose(who, why)
+            if self._move_of(who) is move:
+                self.end(who, move, judge(Unwatched.FAULT, Words(why=why)))
+
+
+async def guarded(move_id: str, work: Callable[[], Coroutine[Any, Any, None]], give_up: GiveUp) -> None:
+    """Follow one of several moves: a fault of the gateway itself ends the watch over this one alone."""
+    try:
+        await work()
+    except Exception as fault:
+        _not_followed(move_id, fault, give_up)
+
+
+def _not_followed(move_id: str, fault: Exception, give_up: GiveUp) -> None:
+    log.error("move %s has met a fault of the gateway itself", move_id, exc_info=fault)
+    why = f"A fault of the gateway itself ({type(fault).__name__}) has ended its watch over the move."
+    survived(f"move {move_id}", partial(give_up, why))

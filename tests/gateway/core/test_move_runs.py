@@ -1,0 +1,188 @@
+"""Moves are seen through in tasks of their own, written down in one place, and given up after a fault."""
+
+import asyncio
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from functools import partial
+
+import pytest
+
+from gateway.core.errors import GatewayError, NoReply
+from gateway.core.events import Event
+from gateway.core.move_record import Move, MoveStatus
+from gateway.core.move_runs import Beginning, GiveUp, MoveRuns
+from gateway.core.next_calls import LINE_STATE, NextCall
+from gateway.core.verdicts import AtRest, Unbegun, judge
+from tests.gateway.rorze.far_end import virtual
+
+
+class Motor:
+    """What makes a move, one at a time."""
+
+    move: Move | None = None
+    news: tuple[str, ...] = ()
+
+
+class Motors(MoveRuns[Motor, Move]):
+    """A family in which nothing but the record happens."""
+
+    def _move_of(self, who: Motor) -> Move | None:
+        return who.move
+
+    def _publish(self, news: str, who: Motor, _move: Move, /) -> Event:
+        who.news += (news,)
+        return Event("epoch", len(who.news), f"body.move.{news}", "/motor", "{}")
+
+    def _calls(self, _who: Motor, _error: GatewayError, /) -> Sequence[NextCall]:
+        return [LINE_STATE]
+
+    def _free(self, who: Motor) -> None:
+        who.move = None
+
+    async def begin(self, motor: Motor) -> Move:
+        """Start a move that nothing is known of but its record."""
+        now, taken = datetime.now(UTC), asyncio.get_running_loop().create_future()
+        taken.set_result(None)
+        motor.move = move = Move(
+            id="m1", body_id="a.00", kind="relative", command="1+M", frame="", created_at=now
+        )
+        assert await self._start([(motor, move)], partial(asyncio.sleep, 0.0), taken) is None
+        await self.close()
+        return move
+
+    def follow(self, run: "Run", give_up: GiveUp) -> None:
+        """See a run through."""
+        self._see_through("m1", run.seen_through, run.beginning, give_up)
+
+    def lose(self, motor: Motor, move: Move) -> None:
+        """Give a move up."""
+        self._give_up([(motor, move)], "A fault.")
+
+    def resume(self, motor: Motor, move: Move, *, begun: bool) -> bool:
+        """Take a move over."""
+        return self._take_over(motor, move, begun=begun, asked="the motor")
+
+
+class Run:
+    """A move that begins after a second and ends after two."""
+
+    def __init__(self) -> None:
+        self.beginning: Beginning = asyncio.get_running_loop().create_future()
+        self.over = False
+
+    async def seen_through(self) -> None:
+        await asyncio.sleep(1.0)
+        self.beginning.set_result(None)
+        await asyncio.sleep(1.0)
+        self.over = True
+
+
+def nobody(why: str) -> None:
+    pytest.fail(why)
+
+
+@virtual
+async def test_after_a_fault_of_the_gateway_itself_a_move_is_given_up_and_its_caller_told() -> None:
+    class Faulty(Run):
+        async def seen_through(self) -> None:
+            raise ZeroDivisionError
+
+    told: list[str] = []
+    runs, run = Motors(), Faulty()
+    runs.follow(run, told.append)
+    with pytest.raises(ZeroDivisionError):
+        await run.beginning
+    await asyncio.sleep(0)
+    assert told == ["A fault of the gateway itself (ZeroDivisionError) has ended its watch over the move."]
+
+
+@virtual
+async def test_a_beginning_is_waited_for_and_not_the_end() -> None:
+    runs, run = Motors(), Run()
+    await runs.begun()
+    runs.follow(run, nobody)
+    await runs.begun()
+    assert run.beginning.done()
+    assert not run.over
+    await asyncio.sleep(1.0)
+    assert run.over
+
+
+@virtual
+async def test_at_the_close_a_move_still_begins_and_is_followed_no_more() -> None:
+    runs, run = Motors(), Run()
+    runs.follow(run, nobody)
+    await runs.close()
+    assert run.beginning.done()
+    await asyncio.sleep(2.0)
+    assert not run.over
+
+
+@virtual
+async def test_nobody_waits_for_a_beginning_that_will_not_come() -> None:
+    class BrokenOff(Run):
+        async def seen_through(self) -> None:
+            return
+
+    runs, run = Motors(), BrokenOff()
+    runs.follow(run, nobody)
+    with pytest.raises(asyncio.CancelledError):
+        await run.beginning
+
+
+@virtual
+async def test_a_move_is_written_down_from_its_queue_to_its_end() -> None:
+    runs, motor = Motors(), Motor()
+    move = await runs.begin(motor)
+    assert (move.event_cursor, runs.log.under_way()) == ("epoch-000000000001", [move])
+    waiting = asyncio.create_task(runs.wait("m1", 9.0))
+    for status in (MoveStatus.SENT, MoveStatus.MOVING):
+        runs.advance(motor, move, status)
+    assert move.sent_at is not None
+    assert runs.log.under_way() == [move]
+    runs.end(motor, move, judge(AtRest()))
+    assert await waiting == move
+    assert (move.status, move.end_cause, motor.move) == (MoveStatus.SUCCEEDED, "normal", None)
+    assert move.ended_at is not None
+    assert motor.news == ("queued", "sent", "started", "succeeded")
+    assert runs.get("m1") == move
+
+
+@virtual
+async def test_the_error_of_a_move_names_the_calls_that_help() -> None:
+    runs, motor = Motors(), Motor()
+    move = await runs.begin(motor)
+    runs.end(motor, move, judge(Unbegun.WITHHELD, given=NoReply("a.00 did not answer.")))
+    assert move.error is not None
+    assert (move.status, move.error.next) == (MoveStatus.CANCELLED, [LINE_STATE])
+
+
+@virtual
+async def test_a_move_that_is_over_is_not_given_up() -> None:
+    runs, motor = Motors(), Motor()
+    move = await runs.begin(motor)
+    runs.lose(motor, move)
+    assert (move.status, move.evidence) == (MoveStatus.UNKNOWN, ["A fault."])
+    runs.lose(motor, move)
+    assert move.evidence == ["A fault."]
+
+
+@pytest.mark.parametrize(
+    ("status", "begun", "goes_on"),
+    [
+        (MoveStatus.QUEUED, False, MoveStatus.CANCELLED),
+        (MoveStatus.QUEUED, True, MoveStatus.SENT),
+        (MoveStatus.SENT, True, MoveStatus.SENT),
+        (MoveStatus.MOVING, True, MoveStatus.MOVING),
+    ],
+)
+@virtual
+async def test_after_a_restart_a_move_goes_on_unless_it_was_never_written(
+    status: MoveStatus, begun: bool, goes_on: MoveStatus
+) -> None:
+    runs, motor = Motors(), Motor()
+    move = await runs.begin(motor)
+    move.status = status
+    assert runs.resume(motor, move, begun=begun) is (not goes_on.final)
+    assert move.status is goes_on
+    assert bool(move.evidence)
