@@ -4,12 +4,15 @@ import gc
 import os
 import signal
 from itertools import islice
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
 
 from tests.catalogue.rows import ROWS
 from tests.checked_events import CheckedHub
+from tests.drawing import may_choose
+from tests.drawn_faults import STRUCK
 
 gc.disable()  # until the tests are collected: nothing of that is garbage
 
@@ -50,6 +53,19 @@ def long_ones_first(items: list[pytest.Item], workers: int) -> list[pytest.Item]
         share = marked[worker::workers]
         order += [*share, *islice(others, max(0, (len(items) + worker) // workers - len(share)))]
     return [*order, *others]
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Pass over a file of which `-m prove`, or `-m "not prove"`, chooses nothing: to load it takes time."""
+    is_one = collection_path.name.startswith("test_") and collection_path.suffix == ".py"
+    return True if is_one and not may_choose(config.option.markexpr, collection_path) else None
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Tell how many functions drawn faults have struck."""
+    properties = [it for passed in terminalreporter.getreports("passed") for it in passed.user_properties]
+    if struck := {place for name, places in properties if name == STRUCK for place in places}:
+        terminalreporter.write_line(f"{len(struck):,} {STRUCK}")
 
 
 def pytest_collection_finish() -> None:

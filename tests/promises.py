@@ -2,8 +2,9 @@
 
 import re
 import sys
-from collections.abc import Iterator
 from pathlib import Path
+
+from tests.drawing import runs_of
 
 ROOT = Path(__file__).parents[1]
 
@@ -26,7 +27,15 @@ simulator. To run one file with all its seeds:
 
 `tests/gateway/test_drawn_faults.py` counts which functions of the gateway a story calls, draws one call of
 each, and lets it raise an exception that the code does not foresee; no test names a function. The
-promises have to hold nevertheless.
+promises have to hold nevertheless. `make test` strikes some of them, and `make prove` each in two of the
+stories that call it; the end of the run tells how many they were.
+
+## Where the time goes
+
+    .venv/bin/pytest -n 0 -p tests.processor_time tests/simulation
+
+prints the processor seconds of each file and of each test, programs that it has started and that have ended
+included; on a busy machine the wall clock tells little.
 
 ## What holds each promise
 
@@ -35,7 +44,11 @@ promises have to hold nevertheless.
 | Promise | Tests | Run by |
 |---|---|---|
 """
-_RUNS = {(True, False): "`make test`", (False, True): "`make prove`", (True, True): "both"}
+_RUNS = {
+    frozenset({"test"}): "`make test`",
+    frozenset({"prove"}): "`make prove`",
+    frozenset({"test", "prove"}): "both",
+}
 
 
 def named_tests() -> dict[str, list[str]]:
@@ -52,16 +65,7 @@ def run_by(test: str) -> str:
     """The target of the Makefile that runs a test, a file or a folder."""
     path = ROOT / test
     files = sorted(path.rglob("test_*.py")) if path.is_dir() else [path]
-    runs = {run for file in files for run in _runs_of(file.read_text("utf-8"))}
-    return _RUNS[True in runs, False in runs]
-
-
-def _runs_of(source: str) -> Iterator[bool]:
-    """Whether `make test` runs a file's tests: one value where all are alike, or else both."""
-    whole = re.search(r"^pytestmark = .*\bprove\b", source, re.MULTILINE) is not None
-    yield not whole
-    if not whole and ("mark.prove" in source or "drawn(" in source):
-        yield False
+    return _RUNS[frozenset().union(*map(runs_of, files))]
 
 
 def page() -> str:
