@@ -14,6 +14,9 @@ from tests.checked_events import CheckedHub
 from tests.drawing import may_choose
 from tests.drawn_faults import STRUCK
 
+SELDOM = (50_000, 20, 50)
+"""Python's own thresholds cost a story in virtual time a sixth of its processor time."""
+
 gc.disable()  # until the tests are collected: nothing of that is garbage
 
 settings.register_profile("shared machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -69,6 +72,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 
 def pytest_collection_finish() -> None:
-    """What is there now stays: it is never looked through for garbage."""
+    """What is there now stays: it is never looked through for garbage; what comes, seldom."""
     gc.freeze()
+    gc.set_threshold(*SELDOM)
     gc.enable()
