@@ -35,9 +35,8 @@ def drawn(cases: Iterable[Any], most: int, of: str) -> list[Any]:
     ]
 
 
-def runs_of(file: Path) -> set[str]:
-    """The targets of the Makefile that run tests of a file, by the marks that stand in its text."""
-    source = file.read_text("utf-8")
+def runs_of(source: str) -> set[str]:
+    """The targets of the Makefile that run tests, by the marks that stand in their text."""
     if re.search(r"^pytestmark = .*\bprove\b", source, re.MULTILINE):
         return {"prove"}
     return {"test", "prove"} if re.search(r"\bmark\.prove\b|\bdrawn\(", source) else {"test"}
@@ -46,4 +45,4 @@ def runs_of(file: Path) -> set[str]:
 def may_choose(marks: str, file: Path) -> bool:
     """Whether `pytest -m` with such an expression may choose a test of a file."""
     run = {"prove": "prove", "not prove": "test"}.get(marks)
-    return run is None or run in runs_of(file)
+    return run is None or run in runs_of(file.read_text("utf-8"))
