@@ -22,8 +22,10 @@ gc.disable()  # until the tests are collected: nothing of that is garbage
 settings.register_profile("shared machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("shared machine")
 
-if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # so in the background of a shell; programs inherit it
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+# A shell's background ignores the one, nohup the other; programs inherit that.
+for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
+    if signal.getsignal(number) is signal.SIG_IGN:
+        signal.signal(number, usual)
 
 os.environ["NO_PROXY"] = os.environ["no_proxy"] = "*"  # nothing is asked for outside of this machine
 
