@@ -35,6 +35,11 @@ def drawn(cases: Iterable[Any], most: int, of: str) -> list[Any]:
     ]
 
 
+def fresh(count: int, of: str) -> list[int]:
+    """So many seeds of 10,000, others with each commit: together the commits try all."""
+    return sorted(Random(f"{commit()} {of}").sample(range(10_000), count))
+
+
 def runs_of(source: str) -> set[str]:
     """The targets of the Makefile that run tests, by the marks that stand in their text."""
     if re.search(r"^pytestmark = .*\bprove\b", source, re.MULTILINE):
