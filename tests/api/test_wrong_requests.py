@@ -46,19 +46,23 @@ def examples() -> dict[str, Asked]:
 GOOD: Final = examples()
 
 
+def good(row: Operation) -> Asked:
+    return GOOD.get(row.name, {})
+
+
 def stops(row: Operation) -> bool:
     """It goes out whatever else is said."""
     return Effect.STOP is row.effect or row.right is Right.STOP
 
 
 def takes_json(row: Operation) -> bool:
-    return row.request_name is not None and row.http_only is None
+    return row.request_name is not None and row.media is None and row.http_only is None
 
 
 def spoilt(row: Operation) -> Iterator[Asked]:
     """Each member of a good request in turn is what no member can be."""
-    for name in GOOD[row.name]:
-        yield {"json": {**GOOD[row.name], name: [[]]}}
+    for name in good(row):
+        yield {"json": {**good(row), name: [[]]}}
 
 
 def the_same(**asked: Any) -> Callable[[Operation], list[Asked]]:
@@ -81,8 +85,11 @@ class Wrong(NamedTuple):
 
 WAYS: Final = {
     "about what is not there": Wrong(
-        lambda row: row.target in NOWHERE and not (stops(row) or row.http_only or row.name in NOT_LOOKED_FOR),
-        lambda row: [{"json": GOOD[row.name]} if takes_json(row) else {}],
+        lambda row: (
+            row.target in NOWHERE
+            and not (stops(row) or row.http_only or row.media or row.name in NOT_LOOKED_FOR)
+        ),
+        lambda row: [{"json": good(row)} if takes_json(row) else {}],
         404,
         "There is no ",
         400,
@@ -98,7 +105,7 @@ WAYS: Final = {
     ),
     "with a member that is none": Wrong(
         takes_json,
-        lambda row: [{"json": {**GOOD[row.name], "limits": 5}}],
+        lambda row: [{"json": {**good(row), "limits": 5}}],
         422,
         "limits: is not known here",
         400,
@@ -111,7 +118,7 @@ WAYS: Final = {
         takes_json, the_same(content="{", headers=JSON), 400, "The request body is not JSON", 400
     ),
     "with a body where none is taken": Wrong(
-        lambda row: row.verb != "GET" and not (takes_json(row) or stops(row) or row.http_only),
+        lambda row: row.verb != "GET" and not (takes_json(row) or stops(row) or row.http_only or row.media),
         the_same(json={"limits": 5}),
         422,
         "limits: is not known here (it takes none)",
