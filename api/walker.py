@@ -40,8 +40,9 @@ def routes(operations: Iterable[Operation], by_hand: Iterable[HttpRoute]) -> Ite
         yield written.get((operation.verb, operation.path)) or route_of(operation)
 
 
+@cache
 def route_of(operation: Operation) -> HttpRoute:
-    """Make the route of a row."""
+    """Make the route of a row, once for all applications: it knows no plant."""
     return Router(operation.tag, _taking(operation.most_bytes, keyed=operation.keyed)).add(
         operation.verb,
         operation.path,

@@ -4,20 +4,28 @@ import gc
 import os
 import signal
 from itertools import islice
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
 
 from tests.catalogue.rows import ROWS
 from tests.checked_events import CheckedHub
+from tests.drawing import may_choose
+from tests.drawn_faults import STRUCK
+
+SELDOM = (50_000, 20, 50)
+"""Python's own thresholds cost a story in virtual time a sixth of its processor time."""
 
 gc.disable()  # until the tests are collected: nothing of that is garbage
 
 settings.register_profile("shared machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("shared machine")
 
-if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # so in the background of a shell; programs inherit it
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+# A shell's background ignores the one, nohup the other; programs inherit that.
+for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
+    if signal.getsignal(number) is signal.SIG_IGN:
+        signal.signal(number, usual)
 
 os.environ["NO_PROXY"] = os.environ["no_proxy"] = "*"  # nothing is asked for outside of this machine
 
@@ -52,7 +60,21 @@ def long_ones_first(items: list[pytest.Item], workers: int) -> list[pytest.Item]
     return [*order, *others]
 
 
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Pass over a file of which `-m prove`, or `-m "not prove"`, chooses nothing: to load it takes time."""
+    is_one = collection_path.name.startswith("test_") and collection_path.suffix == ".py"
+    return True if is_one and not may_choose(config.option.markexpr, collection_path) else None
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Tell how many functions drawn faults have struck."""
+    properties = [it for passed in terminalreporter.getreports("passed") for it in passed.user_properties]
+    if struck := {place for name, places in properties if name == STRUCK for place in places}:
+        terminalreporter.write_line(f"{len(struck):,} {STRUCK}")
+
+
 def pytest_collection_finish() -> None:
-    """What is there now stays: it is never looked through for garbage."""
+    """What is there now stays: it is never looked through for garbage; what comes, seldom."""
     gc.freeze()
+    gc.set_threshold(*SELDOM)
     gc.enable()

@@ -1,5 +1,6 @@
 """Seeds that change with each commit: `make test` runs a few of many, `make prove` all of them."""
 
+import re
 import subprocess
 from collections.abc import Iterable
 from functools import cache
@@ -32,3 +33,21 @@ def drawn(cases: Iterable[Any], most: int, of: str) -> list[Any]:
     return [
         case if at in chosen else pytest.param(case, marks=pytest.mark.prove) for at, case in enumerate(every)
     ]
+
+
+def fresh(count: int, of: str) -> list[int]:
+    """So many seeds of 10,000, others with each commit: together the commits try all."""
+    return sorted(Random(f"{commit()} {of}").sample(range(10_000), count))
+
+
+def runs_of(source: str) -> set[str]:
+    """The targets of the Makefile that run tests, by the marks that stand in their text."""
+    if re.search(r"^pytestmark = .*\bprove\b", source, re.MULTILINE):
+        return {"prove"}
+    return {"test", "prove"} if re.search(r"\bmark\.prove\b|\bdrawn\(", source) else {"test"}
+
+
+def may_choose(marks: str, file: Path) -> bool:
+    """Whether `pytest -m` with such an expression may choose a test of a file."""
+    run = {"prove": "prove", "not prove": "test"}.get(marks)
+    return run is None or run in runs_of(file.read_text("utf-8"))

@@ -23,7 +23,8 @@ from tests.virtual_time import run_virtual
 ROOT = Path(__file__).parents[1]
 _FOLDERS = tuple(f"{ROOT / folder}/" for folder in ("gateway", "api"))
 
-
+STRUCK = "functions struck by drawn faults"
+"""The property of a test under which it reports them."""
 _SURVIVORS = {str(ROOT / "gateway/core/own_faults.py")}
 """The functions that survive faults of others; a fault in one of these is a fault of Python itself."""
 

@@ -12,7 +12,9 @@ from gateway.event_types import EVENT_TYPES
 from protocols.fics.commands import COMMANDS as FICS_COMMANDS
 from protocols.rorze.commands import COMMANDS
 
-TEXT, RESOURCES, CORE = openapi.documents().values()
+TEXT, RESOURCES, CORE = (
+    (openapi.FOLDER / name).read_text("utf-8") for name in ("openapi.json", "resources.json", "core.json")
+)
 DOCUMENT: dict[str, Any] = json.loads(TEXT)
 
 

@@ -28,7 +28,7 @@ from protocols.fics.row import FicsCommand
 from protocols.rorze.moves import MoveClockwise, MoveTo
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Ack
-from tests.drawing import drawn
+from tests.drawing import drawn, fresh
 from tests.fics_plants import FicsRig, fics_rig
 from tests.gateway.rorze.far_end import until
 from tests.plants import Rig, rig
@@ -36,8 +36,8 @@ from tests.simulated_line import SimulatedCable
 from tests.tested_plant import TestedPlant
 from tests.virtual_time import run_virtual
 
-SEEDS = range(112)
-"""With three plants and three kinds of echo: a thousand stories."""
+SEEDS = fresh(40, "echoes")
+"""With three plants and three kinds of echo: 360 stories, others with each commit."""
 BAUDS = (9600, 115_200)
 DEEDS = 12
 """Moves, jogs and stops of each client."""

@@ -19,15 +19,14 @@ from api.app import create_app
 from api.common.access import Access
 from api.common.routes import SocketRoute
 from gateway.access.roles import Role
-from gateway.config import Config
 from gateway.core.errors import GatewayError
 from gateway.core.rights import RIGHT_OF, Right
 from gateway.door.admission import Passage
-from gateway.plant import Plant
 from protocols.fics.commands import ROWS
 from protocols.rorze.commands import COMMANDS
 from tests.api.access.guarded import Keys
 from tests.api.stand import HOST
+from tests.api.whole_plant import THERE, whole_plant
 
 MAY: Final = {
     Role.VIEWER: "view stop",
@@ -274,13 +273,6 @@ OUT: Final = {
     "plant": (("arm", "leg", "cell", "rail"),),
     "any": (),
 }
-NAMES: Final = {
-    "{body_id}": "arm.3F",
-    "{group_id}": "arm.80",
-    "{scara_id}": "wafer",
-    "{line_id}": "arm",
-    "{robot_id}": "r1",
-}
 PASSED: Final = 409
 
 
@@ -294,7 +286,7 @@ class Row:
     @property
     def target(self) -> str:
         """The route's path with names in it."""
-        path = re.sub("{[a-z_]+}", lambda name: NAMES.get(name[0], "1"), self.path)
+        path = re.sub("{([a-z_]+)}", lambda name: THERE.get(name[1], "1"), self.path)
         return path + "?bodies=arm.3F" * (self.about == "events")
 
     def expected(self, role: Role, scope: tuple[str, ...] | None) -> int:
@@ -363,32 +355,7 @@ def keys(tmp_path: Path) -> Keys:
 
 @pytest.fixture
 def app(keys: Keys) -> FastAPI:
-    unit = [{"number": 1, "axes": ["X"]}]
-    lines: list[dict[str, Any]] = [
-        {
-            "id": "arm",
-            "bodies": [{"id": "00"}, {"id": "01"}, {"id": "3F"}],
-            "groups": [{"id": "80", "members": ["01", "3F"]}],
-        },
-        {
-            "id": "leg",
-            "bodies": [{"id": "00"}, {"id": "70"}],
-            "groups": [{"id": "81", "members": ["00", "70"]}],
-        },
-        {"id": "cell", "protocol": "fics", "robot": {"id": "r1", "units": unit}},
-        {"id": "rail", "protocol": "fics", "robot": {"id": "r2", "units": unit}},
-    ]
-    tables = [{**line, "address": f"tcp://127.0.0.1:{port}"} for port, line in enumerate(lines, start=1)]
-    scara = {
-        "id": "wafer",
-        "line": "leg",
-        "group": "82",
-        "members": ["00", "70"],
-        "arm_um": 156_000,
-        "finger_um": 208_000,
-        "pulses_per_turn": [98_765.0, 99_000.0],
-    }
-    plant = Plant(Config.model_validate({"lines": tables, "scaras": [scara]}))
+    plant = whole_plant()
     app = create_app(plant, keys.credentials)
     app.state.access = Probing(plant)
     return app
