@@ -26,7 +26,7 @@ from api.common.idempotent_requests import IdempotentRequests
 from api.common.proxies import Proxies
 from api.common.request_ids import RequestIds
 from api.common.route_index import RouteIndex
-from api.common.routes import unguarded
+from api.common.routes import HttpRoute, unguarded
 from api.common.security import SameSite
 from api.common.traffic import Traffic
 from api.console import pages as console
@@ -86,6 +86,9 @@ class Application(FastAPI):
     def openapi(self) -> dict[str, Any]:
         """Describe the routes, once, as generators of clients need it, and the key that they take."""
         made = self.openapi_schema is not None
+        for route in self.routes if not made else ():
+            if isinstance(route, HttpRoute):
+                route.build(described=True)
         schema = super().openapi()
         if not made:
             schemas.complete(schema)

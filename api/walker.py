@@ -1,6 +1,6 @@
 """Routes made of the rows of the door: this module alone knows how an operation looks over HTTP."""
 
-from functools import cache
+from functools import cache, partial
 from typing import Annotated, Any
 
 from fastapi import Body, Request, Response
@@ -49,13 +49,20 @@ def add(made: Router, operation: Operation) -> None:
         operation.right,
         _endpoint(operation),
         route_class=_taking(operation.most_bytes),
-        operation_id=operation.name,
-        summary=operation.title,
-        description=operation.description,
         any_scope=operation.any_scope,
-        openapi_extra={**shown(operation), **heeded(operation)},
-        **answers(operation),
+        told=partial(_told, operation),
     )
+
+
+def _told(operation: Operation) -> dict[str, Any]:
+    """Describe an operation for the OpenAPI document."""
+    return {
+        "operation_id": operation.name,
+        "summary": operation.title,
+        "description": operation.description,
+        "openapi_extra": {**shown(operation), **heeded(operation)},
+        **answers(operation),
+    }
 
 
 @cache

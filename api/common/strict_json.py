@@ -179,8 +179,9 @@ class StrictRoute(HttpRoute):
     """Whether it refuses an Idempotency-Key before its body is read."""
     request_class: ClassVar[type[StrictRequest]] = StrictRequest
 
-    def __init__(self, path: str, endpoint: Callable[..., Any], **options: Any) -> None:
-        super().__init__(path, endpoint, **options)
+    def build(self, *, described: bool = False) -> None:
+        """Put the direct call before FastAPI's handling."""
+        super().build(described=described)
         self._fast_call = FastCall.of(self)
         self._by_fastapi, self.app = self.app, self._answer
 
