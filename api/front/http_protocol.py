@@ -487,7 +487,7 @@ class HttpProtocol(asyncio.Protocol):
         self.transport.write(self._refusal or b"")
         if self.transport.can_write_eof():  # not over TLS
             self.transport.write_eof()
-        self._held = False
+        self._held, self._coming = False, None
         self.read_on()
         asyncio.get_running_loop().call_later(LINGER_S, self._close)
 
