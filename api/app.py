@@ -2,8 +2,10 @@
 
 from functools import partial
 from typing import Any, Final
+from warnings import catch_warnings, simplefilter
 
 from fastapi import FastAPI, HTTPException
+from pydantic.warnings import UnsupportedFieldAttributeWarning
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api import (
@@ -28,6 +30,7 @@ from api.common.request_ids import RequestIds
 from api.common.route_index import RouteIndex
 from api.common.routes import HttpRoute, unguarded
 from api.common.security import SameSite
+from api.common.strict_json import StrictRoute
 from api.common.traffic import Traffic
 from api.console import pages as console
 from api.front import documents
@@ -88,8 +91,10 @@ class Application(FastAPI):
         made = self.openapi_schema is not None
         for route in self.routes if not made else ():
             if isinstance(route, HttpRoute):
-                route.build(described=True)
-        schema = super().openapi()
+                route.build()
+        with catch_warnings():  # FastAPI does so where models are built at once
+            simplefilter("ignore", UnsupportedFieldAttributeWarning)
+            schema = super().openapi()
         if not made:
             schemas.complete(schema)
             schema["components"]["securitySchemes"] = {"key": _KEY}
@@ -143,6 +148,9 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     console.install(app)
     app.routes.extend(sign_in.routes())
     app.router.default = _nowhere
+    for route in app.routes:
+        if isinstance(route, StrictRoute) and route.right is Right.STOP:
+            route.call.prepare()  # no stop waits for it
     if bare := list(unguarded(app.routes)):
         raise TypeError(f"Routes without a right: {bare}")
     return app

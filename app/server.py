@@ -12,6 +12,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from ipaddress import ip_address
 from pathlib import Path
+from typing import Any
 
 import uvicorn
 
@@ -272,9 +273,10 @@ class _Server(uvicorn.Server):
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Listen. A TLS handshake that does not end gives its place back soon: nobody counts it yet."""
         await super().startup(sockets=[])
+        protocol: Any = self.config.http_protocol_class
         for listener in sockets or ():
             server = await asyncio.get_running_loop().create_server(
-                partial(self.config.http_protocol_class, config=self.config, server_state=self.server_state),
+                partial(protocol, self.config, self.server_state),
                 sock=listener,
                 ssl=self.config.ssl,
                 ssl_handshake_timeout=HANDSHAKE_S if self.config.ssl else None,

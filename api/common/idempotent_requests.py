@@ -18,7 +18,7 @@ from api.common.idempotency import HEADER, HONOURED, LONGEST_KEY, WITH_EFFECT, h
 from api.common.problems import plain_problem, response_to
 from api.common.results import render
 from api.common.route_index import RouteIndex
-from api.common.strict_json import INLINE_BYTES, again, parse, read_body
+from api.common.strict_json import INLINE_BYTES, parse, read_body
 from gateway.core.aside import aside
 from gateway.core.errors import GatewayError, InvalidRequest, NoReply
 from gateway.core.move_record import Move, MoveRecord
@@ -156,7 +156,7 @@ class IdempotentRequests:
 
         with acting(replace(current(), key=key.name)):
             request.scope[HONOURED] = True
-            await self._app(request.scope, again(body), note)
+            await self._app(request.scope, _once_more(body), note)
         return answer
 
 
@@ -213,3 +213,12 @@ def _begun(first: MoveRecord, left: LeftOpen) -> Begun:
     if isinstance(first, Move):
         return Begun(f"/bodies/{first.body_id}", left.moves, first.group_id)
     return Begun(f"/robots/{first.body_id}", left.moves)
+
+
+def _once_more(body: bytes) -> Receive:
+    """Let a body be read that was read already."""
+
+    async def receive() -> Message:
+        return {"type": "http.request", "body": body, "more_body": False}
+
+    return receive

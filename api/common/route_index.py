@@ -37,7 +37,7 @@ class RouteIndex:
         if route is None:
             await self._search(scope, receive, send)
         else:
-            await route.let_in(route.app, scope, receive, send)  # its method fits
+            await route.let_in(route.answer, scope, receive, send)  # its method fits
 
     def right_of(self, scope: Scope) -> Right | None:
         """The right that the request's route takes; None where it has none here."""

@@ -2,11 +2,8 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final, TypeVar
-from warnings import catch_warnings, simplefilter
 
-from fastapi.middleware.asyncexitstack import AsyncExitStackMiddleware
 from fastapi.routing import APIRoute
-from pydantic.warnings import UnsupportedFieldAttributeWarning
 from starlette.routing import BaseRoute, Match, Mount, Route, WebSocketRoute
 from starlette.types import ASGIApp, Receive, Scope, Send
 
@@ -56,8 +53,8 @@ class Guarded(BaseRoute):
 class HttpRoute(Guarded, APIRoute):
     """An operation, which its OpenAPI entry shows with its right.
 
-    FastAPI builds it when it is first used: most of the hundreds are never asked for. `told` gives what only
-    the document shows, with FastAPI's names.
+    FastAPI only describes it, and builds it for that when it has to: that takes long, and hundreds are never
+    described. `told` gives what only the document shows, with FastAPI's names.
     """
 
     def __init__(
@@ -86,24 +83,31 @@ class HttpRoute(Guarded, APIRoute):
         self.build()
         return getattr(self, name)
 
-    def build(self, *, described: bool = False) -> None:
-        """Let FastAPI build it, without its answers unless it is to be `described`: they take longest."""
+    def build(self) -> None:
+        """Let FastAPI build it, to be described."""
         self._built = True
-        options = {**self._options, **self._told()}
-        if not described:
-            options.update(response_model=None, responses=None)
-        extra = {
-            "x-right": self.right,
-            **({"security": []} if self.right is Right.OPEN else {}),
-            **(options.pop("openapi_extra", None) or {}),
+        options = {
+            **self._options,
+            **self._told(),
+            "openapi_extra": {"x-right": self.right, **self.own_entry},
         }
-        place = {"right": self.right, "any_scope": self.any_scope}
-        super().__init__(self.path, self.endpoint, openapi_extra=extra, **place, **options)
-        if self.body_field is not None:
-            with catch_warnings():  # as FastAPI does, but the models that it hands on are built later
-                simplefilter("ignore", UnsupportedFieldAttributeWarning)
-                self.body_field.validate(None, loc=("body",))
-        self.app = AsyncExitStackMiddleware(self.app)  # FastAPI's own handling cannot do without
+        super().__init__(self.path, self.endpoint, right=self.right, any_scope=self.any_scope, **options)
+        self.app = self.answer
+
+    @property
+    def in_document(self) -> bool:
+        """Whether the OpenAPI document has it."""
+        return bool(self._options.get("include_in_schema", True))
+
+    @property
+    def own_entry(self) -> dict[str, Any]:
+        """What its OpenAPI entry has besides what FastAPI finds."""
+        told = {**self._options, **self._told()}.get("openapi_extra") or {}
+        return {**({"security": []} if self.right is Right.OPEN else {}), **told}
+
+    async def answer(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Do what the operation does, for a request that was let in."""
+        raise NotImplementedError
 
     def params_in(self, words: Sequence[str]) -> dict[str, str] | None:
         """The parameters in the words of a path; None where the path is another's."""

@@ -108,7 +108,7 @@ class HttpProtocol(asyncio.Protocol):
         self._end_rest()
         self.connection_limit.leave(self)
         self._drain.stop()
-        self._server.connections.discard(self)  # type: ignore[arg-type]
+        self._server.connections.discard(self)
         self._make_room()
         self._under_way.clear()
         self._coming = None  # and with it a circle, as with the parser
@@ -120,7 +120,7 @@ class HttpProtocol(asyncio.Protocol):
 
     def give_way(self) -> None:
         """End at once: others need the place."""
-        self._server.connections.discard(self)  # type: ignore[arg-type]
+        self._server.connections.discard(self)
         self.transport.abort()
 
     def shutdown(self) -> None:
@@ -250,7 +250,7 @@ class HttpProtocol(asyncio.Protocol):
         self._end_rest()
         self._held = False
         self.read_on()
-        self._server.connections.discard(self)  # type: ignore[arg-type]
+        self._server.connections.discard(self)
         socket = self.websocket(self._config, self._server)
         self.transport.set_protocol(socket)
         socket.connection_made(self.transport)

@@ -109,7 +109,7 @@ class WebSocketProtocol(asyncio.Protocol):
 
     async def _run(self, scope: dict[str, Any]) -> None:
         try:
-            await self._config.loaded_app(scope, self._told.get, self._send)  # type: ignore[arg-type]  # dictionaries
+            await self._config.loaded_app(scope, self._told.get, self._send)
         except ClientLeft:
             pass
         except Exception:
@@ -134,7 +134,7 @@ class WebSocketProtocol(asyncio.Protocol):
         self._drain.stop()
         self._stop_timer()
         self._tell_end(CloseCode.NO_STATUS_RCVD if self._answered else CloseCode.ABNORMAL_CLOSURE)
-        self._server.connections.discard(self)  # type: ignore[arg-type]
+        self._server.connections.discard(self)
         self._room.set()
         self._untie()
 
