@@ -14,7 +14,7 @@ from fastapi.params import Body, Header, Query
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
-from api.common.faults import InvalidParts, options
+from api.common.faults import InvalidParts, kinds_of
 from gateway.core.operation import names_in
 
 NOTHING: Final = object()
@@ -133,7 +133,7 @@ def _is_body(annotation: Any) -> bool:
     told = _told(annotation)
     if any(isinstance(it, Query) for it in told):
         return False
-    return any(isinstance(it, Body) for it in told) or any(map(_is_composed, options(annotation)))
+    return any(isinstance(it, Body) for it in told) or any(map(_is_composed, kinds_of(annotation)))
 
 
 def _is_composed(kind: Any) -> bool:

@@ -132,7 +132,7 @@ def _models_at(shape: object, location: Sequence[str | int]) -> list[type[BaseMo
 
 def _followed(shape: object, location: Sequence[str | int]) -> tuple[list[Any], set[int]]:
     """What may stand at a place of a request, and which words of the place are tags of unions."""
-    options, tags = list(options(shape)), set()
+    options, tags = list(kinds_of(shape)), set()
     for index, part in enumerate(location):
         inside = [found for option in options for found in _inside(option, part)]
         # The tag of one member of a union may be the name of a field, too.
@@ -144,14 +144,14 @@ def _followed(shape: object, location: Sequence[str | int]) -> tuple[list[Any], 
     return options, tags
 
 
-def options(annotation: Any) -> Iterator[Any]:
+def kinds_of(annotation: Any) -> Iterator[Any]:
     """The types that may stand for one."""
     origin = get_origin(annotation)
     if origin is Annotated:
-        yield from options(get_args(annotation)[0])
+        yield from kinds_of(get_args(annotation)[0])
     elif origin in (Union, UnionType):
         for member in get_args(annotation):
-            yield from options(member)
+            yield from kinds_of(member)
     else:
         yield annotation
 
@@ -160,9 +160,9 @@ def _inside(option: Any, part: str | int) -> Iterator[Any]:
     if _is_model(option):
         field = option.model_fields.get(str(part))
         if field is not None:
-            yield from options(field.annotation)
+            yield from kinds_of(field.annotation)
     elif get_origin(option) in (list, tuple, dict):
-        yield from options(get_args(option)[-1 if get_origin(option) is dict else 0])
+        yield from kinds_of(get_args(option)[-1 if get_origin(option) is dict else 0])
 
 
 def _is_tagged(option: Any, part: str | int) -> bool:

@@ -193,7 +193,7 @@ class StrictRoute(HttpRoute):
 
     @cached_property
     def _takes_nothing(self) -> bool:
-        """Whether a body would be passed over; CSV and programs are read by their routes, which describe them."""
+        """Whether a body would be passed over; CSV and programs are read by routes that describe them."""
         reads_itself = not self.in_document or "requestBody" in self.own_entry
         return self._heeds_keys and self.call.body is None and not reads_itself
 
