@@ -64,9 +64,7 @@ class Part:
             return deepcopy(self._default)
         if self._field is not None and not self._field.is_required():
             return self._field.get_default(call_default_factory=True)
-        errors.append(
-            {"type": "missing", "loc": (self.place, *self._at), "msg": "Field required", "input": None}
-        )
+        errors.append({"type": "missing", "loc": self._at, "msg": "Field required", "input": None})
         return None
 
 
