@@ -8,19 +8,7 @@ from fastapi import FastAPI, HTTPException
 from pydantic.warnings import UnsupportedFieldAttributeWarning
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from api import (
-    backups,
-    catalogue,
-    command_routes,
-    health,
-    lines,
-    samples,
-    sign_in,
-    streams,
-    tickets,
-    walker,
-)
-from api.bodies import position_tables, text_commands
+from api import catalogue, health, sign_in, streams, tickets, walker
 from api.common import problems, schemas
 from api.common.access import Access
 from api.common.entrance import Entrance, open_to
@@ -31,20 +19,16 @@ from api.common.route_index import RouteIndex
 from api.common.routes import HttpRoute, unguarded
 from api.common.security import SameSite
 from api.common.strict_json import StrictRoute
-from api.common.traffic import Traffic
 from api.console import pages as console
 from api.front import documents
-from api.metrics import metrics_of
-from api.robots import position_tables as robot_position_tables
-from api.robots import text_commands as robot_text_commands
-from gateway.access.credentials import Credentials
-from gateway.core.family import Family
-from gateway.core.rights import Right
+from gateway.door.admission import Credentials
+from gateway.door.health import VERSION
 from gateway.door.keys import Keys
+from gateway.door.metrics import metrics_of
+from gateway.door.opening import Plant
 from gateway.door.remedies import calls_for
-from gateway.door.table import SECTIONS
-from gateway.plant import Plant
-from gateway.version import VERSION
+from gateway.door.table import Right, operations_of
+from gateway.door.traffic import Traffic
 
 DESCRIPTION = """\
 RORZE RC-420 motion controllers behind RC-400 link masters, and Fics robots that speak C-HOST.
@@ -136,14 +120,11 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     app.state.traffic = traffic = Traffic()
     app.state.metrics = metrics_of(plant, traffic)
     problems.install(app, partial(calls_for, plant))
-    modules = [position_tables, robot_position_tables, samples, streams, catalogue, health]
-    modules += [text_commands, robot_text_commands, lines, tickets, backups]
-    routers = [*map(walker.router, SECTIONS), *(module.router for module in modules)]
-    families: list[type[Family]] = [type(family) for family in plant.families.values()]
-    for family in families:
-        routers += [*map(walker.router, family.rows), *command_routes.routers(family)]
+    by_hand = [it for module in (catalogue, health, streams, tickets) for it in module.router.routes]
+    operations = operations_of(map(type, plant.families.values()))
+    rows = walker.routes(operations, [it for it in by_hand if isinstance(it, HttpRoute)])
     # Side by side instead of included, so that one index finds them all; and before the docs.
-    app.router.routes[:0] = [route for router in routers for route in router.routes]
+    app.router.routes[:0] = [*rows, *(it for it in by_hand if not isinstance(it, HttpRoute))]
     documents.install(app, root_path)
     console.install(app)
     app.routes.extend(sign_in.routes())

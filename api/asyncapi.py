@@ -7,11 +7,8 @@ import yaml
 from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
-from gateway.core.event_types import EventType
-from gateway.core.events import CloudEvent, Telemetry
-from gateway.door.event_models import name_of
-from gateway.event_types import EVENT_TYPES
-from gateway.version import VERSION
+from gateway.door.event_models import EVENT_TYPES, CloudEvent, EventType, Telemetry, name_of
+from gateway.door.health import VERSION
 
 _ROOT = Path(__file__).parent.parent
 PATH = _ROOT / "openapi" / "asyncapi.yaml"

@@ -8,8 +8,8 @@ from fastapi import Request, Response
 
 from api.common.requests import new_router
 from api.front.documents import JSON, Document
-from gateway.core.rights import Right
 from gateway.door.catalogue import CommandList, Family, FamilyName, tables_of
+from gateway.door.table import Right
 
 router = new_router("commands")
 

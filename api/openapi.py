@@ -6,8 +6,7 @@ from typing import Any
 
 from api.app import create_app
 from api.common.schemas import core_of, resources_of
-from gateway.config import Config
-from gateway.plant import Plant
+from gateway.door.opening import Config, Plant
 
 FOLDER = Path(__file__).parent.parent / "openapi"
 

@@ -2,7 +2,6 @@
 
 from base64 import b64encode
 from collections.abc import Mapping
-from dataclasses import dataclass
 from hashlib import sha256
 from html import escape
 from typing import Final
@@ -11,16 +10,13 @@ from urllib.parse import parse_qs, quote
 from fastapi import Request, Response
 from starlette.responses import HTMLResponse, RedirectResponse
 
-from api.common.access import Access, is_secure, session_cookie
+from api.common.access import is_secure, session_cookie
 from api.common.problems import SIGN_IN, wants_japanese
 from api.common.requests import access_of, plant_of
 from api.common.routes import PageRoute
 from api.common.strict_json import read_body
-from gateway.access.errors import LimitReached, NotPermitted
-from gateway.access.grants import Grant, handle_of
-from gateway.core.rights import Right
-from gateway.security import entries
-from gateway.security.folding import network_of
+from gateway.door.problems import words_of_page
+from gateway.door.table import Right
 
 SIGN_OUT: Final = "/sign-out"
 MOST_BYTES: Final = 16_384
@@ -29,35 +25,6 @@ _AFTERWARDS: Final = "/"
 _FORM: Final = "application/x-www-form-urlencoded"
 
 
-@dataclass(frozen=True)
-class _Words:
-    language: str
-    title: str
-    key: str
-    sign_in: str
-    sign_out: str
-    refused: str
-    note: str
-
-
-_ENGLISH: Final = _Words(
-    "en",
-    "Sign in to the motion gateway",
-    "Key",
-    "Sign in",
-    "Sign out",
-    "This key is not good: it is none of this gateway, has expired, or was revoked.",
-    "Software stops do not replace a hardware stop.",
-)
-_JAPANESE: Final = _Words(
-    "ja",
-    "モーションゲートウェイへのサインイン",
-    "キー",
-    "サインイン",
-    "サインアウト",
-    "このキーは使えません。登録されていないか、期限切れか、取り消されています。",
-    "ソフトウェア停止はハードウェアの非常停止の代わりにはなりません。",
-)
 _STYLE: Final = (
     "body{font-family:sans-serif;max-width:28rem;margin:15vh auto;padding:0 1rem}"
     "input,button{font:inherit;padding:.5rem;width:100%;box-sizing:border-box;margin:.25rem 0 1rem}"
@@ -94,52 +61,20 @@ async def _sign_in(request: Request) -> Response:
     content_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     shown = form.get("key", [""])[0].strip() if content_type == _FORM else ""
     following = form.get("next", [""])[0]
-    grant = _grant_of(access, shown)
+    grant = access.shown_at_sign_in(shown)
     if grant is None and not access.is_open:
-        return _refusal(request, following)
-    if grant is not None and not access.sign_ins.passes(grant.principal.id):
-        raise LimitReached(
-            f"{grant.principal.name} has signed in too often; no session was begun, and none has ended.",
-            "Try again in a few seconds.",
-        )
+        access.refuse_sign_in(SIGN_IN, _address(request))
+        return _page(request, following, refused=True)
     answer = RedirectResponse(quote(_local(following), safe="/?&=%"), 303)
     if grant is not None:
-        # An id from before would be one that somebody else may have chosen.
-        access.sessions.end(request.cookies.get(session_cookie(request.scope), ""))
-        session = access.sessions.begin(grant, _address(request))
-        plant_of(request).security.note(
-            entries.SIGN_IN_ACCEPTED,
-            handle_of(session),
-            caller=grant.principal.name,
-            role=grant.principal.role,
-        )
-        secure = is_secure(request.scope)
-        answer.set_cookie(
-            session_cookie(request.scope), session, httponly=True, samesite="strict", secure=secure, path="/"
-        )
+        name, secure = session_cookie(request.scope), is_secure(request.scope)
+        session = access.sign_in(grant, _address(request), request.cookies.get(name, ""))
+        answer.set_cookie(name, session, httponly=True, samesite="strict", secure=secure, path="/")
     return answer
-
-
-def _refusal(request: Request, following: str) -> Response:
-    """Refuse a key that is not good. One that is good passes, however many were not."""
-    plant_of(request).security.note(entries.SIGN_IN_REFUSED, SIGN_IN, why="The key is not good.")
-    if not access_of(request).wrong_sign_ins.passes(network_of(_address(request)) or ""):
-        raise LimitReached(
-            "From this address too many keys were shown that are not good; no session was begun.",
-            "Use a good key, or try again in a minute.",
-        )
-    return _page(request, following, refused=True)
 
 
 def _address(request: Request) -> str:
     return request.client.host if request.client else ""
-
-
-def _grant_of(access: Access, shown: str) -> Grant | None:
-    try:
-        return access.credentials.verify(shown)
-    except NotPermitted:
-        return None
 
 
 async def _sign_out(request: Request) -> Response:
@@ -158,21 +93,23 @@ def _local(path: str) -> str:
 
 
 def _page(request: Request, following: str, *, refused: bool = False) -> Response:
-    words = _JAPANESE if wants_japanese(request) else _ENGLISH
+    japanese = wants_japanese(request)
+    words, language = words_of_page("sign-in", japanese=japanese), "ja" if japanese else "en"
     access = access_of(request)
     at = escape(plant_of(request).config.server.root_path)
     # A form without an action is sent to where it stands, and so keeps what stands behind # for afterwards.
     session = request.cookies.get(session_cookie(request.scope), "")
-    out = f'<form method="post" action="{at}{SIGN_OUT}"><button>{words.sign_out}</button></form>'
+    refusal = f"<p role=alert>{words['refused']}</p>"
+    out = f'<form method="post" action="{at}{SIGN_OUT}"><button>{words["sign-out"]}</button></form>'
     content = (
-        f'<!doctype html><html lang="{words.language}"><meta charset="utf-8"><title>{words.title}</title>'
+        f'<!doctype html><html lang="{language}"><meta charset="utf-8"><title>{words["title"]}</title>'
         '<meta name="viewport" content="width=device-width">'
-        f"<style>{_STYLE}</style><h1>{words.title}</h1>"
-        f"{f'<p role=alert>{words.refused}</p>' if refused else ''}"
-        f'<form method="post"><label>{words.key}'
+        f"<style>{_STYLE}</style><h1>{words['title']}</h1>"
+        f"{refusal if refused else ''}"
+        f'<form method="post"><label>{words["key"]}'
         '<input type="password" name="key" autocomplete="current-password" required autofocus></label>'
         f'<input type="hidden" name="next" value="{escape(_local(following))}">'
-        f"<button>{words.sign_in}</button></form>"
-        f"{out if session and access.sessions.grant_of(session) else ''}<p>{words.note}</p></html>"
+        f"<button>{words['sign-in']}</button></form>"
+        f"{out if session and access.sessions.grant_of(session) else ''}<p>{words['note']}</p></html>"
     )
-    return HTMLResponse(content, 401 if refused else 200, {**_HEADERS, "Content-Language": words.language})
+    return HTMLResponse(content, 401 if refused else 200, {**_HEADERS, "Content-Language": language})

@@ -1,22 +1,38 @@
-"""Events over WebSocket, as a list and as server-sent events: the same events with the same cursor."""
+"""Streams: events, and the record of every byte of a line, over WebSockets and as server-sent events."""
 
 import asyncio
+import re
 from collections.abc import AsyncIterator, Sequence
 from math import nan
 from typing import Annotated
 
-from fastapi import Header, Request, Response, WebSocket
+from fastapi import Header, Query, Request, Response, WebSocket
+from starlette.datastructures import QueryParams
 from starlette.responses import StreamingResponse
 
 from api.common.query_params import require_known
 from api.common.requests import new_router, plant_of
 from api.common.sockets import CLOSE_GOING_AWAY, CLOSE_SLOW_CONSUMER, refuse, tell
 from api.front.websocket_protocol import EVENTS, SINGLY, TOGETHER
-from gateway.core.errors import InvalidRequest
-from gateway.core.events import FASTEST_HZ, SLOWEST_HZ, Event, SlowConsumer, Subscription
-from gateway.core.rights import Right
-from gateway.door.event_models import EventList
-from gateway.door.events import After, Bodies, Limit, Sample, Types, addresses_of, types_of
+from gateway.door import traces
+from gateway.door.calls import aside
+from gateway.door.events import (
+    FASTEST_HZ,
+    SLOWEST_HZ,
+    After,
+    Bodies,
+    Event,
+    Sample,
+    SlowConsumer,
+    Subscription,
+    Types,
+    addresses_of,
+    types_of,
+)
+from gateway.door.names import LineId
+from gateway.door.problems import GatewayError, InvalidRequest
+from gateway.door.table import Right
+from gateway.door.traces import MAX_TRACE_ENTRIES, TracedBodies, TracedRequest, split
 
 router = new_router("events")
 
@@ -24,28 +40,6 @@ SUBPROTOCOLS = (TOGETHER, SINGLY)
 """The first that a client offers is spoken; to one that offers none of them events are sent singly."""
 KEEP_ALIVE_S = 15.0
 """A silent stream of server-sent events carries a comment this often, so that dead clients are noticed."""
-
-
-@router.get("/events", Right.VIEW, response_model=EventList)
-async def list_events(
-    request: Request,
-    after: After = None,
-    bodies: Bodies = None,
-    types: Types = None,
-    limit: Limit = 100,
-    sample: Sample = None,
-) -> Response:
-    """List what has happened after a cursor, or from the oldest event that is kept.
-
-    Ask again after the answer's `cursor` to go on. The event `stream.gap` stands for events no longer kept.
-    With `sample` the values that are watched follow the events, as read within a second.
-    """
-    plant = plant_of(request)
-    wanted = addresses_of(plant, bodies), types_of(types)
-    page = await plant.events.since(after, *wanted, limit)
-    values = [] if sample is None else await plant.events.values(*wanted, sample)
-    events = ",".join(event.json for event in (*page.events, *values))
-    return Response(f'{{"events":[{events}],"cursor":"{page.cursor}"}}', media_type="application/json")
 
 
 # A stream has no end, which the schema of a response cannot say: it stays out of the OpenAPI document.
@@ -134,3 +128,85 @@ def _rate(text: str | None) -> float | None:
             "Give how many values a second are wanted.",
         )
     return rate
+
+
+@router.get("/lines/{line_id}/trace/stream", Right.VIEW, include_in_schema=False)
+async def follow_trace(
+    request: Request,
+    line_id: LineId,
+    bodies: TracedBodies = None,
+    request_id: TracedRequest = None,
+    last: Annotated[int, Query(ge=0, le=MAX_TRACE_ENTRIES)] = 0,
+    last_event_id: Annotated[str | None, Header(pattern="^[0-9]{1,18}$")] = None,
+) -> Response:
+    """Send the line's records as they come (text/event-stream), after the `last` that there are.
+
+    `gap` tells how many were missed.
+    """
+    plant = plant_of(request)
+    passing = traces.filter_of(plant, line_id, split(bodies), request_id)
+    after = None if last_event_id is None else int(last_event_id)
+    return StreamingResponse(
+        _trace_sent(traces.follow(plant, line_id, passing, after, last)),
+        media_type="text/event-stream",
+        headers={"Cache-Control": "no-cache", "X-Accel-Buffering": "no"},
+    )
+
+
+async def _trace_sent(news: AsyncIterator[traces.News | None]) -> AsyncIterator[bytes]:
+    loop = asyncio.get_running_loop()
+    told_at = loop.time()
+    yield b": the trace from now on\n\n"
+    async for it in news:
+        if it is not None:
+            told_at = loop.time()
+            yield await aside(_trace_frames, it)
+        elif loop.time() - told_at >= KEEP_ALIVE_S:
+            told_at = loop.time()
+            yield b": still here\n\n"
+
+
+def _trace_frames(news: traces.News) -> bytes:
+    gap = f'event: gap\ndata: {{"missed":{news.missed}}}\n\n' if news.missed else ""
+    data = "".join(f"event: trace\ndata: {entry.model_dump_json()}\n\n" for entry in news.entries)
+    return f"{gap}{data}id: {news.number}\n\n".encode()
+
+
+@router.websocket("/lines/{line_id}/trace/stream", Right.VIEW)
+async def follow_trace_by_socket(websocket: WebSocket) -> None:
+    """Send the line's records as they come, hundreds in one text frame, with how many were missed."""
+    plant, query, line_id = plant_of(websocket), websocket.query_params, websocket.path_params["line_id"]
+    await websocket.accept()
+    try:
+        require_known(websocket, ("bodies", "request_id", "last", "after"))
+        passing = traces.filter_of(plant, line_id, split(query.get("bodies")), query.get("request_id"))
+        after, last = _whole(query, "after"), _whole(query, "last") or 0
+        news = traces.follow(plant, line_id, passing, after, min(last, MAX_TRACE_ENTRIES))
+    except GatewayError as error:
+        await refuse(websocket, error)
+        return
+    await tell(websocket, _send_trace(websocket, news))
+
+
+async def _send_trace(websocket: WebSocket, news: AsyncIterator[traces.News | None]) -> None:
+    async for it in news:
+        if it is not None:
+            await websocket.send_text(await aside(_message, it))
+    await websocket.close(CLOSE_GOING_AWAY, "the gateway is shutting down")
+
+
+def _message(news: traces.News) -> str:
+    return f'{{"number":{news.number},"missed":{news.missed},"entries":[{traces.written(news.entries)}]}}'
+
+
+def _whole(query: QueryParams, name: str) -> int | None:
+    """Read a whole number from 0.
+
+    :raises InvalidRequest: it is none.
+    """
+    text = query.get(name)
+    if text is None:
+        return None
+    if not re.fullmatch("[0-9]{1,18}", text):
+        raise InvalidRequest(f"{name}: {text!r} is no whole number from 0.", "Give one, or leave it out.")
+    return int(text)

@@ -1,23 +1,12 @@
 """Tickets for those that can send no header."""
 
 from fastapi import Request, Response
-from pydantic import BaseModel, Field
 
 from api.common.requests import access_of, json_response, new_router
-from gateway.access.grants import TICKET_S
-from gateway.core.rights import Right
+from gateway.door.of_http import Ticket, ticket_of
+from gateway.door.table import Right
 
 router = new_router("system")
-
-
-class Ticket(BaseModel):
-    """What opens one event stream."""
-
-    ticket: str = Field(
-        description="To be sent as the query parameter `ticket` of /events, /events/stream or the stream "
-        "of a trace."
-    )
-    expires_in_s: float = Field(description="It is valid for this time, and once.")
 
 
 @router.post("/tickets", Right.VIEW, any_scope=True, response_model=Ticket)
@@ -27,5 +16,5 @@ async def issue_ticket(request: Request) -> Response:
     It is for browsers, whose WebSockets and EventSources send no key.
     """
     access = access_of(request)
-    ticket = Ticket(ticket=access.ticket_for(request.scope), expires_in_s=TICKET_S)
+    ticket = ticket_of(access.ticket_for(request.scope))
     return json_response(ticket, headers={"Cache-Control": "no-store"})

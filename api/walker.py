@@ -1,5 +1,6 @@
 """Routes made of the rows of the door: this module alone knows how an operation looks over HTTP."""
 
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache, partial
 from typing import Annotated, Any
 
@@ -9,47 +10,45 @@ from pydantic import BaseModel
 from api.common import plain_text
 from api.common.declared import answers, heeded, shown
 from api.common.etags import header_of, matching
+from api.common.idempotency import has_key
 from api.common.parameters import Endpoint, taking
 from api.common.requests import (
     begun_response,
     content_response,
     json_response,
-    new_router,
     plant_of,
     wait_headers,
     wait_s,
 )
 from api.common.results import render
-from api.common.routes import Router
+from api.common.routes import HttpRoute, Router
 from api.common.strict_json import StrictRequest, StrictRoute
-from gateway.core.operation import Operation, Rows, names_in
-from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped
 from gateway.door.calls import carry_out
 from gateway.door.documents import expectation
 from gateway.door.names import NAMES
+from gateway.door.results import Result
+from gateway.door.table import Operation, Text, Written, names_in
 
-RESULTS = Answer | Begun | MemberAnswers | Opened | Stopped
 WAIT = "wait"
+JSON = "application/json"
 
 
-def router(rows: Rows) -> Router:
-    """Make the routes of one section's rows."""
-    made = new_router(rows.tag)
-    for operation in rows:
-        if operation.by_hand is None and operation.http_only is None:
-            add(made, operation)
-    return made
+def routes(operations: Iterable[Operation], by_hand: Iterable[HttpRoute]) -> Iterator[HttpRoute]:
+    """Give the route of each row, in the order of the documents: made here, if not written by hand."""
+    written = {(method, route.path): route for route in by_hand for method in route.methods or ()}
+    for operation in operations:
+        yield written.get((operation.verb, operation.path)) or route_of(operation)
 
 
-def add(made: Router, operation: Operation) -> None:
+def route_of(operation: Operation) -> HttpRoute:
     """Make the route of a row."""
-    made.add(
+    return Router(operation.tag, _taking(operation.most_bytes, keyed=operation.keyed)).add(
         operation.verb,
         operation.path,
         operation.right,
         _endpoint(operation),
-        route_class=_taking(operation.most_bytes),
         any_scope=operation.any_scope,
+        include_in_schema=operation.documented,
         told=partial(_told, operation),
     )
 
@@ -66,37 +65,39 @@ def _told(operation: Operation) -> dict[str, Any]:
 
 
 @cache
-def _taking(most_bytes: int | None) -> type[StrictRoute]:
-    """Routes that take longer requests than others."""
-    if most_bytes is None:
-        return StrictRoute
-    request_class = type("LongRequest", (StrictRequest,), {"most": most_bytes})
-    return type("LongRoute", (StrictRoute,), {"request_class": request_class})
+def _taking(most_bytes: int | None, *, keyed: bool) -> type[StrictRoute]:
+    """Routes that take longer requests than others, or look at keys when they have read their requests."""
+    told: dict[str, Any] = {"refuses_keys": False} if keyed else {}
+    if most_bytes is not None:
+        told["request_class"] = type("LongRequest", (StrictRequest,), {"most": most_bytes})
+    return type("RowRoute", (StrictRoute,), told) if told else StrictRoute
 
 
 def _endpoint(operation: Operation) -> Endpoint:
     """Make what answers a request: it asks the door, and puts the result into a response."""
+    reads_itself = operation.request_name is not None and (operation.plain or operation.media)
 
     async def answer(request: Request, **values: Any) -> Response:
         waited_s = 0.0
         if WAIT in operation.parameters:
             waited_s = values[WAIT] = wait_s(request, values.get(WAIT))
-        if operation.plain is not None and operation.request_name is not None:
-            values[operation.request_name] = await plain_text.read(request, operation)
+        if reads_itself:
+            values[operation.request_name or ""] = await plain_text.read(request, operation)
         expects = None
         if operation.expects:
             expects = expectation(values.get(operation.request_name or ""), matching(request))
-        result = await carry_out(plant_of(request), operation, values, expects)
+        keyed = operation.keyed and has_key(request.scope)
+        result = await carry_out(plant_of(request), operation, values, expects, keyed=keyed)
         return _response(request, operation, result, waited_s)
 
-    return taking(answer, _signature(operation))
+    return taking(answer, _signature(operation, reads_itself=bool(reads_itself)))
 
 
-def _signature(operation: Operation) -> dict[str, Any]:
+def _signature(operation: Operation, *, reads_itself: bool) -> dict[str, Any]:
     """The parameters of path, request and query, in the order in which the document has them."""
     taken: dict[str, Any] = {name: NAMES.get(name, str) for name in names_in(operation.path)}
     taken |= operation.parameters
-    if operation.request_name is not None and operation.plain is None:
+    if operation.request_name is not None and not reads_itself:
         model = operation.request
         body = Annotated[model, Body(default_factory=model)] if operation.request_optional else model
         taken[operation.request_name] = body
@@ -110,15 +111,23 @@ def _response(request: Request, operation: Operation, result: Any, waited_s: flo
         return begun_response(result, _place(operation, result), waited_s)
     if operation.plain is not None:
         return plain_text.answer(request, operation, result)
-    if isinstance(result, RESULTS):
+    if isinstance(result, Result):
         return render(request, result, waited_s)
-    headers = wait_headers(waited_s)
-    if operation.tagged:
-        headers |= header_of(result)
-    if not isinstance(result, BaseModel):
-        return content_response(result, headers=headers)
-    content = result.model_dump_json(exclude_unset=operation.named_only)
-    return Response(content, headers=headers, media_type="application/json")
+    headers = {**wait_headers(waited_s), **_tag(operation, result)}
+    match result:
+        case Text():
+            return Response(result.content, headers={**headers, **result.beside}, media_type=operation.media)
+        case Written():
+            return Response(result.json, headers=headers, media_type=JSON)
+        case BaseModel():
+            content = result.model_dump_json(exclude_unset=operation.named_only)
+            return Response(content, headers=headers, media_type=JSON)
+    return content_response(result, headers=headers)
+
+
+def _tag(operation: Operation, result: Any) -> Mapping[str, str]:
+    document = result.document if isinstance(result, Text) else result
+    return header_of(document) if operation.tagged else {}
 
 
 def _place(operation: Operation, record: Any) -> str:

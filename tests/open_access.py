@@ -2,7 +2,8 @@
 
 from typing import Final
 
-from api.common.access import Access, Passage
+from api.common.access import Access
+from gateway.door.admission import Passage
 
 OPEN: Final = '\n[access]\nmode = "open"\n'
 """The end of a configuration file."""

@@ -3,7 +3,7 @@
 import asyncio
 import logging
 import re
-from collections.abc import Awaitable, Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from time import monotonic
@@ -15,20 +15,26 @@ from starlette.types import Scope
 
 from api.common.problems import CALLER, path_of
 from api.front.certificates import CERTIFIED
-from gateway.access import keys
-from gateway.access.errors import NotAuthenticated, NothingShown, NotPermitted
-from gateway.access.grants import Grant, SessionInfo, Tickets
-from gateway.access.limits import Limits, Rates, Usages, Use
-from gateway.access.principal import EVERYBODY, PRINCIPAL, Principal
-from gateway.access.principal import current as current_principal
-from gateway.core.errors import GatewayError, InvalidRequest
-from gateway.core.family import Family
-from gateway.core.operation import LEASED
-from gateway.core.origin import ORIGIN, Claim, Origin, current
-from gateway.core.own_faults import survived, twice
-from gateway.core.rights import Right
-from gateway.plant import Plant
-from gateway.security import entries
+from gateway.door.admission import (
+    EVERYBODY,
+    Admission,
+    CallersPassage,
+    Grant,
+    Passage,
+    Principal,
+    Use,
+    not_good,
+)
+from gateway.door.caller import Claim, Origin, current
+from gateway.door.calls import twice
+from gateway.door.opening import Plant
+from gateway.door.problems import (
+    InvalidRequest,
+    NotAuthenticated,
+    NothingShown,
+    NotPermitted,
+)
+from gateway.door.table import LEASED, Right
 
 log = logging.getLogger(__name__)
 
@@ -36,10 +42,6 @@ STREAMS: Final = frozenset({"/events", "/events/stream"})
 """What can be about some bodies only, by its query."""
 RECHECK_S: Final = 5.0
 """How often it is asked whether the credential of an event stream is still good."""
-SIGN_INS_AT_ONCE: Final = 20
-SIGN_INS_PER_S: Final = 1.0
-WRONG_SIGN_INS_AT_ONCE: Final = 100
-WRONG_SIGN_INS_PER_S: Final = 2.0
 CLOSE_NOT_AUTHENTICATED: Final = 4401
 _SAFE: Final = frozenset({"GET", "HEAD"})
 _TICKET: Final = "ticket"
@@ -52,87 +54,12 @@ _STREAM: Final = "/stream"
 _HEARTBEAT: Final = "/heartbeat"
 """What keeps a JOG going begins no move."""
 
-_NOT_GOOD: Final = (
-    f"The credential is none of this gateway, or has expired, or was revoked{_REFUSAL}",
-    "Use a good key: `motion-gateway keys list` tells which are.",
-)
-_REFUSAL_JA: Final = "。何も送信していません。"
-_SEND_KEY_JA: Final = "Authorization: Bearer KEY ヘッダーを送信してください。"
-_NOT_GOOD_JA: Final = (
-    f"このゲートウェイのキーではないか、期限切れまたは失効したキーです{_REFUSAL_JA}",
-    "有効なキーを使用してください（motion-gateway keys list で確認できます）。",
-)
 
-
-class Passage:
-    """A request that may go on; within it the code acts in the name of the caller."""
-
-    holds: Callable[[], bool] | None = None
-    """Of an event stream, which lasts: whether its credential is still good."""
-
-    def __enter__(self) -> None:
-        """Begin."""
-
-    def __exit__(self, *_: object) -> None:
-        """It is answered."""
-
-
-class _Of(Passage):
-    """A request of somebody."""
-
-    def __init__(self, principal: Principal, origin: Origin) -> None:
-        self._principal, self._origin = principal, origin
-
-    def __enter__(self) -> None:
-        self._before = PRINCIPAL.set(self._principal), ORIGIN.set(self._origin)
-
-    def __exit__(self, *raised: object) -> None:
-        principal, origin = self._before
-        ORIGIN.reset(origin)
-        PRINCIPAL.reset(principal)
-        if self._principal.scope is not None and isinstance(raised[1], GatewayError):
-            raised[1].withhold_names()
-
-
-class _Counted(_Of):
-    """A request of a key, which may have so many."""
-
-    def __init__(self, principal: Principal, origin: Origin, usages: Usages, use: Use) -> None:
-        super().__init__(principal, origin)
-        self._usages, self._use = usages, use
-
-    def __enter__(self) -> None:
-        self._usages.begin(self._principal.id, self._use)
-        super().__enter__()
-
-    def __exit__(self, *raised: object) -> None:
-        super().__exit__(*raised)
-        self._usages.end(self._principal.id, self._use)
-
-
-class Access:
+class Access(Admission):
     """Asks each request for a credential, a right and a scope; with mode `open` none is asked for."""
 
     def __init__(self, plant: Plant) -> None:
-        settings = plant.config.access
-        self.is_open = settings.mode == "open"
-        self.credentials = plant.credentials
-        self.sessions = plant.sessions
-        self.tickets = Tickets()
-        self.territory = plant.territory
-        self._named_by = _parameters_of(plant.families.values())
-        self._usages = Usages(
-            Limits(settings.subscribers_per_key, settings.requests_per_key, settings.moves_per_key_and_s)
-        )
-        self._good_ones: dict[bytes, Grant] = {}
-        """By the headers that were good a moment ago."""
-        self._forget_at = 0.0
-        self._security = plant.security
-        self.sessions.on_end = self._session_ended
-        self.sign_ins = Rates(SIGN_INS_AT_ONCE, SIGN_INS_PER_S)
-        """Of each key."""
-        self.wrong_sign_ins = Rates(WRONG_SIGN_INS_AT_ONCE, WRONG_SIGN_INS_PER_S)
-        """From each network address."""
+        super().__init__(plant)
         self._refused = 0
         self._told_at = 0.0
 
@@ -168,18 +95,12 @@ class Access:
         if self.is_open:
             if scope["query_string"] and _takes_tickets(scope):
                 _take_ticket(scope)
-            return _Of(EVERYBODY, _with_leases(current(), scope, right))
-        grant, session = self._grant_of(scope)
+            return CallersPassage(EVERYBODY, _with_leases(current(), scope, right))
+        grant = self._grant_of(scope)
         _note_caller(grant.principal, current(), scope)
-        if any_scope:
-            self.territory.require_right(grant.principal, right)
-        else:
-            self.territory.require(grant.principal, right, *self._targets(scope))
-        use = _use_of(scope, right)
-        origin = _in_the_name_of(grant.principal, _with_leases(current(), scope, right), scope)
-        passage = _Counted(grant.principal, origin, self._usages, use)
-        if use is Use.SUBSCRIBER:
-            passage.holds = lambda: self._holds(grant, session)
+        targets = None if any_scope else self._targets(scope)
+        passage = self.let_in(grant, current(), right, _use_of(scope, right), targets)
+        passage.origin = _in_the_name_of(grant.principal, _with_leases(current(), scope, right), scope)
         return passage
 
     def _let_stop(self, scope: Scope) -> Passage:
@@ -188,20 +109,16 @@ class Access:
         So nothing else is looked at, and no fault of the gateway itself can refuse a stop there.
         """
         if self.is_open:
-            return _Of(EVERYBODY, current())
-        grant, _ = self._grant_of(scope, self.sessions.grant_to_stop)
-        return _Of(grant.principal, _in_the_name_of(grant.principal, current(), scope))
-
-    def sees(self, address: str) -> bool:
-        """Whether the caller may see this in a list."""
-        return self.territory.covers(current_principal(), address)
+            return CallersPassage(EVERYBODY, current())
+        grant = self._grant_of(scope, self.sessions.grant_to_stop)
+        return CallersPassage(grant.principal, _in_the_name_of(grant.principal, current(), scope))
 
     def view_of(self, scope: Scope) -> Callable[[str], bool]:
         """Find what the sender of a request that all may make is told of: nothing without a good key."""
         if self.is_open:
             return lambda _: True
         try:
-            principal = self._grant_of(scope)[0].principal
+            principal = self._grant_of(scope).principal
         except (NotAuthenticated, NotPermitted):
             return lambda _: False
         return partial(self.territory.covers, principal)
@@ -211,7 +128,7 @@ class Access:
         if self.is_open:
             return current().caller
         try:
-            principal = self._grant_of(scope)[0].principal
+            principal = self._grant_of(scope).principal
         except (NotAuthenticated, NotPermitted):
             return None
         _note_caller(principal, current(), scope)
@@ -224,13 +141,12 @@ class Access:
         """
         if self.is_open:
             return self.tickets.issue(Grant(EVERYBODY))
-        grant, session = self._grant_of(scope)
-        return self.tickets.issue(replace(grant, session=session))
+        return self.tickets.issue(self._grant_of(scope))
 
     def _targets(self, scope: Scope) -> list[str]:
         """What a request is about, by its path; events by their query."""
         params = scope.get("path_params") or {}
-        named = [str(params[name]) for name in self._named_by if name in params]
+        named = [str(params[name]) for name in self.targets if name in params]
         if named or path_of(scope) not in STREAMS:
             return named
         query = parse_qs(scope["query_string"].decode("latin-1"), keep_blank_values=True)
@@ -238,55 +154,28 @@ class Access:
         # Which of two is heeded, or whether an empty one means all, is not for this place to guess.
         return [part.strip() for part in wanted[0].split(",")] if len(wanted) == 1 else []
 
-    def _holds(self, grant: Grant, session: str | None) -> bool:
-        return self.credentials.holds(grant) and (session is None or self.sessions.lasts(session))
-
-    def _grant_of(
-        self, scope: Scope, of_session: Callable[[str], Grant | None] | None = None
-    ) -> tuple[Grant, str | None]:
-        """Find the caller, and the session if there is one; `of_session` finds whose a session is."""
+    def _grant_of(self, scope: Scope, of_session: Callable[[str], Grant | None] | None = None) -> Grant:
+        """Find the caller; `of_session` finds whose a session is."""
         shown = [value for name, value in scope["headers"] if name == _AUTHORIZATION]
+        if len(shown) > 1:
+            raise NotAuthenticated(f"The request has the header authorization twice{_REFUSAL}")
         if shown:
-            return self._bearer_of(shown), None
+            return self.by_key(shown[0], _bearer)
         headers = Headers.of(scope)
         if _takes_tickets(scope) and (ticket := _take_ticket(scope)):
-            grant = self._good(self.tickets.redeem(ticket))
-            if not self._holds(grant, grant.session):
-                raise NotAuthenticated(*_NOT_GOOD).in_japanese(*_NOT_GOOD_JA)
-            return grant, grant.session
+            return self.redeemed(ticket)
         session = headers.cookies.get(session_cookie(scope))
         if session is None and CERTIFIED in scope:
             headers.require_no_other_page(scope)
-            return self._good(self.credentials.certified(scope[CERTIFIED])), None
+            return self.good(self.credentials.certified(scope[CERTIFIED]))
         if session is None:
-            raise NothingShown(
-                f"The request has no key{_REFUSAL}", "Send the header Authorization: Bearer KEY."
-            ).in_japanese(f"キーがありません{_REFUSAL_JA}", _SEND_KEY_JA)
+            raise NothingShown.worded("key.none")
         found = (of_session or self.sessions.grant_of)(session)
         if found is None:
-            raise NothingShown(*_NOT_GOOD).in_japanese(*_NOT_GOOD_JA)
-        good = self._good(found)
+            raise not_good(NothingShown)
+        good = self.good(found)
         headers.require_own_page(scope)
-        return good, session
-
-    def _bearer_of(self, shown: list[bytes]) -> Grant:
-        """Find whose a header is; one that was good is not read again until the keys are looked at again."""
-        now = monotonic()
-        if now >= self._forget_at:
-            self._forget_at = now + keys.RECHECK_S
-            self._good_ones.clear()
-        grant = self._good_ones.get(shown[0]) if len(shown) == 1 else None
-        if grant is None or not self.credentials.knows(grant):
-            grant = self.credentials.verify(_bearer(shown))
-            if grant is None:
-                raise NotAuthenticated(*_NOT_GOOD).in_japanese(*_NOT_GOOD_JA)
-            self._good_ones[shown[0]] = grant
-        return grant
-
-    def _good(self, grant: Grant | None) -> Grant:
-        if grant is None or not self.credentials.holds(grant):
-            raise NotAuthenticated(*_NOT_GOOD).in_japanese(*_NOT_GOOD_JA)
-        return grant
+        return replace(good, session=session)
 
     def counts_unknown(self, scope: Scope, detail: str) -> bool:
         """Whether a refused request came without a good key, and so is counted instead of logged."""
@@ -297,7 +186,8 @@ class Access:
 
     def _refuse(self, scope: Scope, error: NotAuthenticated | NotPermitted) -> None:
         """Write a refusal into the security log, and into the log."""
-        survived("the security log", partial(self._note, scope, error))
+        target = f"{scope.get('method', 'WebSocket')} {scope['path']}"
+        self.note_refusal(target, error, partial(self._name_of, scope))
         self._tell(scope, error.detail)
 
     def _tell(self, scope: Scope, detail: str) -> None:
@@ -309,25 +199,11 @@ class Access:
             log.warning("refused requests: %d; the last: %s: %a", self._refused, what, detail)
             self._told_at, self._refused = now, 0
 
-    def _note(self, scope: Scope, error: NotAuthenticated | NotPermitted) -> None:
-        if isinstance(error, NothingShown):
-            return
-        target = f"{scope.get('method', 'WebSocket')} {scope['path']}"
-        if isinstance(error, NotAuthenticated):
-            self._security.note(entries.CREDENTIAL_REFUSED, target, why=error.detail)
-        else:
-            self._security.note(
-                entries.REQUEST_REFUSED, target, caller=self._name_of(scope), why=error.detail
-            )
-
     def _name_of(self, scope: Scope) -> str | None:
         try:
-            return self._grant_of(scope)[0].principal.name
+            return self._grant_of(scope).principal.name
         except (NotAuthenticated, NotPermitted):
             return None
-
-    def _session_ended(self, session: SessionInfo, why: str) -> None:
-        self._security.note(entries.SESSION_ENDED, session.id, why=why, of=session.name)
 
 
 @dataclass(frozen=True)
@@ -376,29 +252,21 @@ class Headers:
         host, origin, site = self._word(b"host"), self._word(b"origin"), self._word(b"sec-fetch-site")
         own = origin in (f"https://{host}", f"{scheme}://{host}")
         if origin and not own:
-            raise NotPermitted(_NOT_FROM_THERE).in_japanese(_NOT_FROM_THERE_JA)
+            raise NotPermitted.worded("not-from-there")
         typed_in = site == "none" and safe
         if not (site == "same-origin" or typed_in if site else own or safe):
-            raise NotPermitted(_NOT_FROM_THERE).in_japanese(_NOT_FROM_THERE_JA)
+            raise NotPermitted.worded("not-from-there")
 
 
-def _bearer(shown: Sequence[bytes]) -> str:
+def _bearer(shown: bytes) -> str:
     """Read the key in a header Authorization.
 
-    :raises NotAuthenticated: there are several, or it has another form.
+    :raises NotAuthenticated: it has another form.
     """
-    if len(shown) > 1:
-        raise NotAuthenticated(f"The request has the header authorization twice{_REFUSAL}")
-    scheme, _, key = shown[0].decode("latin-1").partition(" ")
+    scheme, _, key = shown.decode("latin-1").partition(" ")
     if scheme.lower() != "bearer" or not key.strip():
-        raise NotAuthenticated(
-            f"The header Authorization has no key{_REFUSAL}", "Send Authorization: Bearer KEY."
-        ).in_japanese(f"Authorization ヘッダーにキーがありません{_REFUSAL_JA}", _SEND_KEY_JA)
+        raise NotAuthenticated.worded("key.none-in-header")
     return key.strip()
-
-
-_NOT_FROM_THERE: Final = f"Only the gateway's own pages may use a browser that is signed in{_REFUSAL}"
-_NOT_FROM_THERE_JA: Final = f"サインイン済みのブラウザを使えるのは、ゲートウェイのページのみです{_REFUSAL_JA}"
 
 
 def is_secure(scope: Scope) -> bool:
@@ -427,12 +295,6 @@ def _use_of(scope: Scope, right: Right) -> Use:
         return Use.REQUEST if scope["path"].endswith(_HEARTBEAT) else Use.MOVE
     listens = scope["type"] == "websocket" or scope["path"].endswith(_STREAM)
     return Use.SUBSCRIBER if listens else Use.REQUEST
-
-
-def _parameters_of(families: Iterable[Family]) -> Collection[str]:
-    """The parameters of paths that name what a request is about: the first of each place."""
-    places = {place.path for family in families for place, _ in family.commands}
-    return {"line_id", "scara_id", *(path.split("/")[2].strip("{}") for path in places)}
 
 
 def _with_leases(origin: Origin, scope: Scope, right: Right) -> Origin:

@@ -15,7 +15,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
 from api.common.faults import InvalidParts, kinds_of
-from gateway.core.operation import names_in
+from gateway.door.table import names_in
 
 NOTHING: Final = object()
 """Stands for what a request does not have."""

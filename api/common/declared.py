@@ -2,13 +2,15 @@
 
 from typing import Any
 
+from fastapi import Response
+
 from api.common import plain_text
 from api.common.documentation import begins, begins_moves, words_of
 from api.common.etags import IF_MATCH
 from api.common.problems import DECLARED
 from api.common.results import AGE_HEADER
 from api.common.strict_json import JSON
-from gateway.core.operation import Operation
+from gateway.door.table import Operation
 
 _AGE = {"description": "How old the answer is, in milliseconds.", "schema": {"type": "number"}}
 
@@ -42,7 +44,20 @@ def answers(operation: Operation) -> dict[str, Any]:
         return begins_moves("/".join(operation.path.split("/")[:3]), model, operation.ended)
     if operation.opens:
         return {"status_code": 201, "response_model": model}
+    if operation.media is not None and operation.documented:
+        return {"response_class": Response, "responses": {**DECLARED, 200: _text(operation)}}
+    if operation.may_begin is not None:
+        begun = {"model": operation.may_begin, "description": "The command has started a move."}
+        return _told(model, {202: begun})
     return _told(model, _at_once(operation))
+
+
+def _text(operation: Operation) -> dict[str, Any]:
+    """A text, with what may stand beside it."""
+    told: dict[str, Any] = {"content": {operation.media: {"schema": {"type": "string"}}}}
+    if operation.answered is not None:
+        told["description"] = operation.answered
+    return {**told, "headers": operation.beside} if operation.beside else told
 
 
 def _at_once(operation: Operation) -> dict[int | str, Any]:

@@ -4,14 +4,11 @@ import re
 from collections.abc import Callable
 from typing import Any, Final
 
-from fastapi import Request, Response
+from fastapi import Request
 from pydantic import BaseModel
 
-from api.common.requests import json_response
-from gateway.core.errors import Outdated
-from gateway.core.operation import Expectation
-from gateway.core.records import SentBack
-from gateway.door.documents import expectation, tag_of
+from gateway.door.documents import tag_of
+from gateway.door.problems import Outdated
 
 HEADER: Final = "If-Match"
 
@@ -44,19 +41,6 @@ def matching(request: Request) -> Callable[[str], None] | None:
     return require
 
 
-def expected_by(
-    request: Request,
-    change: SentBack | None = None,
-    document: Callable[[Any], BaseModel] = lambda read: read,
-) -> Expectation | None:
-    """What refuses a present state that `If-Match` does not name, or that what is sent back contradicts.
-
-    None where any will do. `document` makes of what is read what clients have read.
-    """
-    expects = expectation(change, matching(request))
-    return None if expects is None else lambda read: expects(document(read))
-
-
 def etag_of(document: BaseModel) -> str:
     """The strong tag of what a document says."""
     return f'"{tag_of(document)}"'
@@ -65,8 +49,3 @@ def etag_of(document: BaseModel) -> str:
 def header_of(document: BaseModel) -> dict[str, str]:
     """The header with the tag of a document."""
     return {"ETag": etag_of(document)}
-
-
-def tagged(document: BaseModel) -> Response:
-    """Answer with a document and its tag."""
-    return json_response(document, headers=header_of(document))

@@ -6,8 +6,8 @@ from starlette.requests import HTTPConnection
 from starlette.types import Scope
 
 from api.front.stop_paths import is_stop
-from gateway.core.errors import InvalidRequest
-from gateway.core.rights import Right
+from gateway.door.keys import not_honoured
+from gateway.door.table import Right
 
 WITH_EFFECT: Final = frozenset({"POST", "PUT", "PATCH", "DELETE"})
 """Methods whose requests do something, most of them."""
@@ -34,11 +34,7 @@ def require_no_key(request: HTTPConnection) -> None:
     :raises InvalidRequest: it has the header.
     """
     if has_key(request.scope) and HONOURED not in request.scope:
-        raise InvalidRequest(
-            "The header Idempotency-Key is not honoured here, for there is no journal, or the command comes "
-            "as text, or its answer is secret: it would be carried out again; nothing was sent.",
-            "Leave the header out, and look at what the first request did before you repeat it.",
-        )
+        raise not_honoured()
 
 
 def takes_key(method: str, path: str, right: Right | None) -> bool:

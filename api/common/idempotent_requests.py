@@ -18,16 +18,13 @@ from api.common.idempotency import HEADER, HONOURED, LONGEST_KEY, WITH_EFFECT, h
 from api.common.problems import plain_problem, response_to
 from api.common.results import render
 from api.common.route_index import RouteIndex
-from api.common.strict_json import INLINE_BYTES, parse, read_body
-from gateway.core.aside import aside
-from gateway.core.errors import GatewayError, InvalidRequest, NoReply
-from gateway.core.move_record import Move, MoveRecord
-from gateway.core.origin import acting, current
-from gateway.core.rights import Right
-from gateway.core.targets import Begun
+from api.common.strict_json import read_body
+from gateway.door.caller import acting, current
+from gateway.door.calls import aside
 from gateway.door.keys import Answered, Key, Keys, LeftOpen
-from gateway.door.problems import problem_of
-from gateway.rorze.scaras.record import ScaraMove
+from gateway.door.problems import GatewayError, InvalidRequest, problem_of
+from gateway.door.strict_json import INLINE_BYTES, parse
+from gateway.door.table import Right
 
 REPLAYED: Final = "Idempotency-Replayed"
 MOST_BYTES: Final = 262_144
@@ -198,21 +195,8 @@ def _canonical(body: bytes) -> bytes:
 def _found(left: LeftOpen, request: Request) -> _Answer:
     """Answer for an earlier life, which has ended before it could."""
     if left.moves:
-        return _Answer.of(render(request, _begun(left.moves[0], left)))
-    unknown = NoReply(
-        "The gateway has ended while this request was under way, and nobody knows what has become of it; "
-        "nothing is sent again.",
-        "Read back what it should have changed, then use another key.",
-    )
-    return _Answer.of(response_to(problem_of(unknown, request.scope["path"])))
-
-
-def _begun(first: MoveRecord, left: LeftOpen) -> Begun:
-    if isinstance(first, ScaraMove):
-        return Begun(f"/scaras/{first.scara_id}", [first])
-    if isinstance(first, Move):
-        return Begun(f"/bodies/{first.body_id}", left.moves, first.group_id)
-    return Begun(f"/robots/{first.body_id}", left.moves)
+        return _Answer.of(render(request, left.begun()))
+    return _Answer.of(response_to(problem_of(left.unknown(), request.scope["path"])))
 
 
 def _once_more(body: bytes) -> Receive:

@@ -6,7 +6,7 @@ from typing import Any
 
 from fastapi import Request, Response
 
-from gateway.core.operation import names_in
+from gateway.door.table import names_in
 
 Endpoint = Callable[..., Coroutine[Any, Any, Response]]
 

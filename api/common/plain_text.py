@@ -9,22 +9,26 @@ from api.common import strict_json
 from api.common.faults import InvalidBody
 from api.common.requests import json_response
 from api.common.strict_json import JSON
-from gateway.core.aside import aside
-from gateway.core.errors import InvalidRequest
-from gateway.core.operation import Operation
+from gateway.door.calls import aside
+from gateway.door.problems import InvalidRequest
+from gateway.door.strict_json import NotStrict, parse
+from gateway.door.table import Operation
 
 TEXT: Final = "text/plain"
 
 
-async def read(request: Request, operation: Operation) -> BaseModel:
-    """Read a request from JSON, or its member from plain text.
+async def read(request: Request, operation: Operation) -> BaseModel | bytes:
+    """Read a request from JSON, or its member from plain text; where the row has a media type, the bytes.
 
     :raises HTTPException: 413 or 415, or 400 where it is no JSON.
     :raises InvalidBody: it is another JSON.
     :raises InvalidRequest: it is not to be trusted.
     """
-    kind = strict_json.require_type(request, JSON, TEXT)
+    kinds = (JSON, TEXT) if operation.media is None else (operation.media,)
+    kind = strict_json.require_type(request, *kinds)
     content = await strict_json.read_body(request, operation.most_bytes or strict_json.MAX_BODY_BYTES)
+    if operation.media is not None:
+        return content
     model: type[BaseModel] = operation.request
     if kind != TEXT:
         return await aside(_from_json, content, model)
@@ -36,8 +40,8 @@ async def read(request: Request, operation: Operation) -> BaseModel:
 
 def _from_json(content: bytes, model: type[BaseModel]) -> BaseModel:
     try:
-        data = strict_json.parse(content)
-    except strict_json.NotStrict as error:
+        data = parse(content)
+    except NotStrict as error:
         raise InvalidRequest(f"The request is not valid: {error}; nothing was sent.") from None
     except ValueError:
         raise HTTPException(400, "The request body is not JSON; nothing was sent.") from None

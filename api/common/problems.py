@@ -21,16 +21,20 @@ from starlette.types import Scope
 
 from api.common.faults import InvalidParts, faults_of
 from api.front.stop_paths import is_stop
-from gateway.access.errors import NotAuthenticated
-from gateway.core.errors import (
+from gateway.door.caller import current
+from gateway.door.problems import (
+    TYPE_PREFIX,
     Ambiguous,
     GatewayError,
+    InvalidField,
     InvalidRequest,
+    NextCall,
+    NotAuthenticated,
+    Problem,
+    how_to_stop,
+    problem_of,
+    put_in_japanese,
 )
-from gateway.core.next_calls import NextCall
-from gateway.core.origin import current
-from gateway.door.japanese import STOP_ALL, STOP_ONE
-from gateway.door.problems import TYPE_PREFIX, InvalidField, Problem, problem_of, put_in_japanese
 from protocols.wording import MOST_SHOWN
 
 log = logging.getLogger(__name__)
@@ -95,20 +99,16 @@ def _tell_how_to_stop(request: Request, problem: Problem) -> None:
     """Say of a stop that is not sent as it stands what counts: nothing was stopped, and what stops."""
     misnamed = any(it.field in request.path_params for it in problem.errors or ())
     if problem.status == 404 or misnamed or problem.type == TYPE_PREFIX + Ambiguous.kind:
-        path, how, how_ja = f"{quote(request.scope.get('root_path', ''))}/stop", "stop everything", STOP_ALL
+        detail, remedy = how_to_stop(f"{quote(request.scope.get('root_path', ''))}/stop", "all")
     elif problem.status in (400, 405, 413, 422):
         of = problem.instance.partition("/commands/")[0].removesuffix("/stop")
-        path, how, how_ja = f"{of}/stop", "stop with the default mode, decelerating", STOP_ONE
+        detail, remedy = how_to_stop(f"{of}/stop", "one")
     else:
         return
     if wants_japanese(request):
-        problem.detail += f"何も停止していません。{how_ja.format(path=path)}"
-        problem.remedy = (
-            f"すぐに POST {path} を送信してください。危険な場合は非常停止回路を使用してください。"
-        )
+        problem.detail, problem.remedy = f"{problem.detail}{detail.ja}", remedy.ja
     else:
-        problem.detail += f" Nothing was stopped: send POST {path} without a body to {how}."
-        problem.remedy = f"POST {path} at once; in danger use the hardware stop."
+        problem.detail, problem.remedy = f"{problem.detail} {detail.en}", remedy.en
 
 
 def wants_japanese(request: Request) -> bool:

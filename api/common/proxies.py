@@ -9,7 +9,7 @@ from uvicorn.middleware.proxy_headers import ProxyHeadersMiddleware
 
 from api.common.problems import plain_problem, response_to
 from api.common.request_ids import RequestIds
-from gateway.config import Server
+from gateway.door.opening import Server
 
 
 class Proxies:

@@ -4,7 +4,7 @@ from collections.abc import Collection
 
 from starlette.requests import HTTPConnection
 
-from gateway.core.errors import InvalidRequest
+from gateway.door.problems import InvalidRequest
 from protocols.wording import shown, unknown
 
 

@@ -7,8 +7,8 @@ from typing import Final
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from api.common.traffic import Traffic, kind_of
-from gateway.core.origin import ORIGIN, Origin, new_request_id
+from gateway.door.caller import ORIGIN, Origin, new_request_id
+from gateway.door.traffic import Client, Traffic
 
 HEADER: Final = "X-Request-Id"
 _NAME: Final = b"x-request-id"
@@ -86,7 +86,7 @@ class RequestIds:
 
         client = scope.get("client")
         caller = f"{scope['type']} {client[0]}" if client else scope["type"]
-        kind = kind_of(scope)
+        kind = _kind_of(scope)
         traffic.clients[kind] += 1
         before = ORIGIN.set(Origin(caller, request_id, address=client[0] if client else ""))
         try:
@@ -94,3 +94,10 @@ class RequestIds:
         finally:
             ORIGIN.reset(before)
             traffic.clients[kind] -= 1
+
+
+def _kind_of(scope: Scope) -> Client:
+    """What somebody has come for."""
+    if scope["type"] == "websocket":
+        return "websocket"
+    return "sse" if scope["path"].endswith("/events/stream") else "request"

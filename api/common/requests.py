@@ -12,9 +12,9 @@ from starlette.requests import HTTPConnection
 from api.common.access import Access
 from api.common.routes import HttpRoute, Router
 from api.common.strict_json import StrictRoute
-from gateway.core.operation import MAX_WAIT_S
-from gateway.core.origin import current
-from gateway.plant import Plant
+from gateway.door.caller import current
+from gateway.door.opening import Plant
+from gateway.door.table import MAX_WAIT_S
 
 _WAIT = re.compile(r'(?:^|[,;])\s*wait\s*=\s*"?(\d{1,9}(?:\.\d+)?)"?\s*(?:$|[,;])', re.IGNORECASE)
 

@@ -7,9 +7,7 @@ from pydantic import BaseModel
 
 from api.common.problems import instance_of, wants_japanese
 from api.common.requests import content_response, json_response, wait_headers
-from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Result, Stopped
-from gateway.core.times import age_ms_of
-from gateway.door.results import told
+from gateway.door.results import Answer, Begun, MemberAnswers, Opened, Result, Stopped, age_ms_of, told
 
 AGE_HEADER = "Age-Ms"
 

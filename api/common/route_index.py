@@ -9,7 +9,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api.common.problems import path_of
 from api.common.routes import HttpRoute
-from gateway.core.rights import Right
+from gateway.door.table import Right
 
 ANY: Final = ""
 """Stands for a last word that is a parameter."""

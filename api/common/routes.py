@@ -9,7 +9,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api.common.access import CLOSE_NOT_AUTHENTICATED, Access, while_it_holds
 from api.common.problems import DECLARED, path_of
-from gateway.core.rights import Right
+from gateway.door.table import Right
 
 Endpoint = TypeVar("Endpoint", bound=Callable[..., Any])
 
@@ -155,22 +155,20 @@ class Router:
         path: str,
         right: Right,
         endpoint: Callable[..., Any],
-        *,
-        route_class: type[HttpRoute] | None = None,
         **options: Any,
-    ) -> None:
+    ) -> HttpRoute:
         """Add an operation, named as its endpoint if nothing else is said; `options` are those of FastAPI."""
-        self.routes.append(
-            (route_class or self._route_class)(
-                path,
-                endpoint,
-                right=right,
-                methods=[method],
-                tags=[self.tag],
-                generate_unique_id_function=_name_of,
-                **{"responses": DECLARED, **options},
-            )
+        route = self._route_class(
+            path,
+            endpoint,
+            right=right,
+            methods=[method],
+            tags=[self.tag],
+            generate_unique_id_function=_name_of,
+            **{"responses": DECLARED, **options},
         )
+        self.routes.append(route)
+        return route
 
     def get(self, path: str, right: Right, **options: Any) -> Callable[[Endpoint], Endpoint]:
         """Register the function below for GET."""

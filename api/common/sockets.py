@@ -7,7 +7,7 @@ from typing import Any, Final
 from fastapi import WebSocket
 from starlette.websockets import WebSocketDisconnect
 
-from gateway.core.errors import GatewayError
+from gateway.door.problems import GatewayError
 
 CLOSE_GOING_AWAY: Final = 1001
 CLOSE_SLOW_CONSUMER: Final = 4008

@@ -10,7 +10,7 @@ from fastapi import FastAPI, HTTPException, Request, Response
 
 from api.common.routes import PageRoute
 from api.front.documents import HTML, Document
-from gateway.core.rights import Right
+from gateway.door.table import Right
 
 BUILT: Final = files("api.console") / "built"
 _MEDIA_TYPES: Final = {

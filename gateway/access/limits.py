@@ -115,7 +115,4 @@ class Rates:
 
 
 def _reached(what: str) -> LimitReached:
-    said = LimitReached(f"The key has {what}, and may have no more; nothing was sent.", "Try again later.")
-    return said.in_japanese(
-        "このキーの使用量は上限に達しています。何も送信していません。", "しばらくしてから再試行してください。"
-    )
+    return LimitReached.worded("key.limit", what=what)

@@ -48,24 +48,11 @@ class Territory:
         if principal.scope is None or right is Right.OPEN:
             return
         if not addresses:
-            raise NotPermitted(
-                f"This is about the whole plant, and the key {principal.name} is for "
-                f"{', '.join(sorted(principal.scope)) or 'nothing'}; nothing was sent.",
-                "Name what is meant, or use a key without a scope.",
-            ).in_japanese(
-                f"設備全体に対する要求ですが、キー {principal.name} の範囲は限定されています。"
-                "何も送信していません。",
-                "対象を指定するか、範囲の制限がないキーを使用してください。",
-            )
+            meant = ", ".join(sorted(principal.scope)) or "nothing"
+            raise NotPermitted.worded("key.whole-plant", name=principal.name, scope=meant)
         for address in addresses:
             if not self._covers(principal, address):
-                raise NotPermitted(
-                    f"The key {principal.name} is not for {address}; nothing was sent.",
-                    "Use a key whose scope has it, and all members of it if it is a group.",
-                ).in_japanese(
-                    f"{address} はキー {principal.name} の範囲外です。何も送信していません。",
-                    "対象（グループの場合は全メンバー）を範囲に含むキーを使用してください。",
-                )
+                raise NotPermitted.worded("key.out-of-scope", name=principal.name, address=address)
 
     def _covers(self, principal: Principal, address: str) -> bool:
         """As `covers`; where an address fits several lines, the caller is told no names of them."""
@@ -82,15 +69,7 @@ class Territory:
         :raises NotPermitted: it does not; nothing was sent.
         """
         if right not in RIGHTS_OF[principal.role]:
-            raise NotPermitted(
-                f"This takes the right {right}, which the role {principal.role} of {principal.name} does not "
-                "have; nothing was sent.",
-                "Use a key with a higher role.",
-            ).in_japanese(
-                f"権限 {right} が必要ですが、{principal.name} の役割 {principal.role} にはありません。"
-                "何も送信していません。",
-                "より上位の役割のキーを使用してください。",
-            )
+            raise NotPermitted.worded("key.no-right", right=right, role=principal.role, name=principal.name)
 
     def covers(self, principal: Principal, address: str) -> bool:
         """Whether all that an address means is in somebody's scope; what there is not is in none.

@@ -13,6 +13,7 @@ from typing import Any, Final, Generic, NamedTuple, Self, TypeVar
 
 from pydantic import Field
 
+from gateway import texts
 from gateway.core.errors import GatewayError, NotFound
 from gateway.core.events import Event, EventHub
 from gateway.core.move_log import new_id
@@ -20,6 +21,7 @@ from gateway.core.next_calls import ALARMS, NextCall, filled_in, post
 from gateway.core.origin import current
 from gateway.core.records import Record
 from gateway.core.rights import Right
+from gateway.texts import Text
 from protocols.wording import as_given
 
 HISTORY: Final = 1000
@@ -40,9 +42,9 @@ class AlarmText(Record):
     motor: str = Field(description="What the motor did, or may do.")
     remedy: str = Field(description="What to do next.")
 
-    def of(self, facts: Facts) -> Self:
+    def of(self, facts: Facts, language: str) -> Self:
         """Fill in what is known of this one."""
-        written = {name: _written(fact) for name, fact in facts.items()}
+        written = {name: _written(texts.spoken(fact, language)) for name, fact in facts.items()}
         told = {name: text.format_map(written).strip() for name, text in self.model_dump().items()}
         return self.model_copy(update=told)
 
@@ -53,11 +55,6 @@ def _written(fact: object) -> str:
     return "-" if fact is None else str(fact)
 
 
-def words(happened: str, motor: str, remedy: str) -> AlarmText:
-    """Say an alarm, with what differs in braces."""
-    return AlarmText(happened=happened, motor=motor, remedy=remedy)
-
-
 class PastWords(Record):
     """An alarm whose cause is over, in both languages: nothing of it is told as so now."""
 
@@ -66,12 +63,24 @@ class PastWords(Record):
 
     def of(self, facts: Facts) -> Self:
         """Fill in what is known of this one."""
-        return self.model_copy(update={"en": self.en.of(facts), "ja": self.ja.of(facts)})
+        return self.model_copy(update={"en": self.en.of(facts, "en"), "ja": self.ja.of(facts, "ja")})
 
 
-def past(en: AlarmText, ja: AlarmText) -> PastWords:
-    """Say what is told of an alarm once its cause is over."""
-    return PastWords(en=en, ja=ja)
+class Words(NamedTuple):
+    """An alarm as the catalogue has it."""
+
+    en: AlarmText
+    ja: AlarmText
+    over: PastWords | None = None
+    """What is told once it is over; None where the same words go on being true."""
+
+
+def words_of(key: str) -> Words:
+    """Find the words of an alarm: `[alarms.KEY]` of each language, and `[alarms.KEY.over]`."""
+    told = [texts.entry(language, f"alarms.{key}") for language in texts.LANGUAGES]
+    en, ja = (AlarmText.model_validate({it: table[it] for it in AlarmText.model_fields}) for table in told)
+    over = [AlarmText.model_validate(table["over"]) for table in told if "over" in table]
+    return Words(en, ja, PastWords(en=over[0], ja=over[1]) if over else None)
 
 
 class Alarm(Record):
@@ -133,8 +142,7 @@ class Cause:
     name: str
     event: str
     """The type of the event."""
-    en: AlarmText
-    ja: AlarmText
+    words: Words
     manual: str = ""
     next: Sequence[NextCall] = ()
     lasts: Callable[[str], bool] = _over
@@ -149,8 +157,6 @@ class Cause:
     """Whether an alarm of something larger tells it, too, by the subject; not where alarms latch."""
     latches: bool = True
     """Whether it keeps its subject from moving, where alarms latch."""
-    over: PastWords | None = None
-    """What is told once it is over; None where it only happened at a moment."""
     disproved: Callable[[str], bool] = _over
     """Asked when it is over, by the subject: has it turned out that there was no cause?"""
 
@@ -167,11 +173,9 @@ def _while_true_of(find: Callable[[str], T | None], holds: Callable[[T], bool]) 
 
 @dataclass(frozen=True)
 class Kind(Generic[T]):
-    """A cause as a table has it: of any line, body or robot."""
+    """A cause as a table has it: of any line, body or robot. Its words stand in the catalogue."""
 
     name: str
-    en: AlarmText
-    ja: AlarmText
     manual: str = ""
     next: Sequence[NextCall] = ()
     lasts: Callable[[T], bool] | None = None
@@ -185,17 +189,17 @@ class Kind(Generic[T]):
     """Whether an alarm of its line tells it, too."""
     latches: bool = True
     """Whether it keeps its subject from moving, where alarms latch."""
-    over: PastWords | None = None
     disproved: Callable[[T], bool] | None = None
     """Asked when it is over: has it turned out that there was no cause?"""
+    words: str = ""
+    """The key of its words, where that is not its name."""
 
     def among(self, find: Callable[[str], T | None]) -> Cause:
         """The cause of those that are found by their address; None is one that is configured no more."""
         return Cause(
             self.name,
             self.event or self.name,
-            self.en,
-            self.ja,
+            words_of(self.words or self.name),
             self.manual,
             self.next,
             _over if self.lasts is None else _while_true_of(find, self.lasts),
@@ -204,7 +208,6 @@ class Kind(Generic[T]):
             self.wanted,
             _over if self.is_told is None else _while_true_of(find, self.is_told),
             self.latches,
-            self.over,
             _over if self.disproved is None else _while_true_of(find, self.disproved),
         )
 
@@ -213,16 +216,12 @@ class AlarmLasts(GatewayError):
     """An alarm cannot be reset: its cause lasts, or has come again."""
 
     kind = "alarm-lasts"
-    title = "The cause of the alarm lasts"
-    title_ja = "アラームの原因が続いています"
 
 
 class Latched(GatewayError):
     """An alarm keeps something from moving until it is reset."""
 
     kind = "latched"
-    title = "An alarm stands"
-    title_ja = "アラームが発生中です"
 
 
 class _Key(NamedTuple):
@@ -299,10 +298,10 @@ class Alarms:
             move_id=facts.get("move_id"),
             code=facts.get("code"),
             manual=cause.manual,
-            en=cause.en.of(facts),
-            ja=cause.ja.of(facts),
+            en=cause.words.en.of(facts, "en"),
+            ja=cause.words.ja.of(facts, "ja"),
             next=filled_in(cause.next, names),
-            when_over=cause.over and cause.over.of(facts),
+            when_over=cause.words.over and cause.words.over.of(facts),
         )
         _say_past(alarm)
         self._standing[key] = alarm
@@ -362,20 +361,12 @@ class Alarms:
         """
         alarm = self.get(alarm_id)
         if alarm.reset_by == AGAIN:
-            raise AlarmLasts(
-                f"{alarm.cause} has come again at {alarm.subject} since; nothing was reset.",
-                "Look at the newer alarm.",
-                [ALARMS],
-            ).in_japanese(
-                f"{alarm.subject}の{alarm.cause}が再発しています。アラームは解除していません。",
-                "新しいアラームを確認してください。",
-            )
+            raise AlarmLasts.worded("alarm.again", [ALARMS], cause=alarm.cause, subject=alarm.subject)
         if alarm.ended_at is None:
-            raise AlarmLasts(
-                f"{alarm.en.happened} That still lasts; nothing was reset.", alarm.en.remedy, alarm.next
-            ).in_japanese(
-                f"{alarm.ja.happened}この状態は続いています。アラームは解除していません。", alarm.ja.remedy
+            happened, remedy = (
+                Text(getattr(alarm.en, it), getattr(alarm.ja, it)) for it in ("happened", "remedy")
             )
+            raise AlarmLasts.worded("alarm.lasts", alarm.next, happened=happened, remedy=remedy)
         if alarm.reset_at is None:
             self._reset(alarm, current().caller)
         return alarm
@@ -402,14 +393,8 @@ class Alarms:
         if not found:
             return None
         names = ", ".join(f"{alarm.cause} at {alarm.subject} ({alarm.id})" for alarm in found)
-        return Latched(
-            f"Alarms stand: {names}; nothing was sent.",
-            "See to their causes, then reset them.",
-            [call for alarm in found for call in (*alarm.next, reset_of(alarm))],
-        ).in_japanese(
-            f"アラームが発生中です: {names}。何も送信していません。",
-            "原因を取り除いてから、アラームを解除してください。",
-        )
+        calls = [call for alarm in found for call in (*alarm.next, reset_of(alarm))]
+        return Latched.worded("alarm.stands", calls, names=names)
 
     def _latches(self, alarm: Alarm) -> bool:
         cause = self._causes.get(alarm.cause)
@@ -426,7 +411,7 @@ def _say_past(alarm: Alarm) -> None:
 def reset_of(alarm: Alarm) -> NextCall:
     """The call that resets an alarm."""
     path = f"/alarms/{alarm.id}/reset"
-    return post(path, Right.OPERATE, "Reset the alarm.", "アラームを解除します。")
+    return post(path, Right.OPERATE, "reset-alarm")
 
 
 # stops
@@ -436,85 +421,26 @@ def stopped(what: str, manual: str, next_calls: Sequence[NextCall], lasts: Calla
     """A stop that a person, or a program, has asked for; not one that ends a jog."""
     return Kind(
         f"{what}.stopped",
-        words(
-            "{address} was stopped by request.",
-            "The motor stands still, or is being stopped.",
-            "See why it was stopped before it is moved again.",
-        ),
-        words(
-            "{address}は停止指令により停止しました。",
-            "モータは停止した、または停止中です。",
-            "再び動かす前に、停止した理由を確認してください。",
-        ),
         manual,
         next_calls,
         lasts,
         lambda _: current().work == "clients",
         event=f"{what}.stop.requested",
         wanted=True,
-        over=past(
-            words(
-                "{address} was stopped by request.",
-                "The motor stood still, as its controller said.",
-                "See why it was stopped before it is moved again.",
-            ),
-            words(
-                "{address}は停止指令により停止しました。",
-                "コントローラが停止を報告しました。",
-                "再び動かす前に、停止した理由を確認してください。",
-            ),
-        ),
+        words="stopped",
     )
 
 
 # moves
 
-_HOW: Final[Mapping[str, tuple[AlarmText, AlarmText]]] = {
-    "failed": (
-        words(
-            "Move {move_id} of {address} did not end as it should: {end_cause}. {detail}",
-            "The motor has stopped, and not where it was to go.",
-            "{remedy}",
-        ),
-        words(
-            "{address}の移動{move_id}は正常に終了しませんでした({end_cause})。",
-            "モータは停止しましたが、目標位置にありません。",
-            "状態と位置を確認し、原因を取り除いてください。",
-        ),
-    ),
-    "lost": (
-        words(
-            "Move {move_id} of {address} could not be followed to its end. {detail}",
-            "The motor may still move, or may have stopped anywhere.",
-            "{remedy}",
-        ),
-        words(
-            "{address}の移動{move_id}を終わりまで追跡できませんでした。",
-            "モータはまだ動いているか、途中で停止している可能性があります。",
-            "状態と位置を確認してから次の指令を送信してください。",
-        ),
-    ),
-    "unknown": (
-        words(
-            "Nobody knows whether move {move_id} of {address} was executed, or how it has ended. {detail}",
-            "The motor may have moved, or not.",
-            "{remedy}",
-        ),
-        words(
-            "{address}の移動{move_id}が実行されたか、どう終わったか分かりません。",
-            "モータは動いた可能性も、動かなかった可能性もあります。",
-            "状態と位置を確認してから次の指令を送信してください。",
-        ),
-    ),
-}
 _LOOK: Final = "Read its status and position before anything else."
 
 
 def causes_of_moves(what: str, manual: str, next_calls: Sequence[NextCall]) -> Iterator[Cause]:
     """The ways in which a move ends badly."""
-    for how, (en, ja) in _HOW.items():
+    for how in ("failed", "lost", "unknown"):
         name = f"{what}.move.{how}"
-        yield Cause(name, name, en, ja, manual, next_calls, facts=_facts_of_move)
+        yield Cause(name, name, words_of(f"move.{how}"), manual, next_calls, facts=_facts_of_move)
 
 
 def _facts_of_move(record: Facts) -> Facts:

@@ -3,7 +3,9 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Literal, NamedTuple, Protocol, Self
 
+from gateway import texts
 from gateway.core.next_calls import NextCall, filled_in
+from gateway.texts import Text, has, text
 from protocols.table import Command, Effect
 
 Moved = Literal["no", "yes", "unknown"]
@@ -18,8 +20,8 @@ class GatewayError(Exception):
     """
 
     kind: ClassVar[str] = "gateway-error"
-    title: ClassVar[str] = "The request was not carried out"
-    title_ja: ClassVar[str] = ""
+    title: ClassVar[str]
+    title_ja: ClassVar[str]
     moved: Moved = "no"
     retryable: bool = False
     usual_remedy: ClassVar[str] = "Read the state there is now, and decide anew."
@@ -30,11 +32,27 @@ class GatewayError(Exception):
     reserved: tuple[str, str] | None = None
     """Detail and remedy for callers who see a part of the plant: without the names of the rest."""
 
+    def __init_subclass__(cls, titled: str = "") -> None:
+        """Take the title of its kind from the catalogue, or another one of `problems`."""
+        cls.title, cls.title_ja = text(f"problems.{titled or cls.kind}.title")
+
     def __init__(self, detail: str, remedy: str = "", next_calls: Sequence[NextCall] = ()) -> None:
         super().__init__(detail)
         self.detail = detail
         self.remedy = remedy or self.usual_remedy
         self.next = tuple(next_calls)
+
+    @classmethod
+    def worded(cls, key: str, next_calls: Sequence[NextCall] = (), /, **facts: object) -> Self:
+        """Make one in the words of the catalogue: `errors.KEY`."""
+        detail, remedy = words_of_error(key, facts)
+        return cls(detail.en, remedy.en, next_calls).in_japanese(detail.ja, remedy.ja)
+
+    def reword(self, key: str, /, **facts: object) -> None:
+        """Say it in other words of the catalogue."""
+        detail, remedy = words_of_error(key, facts)
+        self.detail, self.remedy = detail.en, remedy.en
+        self.in_japanese(detail.ja, remedy.ja)
 
     def in_japanese(self, detail: str, remedy: str = "") -> Self:
         """Say it in Japanese, too."""
@@ -52,11 +70,19 @@ class GatewayError(Exception):
             self.detail, self.remedy = self.reserved
 
 
+GatewayError.title, GatewayError.title_ja = text(f"problems.{GatewayError.kind}.title")
+
+
+def words_of_error(key: str, facts: Mapping[str, object]) -> tuple[Text, Text]:
+    """Find detail and remedy at `errors.KEY` of the catalogue; an empty remedy is the usual one."""
+    remedy = f"errors.{key}.remedy"
+    return text(f"errors.{key}.detail", **facts), text(remedy, **facts) if has(remedy) else Text("", "")
+
+
 class NotFound(GatewayError):
     """There is no such line, body, group, move, scan or command."""
 
     kind = "not-found"
-    title = "No such thing"
     usual_remedy = "Ask for something that there is; the collections list it."
 
 
@@ -64,14 +90,12 @@ class Ambiguous(GatewayError):
     """A short address fits bodies, or groups, on several lines."""
 
     kind = "ambiguous-address"
-    title = "Several lines have this address"
 
 
 class InvalidRequest(GatewayError):
     """The request can never be carried out as it stands."""
 
     kind = "invalid-request"
-    title = "The request is not valid"
     usual_remedy = "Correct the request; /docs tells what can be asked."
 
 
@@ -79,7 +103,6 @@ class Outdated(GatewayError):
     """What was to be changed is no longer what its sender has read."""
 
     kind = "precondition-failed"
-    title = "It has changed since it was read"
 
     def __init__(self) -> None:
         super().__init__(
@@ -99,7 +122,6 @@ class InvalidText(InvalidRequest):
     """A text of many lines that can never be used as it stands."""
 
     kind = "invalid-text"
-    title = "The text is not valid"
     faults: Sequence[Misplaced] = ()
 
     def __init__(self, field: str, detail: str, remedy: str, faults: Sequence[Misplaced]) -> None:
@@ -111,14 +133,12 @@ class NotAllowed(GatewayError):
     """The configuration forbids it."""
 
     kind = "not-allowed"
-    title = "Switched off in the configuration"
 
 
 class BodyBusy(GatewayError):
     """The body, or the line, is doing something that excludes the request."""
 
     kind = "body-busy"
-    title = "The body is busy"
     retryable = True
 
 
@@ -126,7 +146,6 @@ class NotSent(GatewayError):
     """Nothing was written to the line for this request, and nothing will be."""
 
     kind = "not-sent"
-    title = "Nothing was sent"
     retryable = True
 
 
@@ -134,28 +153,24 @@ class LineDown(NotSent):
     """The line's port is not open."""
 
     kind = "line-down"
-    title = "The line is down"
 
 
 class BodyOffline(NotSent):
     """The body has stopped answering; it is probed in the background."""
 
     kind = "body-offline"
-    title = "The body does not answer"
 
 
 class QueueFull(NotSent):
     """Too many requests wait for this body."""
 
     kind = "queue-full"
-    title = "Too many requests are waiting"
 
 
 class Expired(NotSent):
     """The request could not be started in the time it allowed."""
 
     kind = "expired"
-    title = "It was too late to start"
 
     def __init__(self, waited_for: str = "line") -> None:
         super().__init__(f"The {waited_for} was not free in time; nothing was sent.", "Try again.")
@@ -165,7 +180,6 @@ class Cancelled(NotSent):
     """A stop, or the end of the gateway, removed the request from the queue."""
 
     kind = "cancelled"
-    title = "Cancelled before it was sent"
     retryable = False  # what somebody has just stopped must not be started again by a program
 
 
@@ -178,21 +192,10 @@ class StoppedFirst(Cancelled):
         )
 
 
-class RestartedFirst(Cancelled):
-    """The gateway ended between a request and the moment it could be sent."""
-
-    def __init__(self) -> None:
-        super().__init__(
-            "The gateway has ended before this could be sent; nothing was sent, and nothing is sent again.",
-            "Send the command again if it is still wanted.",
-        )
-
-
 class HeldUp(NotSent):
     """The gateway was suspended, or held up for seconds, between a request and its turn to be sent."""
 
     kind = "held-up"
-    title = "The gateway was held up"
 
     def __init__(self) -> None:
         super().__init__(
@@ -206,7 +209,6 @@ class ShuttingDown(NotSent):
     """The gateway has been told to end: it lets nothing begin any more."""
 
     kind = "shutting-down"
-    title = "The gateway is shutting down"
 
     def __init__(self) -> None:
         super().__init__(
@@ -223,7 +225,6 @@ class PowerCycled(NotSent):
     """A controller has been switched off and on: what it knew of places is gone, and somebody has to know."""
 
     kind = "power-cycled"
-    title = "The controller has lost its power"
     retryable = False
 
 
@@ -234,7 +235,6 @@ class NoReply(GatewayError):
     """
 
     kind = "no-reply"
-    title = "No reply"
     moved: Moved = "unknown"
 
     def __init__(self, detail: str, remedy: str = "", command: Command[Any] | None = None) -> None:
@@ -248,22 +248,26 @@ class GarbledReply(NoReply):
     """The command was written, and what came back could not be its reply."""
 
     kind = "garbled-reply"
-    title = "The reply was garbled"
 
 
 class NotExecuted(GatewayError):
     """The command was written, but the controller's own state proves that it was not executed."""
 
     kind = "not-executed"
-    title = "The command was lost on its way"
 
 
 class MoveFailed(GatewayError):
     """A move was begun and did not end as it should."""
 
     kind = "move-failed"
-    title = "The move failed"
     moved: Moved = "yes"
+
+
+class Unproved(GatewayError, titled="move-end-unknown"):
+    """A move whose end nothing proves, nor that it was begun."""
+
+    kind = MoveFailed.kind
+    moved = "unknown"
 
 
 def refused_in_motion(address: str, command_code: str) -> NoReply:
@@ -275,11 +279,12 @@ def refused_in_motion(address: str, command_code: str) -> NoReply:
     )
 
 
-def silent_in_motion(address: str) -> MoveFailed:
-    """The error where who moves answers no more."""
-    return MoveFailed(
-        f"{address} stopped answering in the middle of the move; it may still be moving.",
-        "Check its power and cable, stop it, and home it again.",
+def restarted_in_motion(address: str) -> NoReply:
+    """The error where nothing proves what became of a command of the gateway's last life."""
+    return NoReply(
+        f"The gateway has ended while a command to {address} was under way, and nothing proves what has "
+        "become of it; nothing was sent again.",
+        "Read its status and position before anything else.",
     )
 
 
@@ -287,7 +292,6 @@ class MoveOver(GatewayError):
     """A move was to be changed on its way, and has ended."""
 
     kind = "move-over"
-    title = "The move is over"
 
 
 class ErrorText(Protocol):
@@ -310,10 +314,8 @@ class ErrorText(Protocol):
         """What helps, in Japanese."""
 
 
-class ControllerError(GatewayError):
+class ControllerError(GatewayError, titled="controller-error"):
     """An error that a controller has told by a code of its own, so it is worded in both languages."""
-
-    title_ja: ClassVar[str] = "コントローラがエラーを報告しました"
 
     def __init__(self, detail: str, command_code: str, error_code: str | None, text: ErrorText) -> None:
         super().__init__(detail, text.remedy_en)
@@ -331,8 +333,6 @@ class ControllerRefused(ControllerError):
     """
 
     kind = "controller-refused"
-    title = "The controller refused"
-    title_ja = "コントローラが実行を拒否しました"
 
     def __init__(
         self, address: str, command_code: str, error_code: str | None, text: ErrorText, *, lasting: bool
@@ -340,27 +340,21 @@ class ControllerRefused(ControllerError):
         super().__init__(self._told(address, command_code, text), command_code, error_code, text)
         self.address = address
         self.lasting = lasting
-        self.detail_ja = f"{address} {self.detail_ja} このコマンドではモータは動いていません。"
+        self.detail_ja = texts.text("refusals.by-controller", address=address, said=self.detail_ja).ja
 
     def _told(self, address: str, command_code: str, text: ErrorText) -> str:
-        return f"{address} refused {command_code}: {text.en} Nothing moved because of it."
+        return texts.text("refusals.by-controller", address=address, said=f"{command_code}: {text.en}").en
 
 
 class CommandGarbled(ControllerRefused):
     """A refusal of something else than what was sent: the line has damaged the command."""
 
     kind = "command-garbled"
-    title = "The command was garbled on its way"
-    title_ja = "コマンドが通信中に壊れました"
     retryable = True
 
     def __init__(self, address: str, command_code: str, error_code: str | None, text: ErrorText) -> None:
         super().__init__(address, command_code, error_code, text, lasting=False)
-        self.remedy = (
-            "Send it again if it is still wanted; if that does not help, check the line and the "
-            "configuration."
-        )
-        self.remedy_ja = "必要であれば再送信してください。繰り返す場合は配線と設定を確認してください。"
+        self.remedy, self.remedy_ja = texts.text("refusals.garbled-remedy")
 
     def _told(self, address: str, command_code: str, text: ErrorText) -> str:
         return (

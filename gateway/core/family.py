@@ -24,8 +24,9 @@ from gateway.core.move_record import MoveRecord
 from gateway.core.operation import Rows
 from gateway.core.parts import Part
 from gateway.core.records import Record
-from gateway.core.stops import UNCONFIRMED, StopMode
+from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped, Target
+from gateway.texts import text
 from protocols.table import Command
 from transports.base import Transport
 
@@ -81,7 +82,7 @@ def is_within(line_id: str, address: str, parts: Sequence[Part] | None) -> bool:
 def why_it_moves(*, stopped: bool, moving: bool | None, under_way: bool) -> str | None:
     """Why something may still move; None where it stands still, as far as is known."""
     if stopped:
-        return UNCONFIRMED
+        return text("stops.unconfirmed").en
     if not moving:
         return None
     return ENDS_ITSELF if under_way else NOT_OURS

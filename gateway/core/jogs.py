@@ -50,7 +50,6 @@ class JogOutOfReach(GatewayError):
     """A heartbeat came for what is out of reach: it may move, and nobody can stop it."""
 
     kind = "jog-out-of-reach"
-    title = "The JOG is out of reach"
     moved = "unknown"
     retryable = True
 
@@ -66,7 +65,6 @@ class JogOver(GatewayError):
     """The JOG session goes on no more: its motor is being stopped, or stands still."""
 
     kind = "jog-over"
-    title = "The JOG is over"
     moved = "yes"
 
     def __init__(self, what: str, jog: Jog) -> None:

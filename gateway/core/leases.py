@@ -20,6 +20,7 @@ from gateway.core.origin import Claim
 from gateway.core.own_faults import insist, survived
 from gateway.core.parts import Part
 from gateway.core.records import Record
+from gateway.texts import Text, text
 from protocols.table import Effect
 from protocols.wording import as_given
 
@@ -36,8 +37,6 @@ class LeaseRefused(NotSent):
     """What was asked for takes a lease that its sender does not have."""
 
     kind = "lease"
-    title = "It takes a lease"
-    title_ja = "リースが必要です"
     retryable = False
 
 
@@ -67,13 +66,9 @@ class Holder:
     """Empty where all who ask are one, as without access control."""
 
     @property
-    def told_as(self) -> tuple[str, str]:
-        """The name in sentences, in English and Japanese."""
-        return (
-            (self.name, self.name)
-            if self.id
-            else ("another caller without a key", "キーのない別の呼び出し元")
-        )
+    def told_as(self) -> Text:
+        """The name in sentences."""
+        return Text(self.name, self.name) if self.id else text("phrases.caller-without-key")
 
 
 @dataclass
@@ -160,13 +155,7 @@ class Leases:
         """
         held = self._find(lease_id)
         if not held.is_shown_by(claim):
-            raise LeaseRefused(
-                f"The token shown is not that of {held.id}, or not yours; nothing was renewed.",
-                "Send the key that took the lease, and the token that came with it as Lease-Token.",
-            ).in_japanese(
-                f"{held.id} のトークンではないか、別のキーのリースです。更新していません。",
-                "リース取得時と同じキーで、そのトークンを Lease-Token ヘッダーで送信してください。",
-            )
+            raise LeaseRefused.worded("lease.not-yours", lease=held.id)
         held.until = self.clock() + held.ttl_s
         return self._told_to_holder(held)
 
@@ -242,32 +231,13 @@ class Leases:
         if shown or not (tokens or self.mode == "required"):
             return None
         if tokens:
-            return LeaseRefused(
-                f"The token shown is of no lease on {part.address} that lasts; nothing was sent.",
-                "Take a lease again, if it is still wanted.",
-            ).in_japanese(
-                f"{part.address} に有効なリースのトークンではありません。何も送信していません。",
-                "必要であればリースを取り直してください。",
-            )
-        return LeaseRefused(
-            f"{part.address} is moved and set with a lease only, and none is shown; nothing was sent.",
-            "Take a lease by POST /leases, and send its token as Lease-Token. A stop needs none.",
-        ).in_japanese(
-            f"{part.address} の動作と設定にはリースが必要ですが、示されていません。何も送信していません。",
-            "POST /leases でリースを取得し、トークンを Lease-Token で送信してください。停止には不要です。",
-        )
+            return LeaseRefused.worded("lease.over", address=part.address)
+        return LeaseRefused.worded("lease.needed", address=part.address)
 
     def _is_leased(self, held: _Held) -> LeaseRefused:
         rest_s = max(0.0, held.until - self.clock())
-        holder, holder_ja = held.holder.told_as
-        return LeaseRefused(
-            f"{held.scope} is leased to {holder} for {rest_s:.1f} s; nothing was sent.",
-            "If it is your lease, send its token as Lease-Token. If not, wait for its end, or let an admin "
-            "take it over. A stop needs none.",
-        ).in_japanese(
-            f"{held.scope} は {holder_ja} がリース中です（残り {rest_s:.1f} 秒）。何も送信していません。",
-            "自分のリースであれば、トークンを Lease-Token で送信してください。"
-            "他者のリースであれば、終了を待つか、管理者が引き継いでください。停止にリースは不要です。",
+        return LeaseRefused.worded(
+            "lease.held", scope=held.scope, holder=held.holder.told_as, rest_s=f"{rest_s:.1f}"
         )
 
     # time

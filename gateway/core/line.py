@@ -556,15 +556,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
                 self.fence()
 
     def _echoes(self) -> LineDown:
-        return LineDown(
-            f"Line {self.id} echoes what is written to it, so that no reply on it can be trusted. "
-            "Nothing was sent.",
-            "Turn off the local echo of the adapter, or look whether sending and receiving wires are joined.",
-        ).in_japanese(
-            f"回線{self.id}は送信した内容をそのまま返す（エコーする）ため、応答を信頼できません。"
-            "何も送信していません。",
-            "変換器のローカルエコーを無効にし、送信線と受信線が接続されていないか確認してください。",
-        )
+        return LineDown.worded("line.echoes", line=self.id)
 
     def _is_silent(self, why: str) -> None:
         super()._is_silent(ECHOING if self.echoes else why)

@@ -23,7 +23,6 @@ class NotKept(GatewayError):
     """A name was given, and cannot be written down."""
 
     kind = "name-not-kept"
-    title = "The name was not kept"
 
     def __init__(self, cause: OSError) -> None:
         super().__init__(

@@ -7,6 +7,7 @@ from typing import Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, model_validator
 
 from gateway.core.rights import Right
+from gateway.texts import text
 
 
 class NextCall(BaseModel):
@@ -39,31 +40,29 @@ class NextCall(BaseModel):
         return self.model_copy(update={"path": self.path.format_map(names)})
 
 
-def get(path: str, en: str, ja: str, right: Right = Right.VIEW) -> NextCall:
-    """A call that only looks."""
-    return NextCall(method="GET", path=path, right=right, en=en, ja=ja)
+def get(path: str, key: str, right: Right = Right.VIEW) -> NextCall:
+    """A call that only looks; `calls.KEY` of the catalogue says what it does."""
+    said = text(f"calls.{key}")
+    return NextCall(method="GET", path=path, right=right, en=said.en, ja=said.ja)
 
 
-def post(path: str, right: Right, en: str, ja: str, **body: JsonValue) -> NextCall:
-    """A call that does something."""
-    return NextCall(method="POST", path=path, right=right, body=body or None, en=en, ja=ja)
+def post(path: str, right: Right, key: str, **body: JsonValue) -> NextCall:
+    """A call that does something; `calls.KEY` of the catalogue says what."""
+    said = text(f"calls.{key}")
+    return NextCall(method="POST", path=path, right=right, body=body or None, en=said.en, ja=said.ja)
 
 
-LINE_STATE = get("/lines/{line}", "See the state of the line.", "回線の状態を確認します。")
-STOP = post(
-    "{subject}/stop", Right.STOP, "Stop it by software.", "ソフトウェア停止をします。", mode="immediate"
-)
+LINE_STATE = get("/lines/{line}", "line-state")
+STOP = post("{subject}/stop", Right.STOP, "stop", mode="immediate")
 ACKNOWLEDGE = post(
     "{subject}/power-cycle/acknowledge",
     Right.OPERATE,
-    "Acknowledge the power cycle.",
-    "電源再投入を確認済みにします。",
+    "acknowledge",
 )
-ALARMS = get("/alarms", "See the alarms that stand.", "発生中のアラームを確認します。")
+ALARMS = get("/alarms", "alarms")
 READY = get(
     "/readyz",
-    "See whether lines and journal can be used.",
-    "回線とジャーナルの状態を確認します。",
+    "ready",
     Right.OPEN,
 )
 

@@ -1,7 +1,7 @@
 """What callers may ask for, each described once: front ends, documents and tests are made of it."""
 
 from collections.abc import Awaitable, Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from inspect import Parameter, Signature, getdoc, signature
 from typing import Annotated, Any, Final, Literal, TypeVar, get_origin
 
@@ -29,6 +29,8 @@ Expectation = Callable[[Any], None]
 """Refuses a present state that its sender does not know."""
 EXPECTS: Final = "expects"
 """The parameter of an operation that refuses to change what is otherwise than its sender has read."""
+KEYED: Final = "keyed"
+"""The parameter that tells an operation if its sender relies on a key: its request says if that may be."""
 
 _EFFECTS: Final[Mapping[Right, Effect]] = {
     Right.OPEN: Effect.READ,
@@ -41,6 +43,24 @@ _EFFECTS: Final[Mapping[Right, Effect]] = {
 """What an operation with a right does, if nothing else is said."""
 LEASED: Final = frozenset({Right.OPERATE, Right.SETUP})
 """The rights that, where somebody has a lease, only the holder can use."""
+
+
+@dataclass(frozen=True)
+class Text:
+    """A result that is a text of the row's media type."""
+
+    content: str
+    document: Any = None
+    """The document whose tag the text has, where the row is `tagged`."""
+    beside: Mapping[str, str] = field(default_factory=dict)
+    """Facts that no cell of the text can tell, by the names that the row gives them."""
+
+
+@dataclass(frozen=True)
+class Written:
+    """A result that is JSON already."""
+
+    json: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +81,7 @@ class Operation:
     any_scope: bool
     """Whether callers with any scope may ask, and are shown what theirs covers."""
     target: str | None
-    """The parameter of the path that names what it is about; None: the whole plant."""
+    """The parameter that names what it is about; None: the whole plant. One of the query may name several."""
     expects: bool
     """Whether it can be bound to what its sender has read."""
     effect: Effect
@@ -93,6 +113,16 @@ class Operation:
     """The longest request, where it may be longer than others."""
     plain: str | None = None
     """The member of request and result that may go alone, as plain text."""
+    media: str | None = None
+    """The media type of its request and its result, where these are texts and no JSON."""
+    beside: Mapping[str, Any] = field(default_factory=dict)
+    """What may stand beside such a text, as OpenAPI describes a header."""
+    answered: str | None = None
+    """The words for its answer, where the documents need some."""
+    documented: bool = True
+    """Whether the documents show it: clients made of them cannot send every media type."""
+    may_begin: Any = None
+    """The record of a move, where only the request tells whether it begins one."""
     moves: bool = False
     """Whether it begins moves, each with its record."""
     planned: Any = None
@@ -107,6 +137,11 @@ class Operation:
     """Why HTTP's route is written by hand beside it."""
     http_only: str | None = None
     """Why only HTTP can serve it."""
+
+    @property
+    def keyed(self) -> bool:
+        """Whether only its request tells if its sender may rely on a key."""
+        return KEYED in self.provided
 
     @property
     def named(self) -> list[str]:
@@ -187,18 +222,20 @@ class Rows:
 def operation(tag: str, verb: Verb, path: str, right: Right, run: Run, **told: Any) -> Operation:
     """Describe what a function does: by its signature, its docstring, and what is `told` besides.
 
-    One that is about the `whole_plant` has no target, though its path names something.
+    One that is about the `whole_plant` has no target, though its path names something; `about` names the
+    parameter of the query that does.
 
     :raises TypeError: a parameter fits nothing, or there are two requests.
     """
     about_all = told.pop("whole_plant", False)
+    about = told.pop("about", None)
     name = told.pop("name", None) or getattr(run, "__name__", "")
     of_path = set(names_in(path))
     parameters: dict[str, Parameter] = {}
     provided: dict[str, type] = {}
     requests: list[Parameter] = []
     for it in signature(run).parameters.values():
-        if it.name == EXPECTS:
+        if it.name in (EXPECTS, KEYED):
             provided[it.name] = type(None)
         elif it.name in of_path or it.kind is Parameter.KEYWORD_ONLY:
             parameters[it.name] = it
@@ -226,7 +263,7 @@ def operation(tag: str, verb: Verb, path: str, right: Right, run: Run, **told: A
         path=path,
         tag=tag,
         right=right,
-        target=None if about_all else next(iter(names_in(path)), None),
+        target=None if about_all else about or next(iter(names_in(path)), None),
         expects=EXPECTS in provided,
         parameters=parameters,
         provided=provided,

@@ -43,3 +43,10 @@ class Silence:
     def too_long(self) -> bool:
         """Whether it is no use to go on asking."""
         return self.of_body or self.out_of_reach_s >= OUT_OF_REACH_S
+
+    @property
+    def told(self) -> str:
+        """How long nobody has heard of the body, as a sentence without its subject."""
+        if self.of_body:
+            return f"has not answered for {self.silent_s:.0f} s"
+        return f"could not be asked for {self.out_of_reach_s:.0f} s"

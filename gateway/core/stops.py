@@ -3,7 +3,7 @@
 import asyncio
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Generic, Literal, NamedTuple, Protocol, Self, TypeVar
+from typing import Generic, Literal, Protocol, Self, TypeVar
 
 from pydantic import PrivateAttr
 
@@ -11,6 +11,7 @@ from gateway.core.errors import GatewayError, NotSent
 from gateway.core.own_faults import insist
 from gateway.core.records import Record
 from gateway.core.waiting import happens
+from gateway.texts import Text, text
 
 StopMode = Literal["decelerate", "immediate"]
 StopState = Literal["requested", "sent", "acknowledged", "refused", "confirmed", "not_sent"]
@@ -30,28 +31,18 @@ RECORD_WITHIN_S = 1.0
 """A move that was stopped is recorded within this; if not, the next one does not wait any longer."""
 CLOCK_S = 0.001
 """A timer may be early by so much."""
-UNCONFIRMED = "Standstill is not confirmed: use the hardware stop."
-UNCONFIRMED_JA = "静止を確認できていません。ハードウェアの停止を使ってください。"
 
 
-class Said(NamedTuple):
-    """A sentence in both languages."""
+def standstill_unknown(what: Text, error: GatewayError) -> Text:
+    """Say that nobody knows whether something stands still, and why it has not told.
 
-    en: str
-    ja: str
-
-    @classmethod
-    def unknown(cls, what: "Said", error: GatewayError) -> Self:
-        """Nobody knows whether something stands still, and why it has not told.
-
-        That nothing was sent is true of the question, but people would take it for the stop.
-        """
-        if isinstance(error, NotSent):
-            en, ja = "it cannot be asked.", "問い合わせることができません。"
-        else:
-            en, ja = error.detail, error.detail_ja or f"（{error.detail}）"
-        said_en = f"Nobody knows whether {what.en} stands still: {en}"
-        return cls(said_en, f"{what.ja}が静止しているかどうか分かりません。{ja}")
+    That nothing was sent is true of the question, but people would take it for the stop.
+    """
+    if isinstance(error, NotSent):
+        why = text("stops.cannot-be-asked")
+    else:
+        why = Text(error.detail, error.detail_ja or f"（{error.detail}）")
+    return text("stops.standstill-unknown", what=what, why=why)
 
 
 class Report(Protocol):
@@ -104,7 +95,7 @@ class Stopping(ABC):
         self._overdue = False
         self._was_being_proved = False
         """Whether the proof that is, or was, under way last began before the call for the hardware stop."""
-        self._trouble: Said | None = None
+        self._trouble: Text | None = None
         """Why it was not sent."""
         self._at_once = asyncio.Event()
 
@@ -123,7 +114,7 @@ class Stopping(ABC):
         """Count all replies on its line."""
 
     @abstractmethod
-    def why_not(self) -> Sequence[Said]:
+    def why_not(self) -> Sequence[Text]:
         """Tell what keeps it from being confirmed."""
 
     @abstractmethod
@@ -269,8 +260,8 @@ class Stopping(ABC):
     def note_not_sent(self, error: GatewayError) -> None:
         """It could not be put on the wire; what was sent before stays sent."""
         if self._report.state in ("requested", "not_sent"):
-            ja = error.detail_ja or f"停止を送信できませんでした。（{error.detail}）"
-            self._report.state, self._trouble = "not_sent", Said(error.detail, ja)
+            ja = error.detail_ja or text("stops.not-sent", why=error.detail).ja
+            self._report.state, self._trouble = "not_sent", Text(error.detail, ja)
             self.tell()
 
     def calls_for_hardware(self) -> bool:
@@ -281,21 +272,14 @@ class Stopping(ABC):
         """Write into the report why it is not confirmed."""
         reasons = [self._trouble] if self._trouble else [*self.why_not()]
         if self._ramp_s is not None and self._takes_long() and not self._overdue:
-            reasons.append(_ramp_takes(self._ramp_s))
+            reasons.append(text("stops.ramp-takes", seconds=f"{self._ramp_s:.1f}"))
         if self.calls_for_hardware():
-            reasons.append(Said(UNCONFIRMED, UNCONFIRMED_JA))
+            reasons.append(text("stops.unconfirmed"))
         self._explain(reasons)
 
-    def _explain(self, reasons: Sequence[Said]) -> None:
+    def _explain(self, reasons: Sequence[Text]) -> None:
         self._report.detail = " ".join(it.en for it in reasons) or None
         self._report.note_japanese("".join(it.ja for it in reasons) or None)
-
-
-def _ramp_takes(seconds: float) -> Said:
-    return Said(
-        f"By the controller's settings it may take up to {seconds:.1f} s to come to rest.",
-        f"コントローラの設定では、停止までに最大{seconds:.1f}秒かかります。",
-    )
 
 
 S = TypeVar("S", bound=Stopping)

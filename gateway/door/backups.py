@@ -11,7 +11,7 @@ from gateway.core.aside import aside
 from gateway.core.backup_record import Backup, BackupComparison
 from gateway.core.backups import Source
 from gateway.core.errors import InvalidRequest
-from gateway.core.operation import Rows, Wait
+from gateway.core.operation import Rows, Text, Wait
 from gateway.core.records import RequestModel, example
 from gateway.core.restore_record import Restore, RestorePlan, Units
 from gateway.core.restores import Controller, Restores
@@ -34,7 +34,10 @@ ROWS: Final = Rows("backups")
 MAX_BACKUP_BYTES: Final = 2_097_152
 """A line of 120 bodies, each with a table of 200 positions."""
 OVER: Final = "With `dry_run` the plan; else the restore is over."
-PLAIN: Final = "its answer is plain text"
+TEXTS: Final = Rows("backups")
+"""As text alone, read while the request waits."""
+TEXT: Final = "text/plain"
+AS_TEXT: Final[Mapping[str, Any]] = {"media": TEXT, "answered": "The backup."}
 NO_MORE: Final = "Read no more."
 WRITE_NO_MORE: Final = "Write no more; what differs is still read and told, unless it is cancelled once more."
 SMALL = "[body 3F]\n[settings]\n0SS10 ; origin offset, pulses\n"
@@ -370,28 +373,28 @@ class RobotRestoreRequest(
     """A backup to be restored to a robot."""
 
 
-@ROWS.get("/bodies/{body_id}/backup", by_hand=PLAIN)
-async def get_body_backup(plant: Plant, body_id: BodyId) -> str:
+@TEXTS.get("/bodies/{body_id}/backup", **AS_TEXT)
+async def get_body_backup(plant: Plant, body_id: BodyId) -> Text:
     """Read all that a body keeps: settings, speeds, patterns, positions, memories, user program.
 
     It takes two minutes at 9600 baud; others are served meanwhile. `POST .../backups` answers at once.
     """
-    return await text(of_body(plant, body_id))
+    return Text(await text(of_body(plant, body_id)))
 
 
-@ROWS.get("/lines/{line_id}/backup", by_hand=PLAIN)
-async def get_line_backup(plant: Plant, line_id: LineId, *, bodies: Bodies = None) -> str:
+@TEXTS.get("/lines/{line_id}/backup", **AS_TEXT)
+async def get_line_backup(plant: Plant, line_id: LineId, *, bodies: Bodies = None) -> Text:
     """Read all that the bodies of a line keep, as one text. It takes two minutes a body at 9600 baud.
 
     All of them have to answer; `bodies` leaves out who does not. `POST .../backups` answers at once.
     """
-    return await text(of_line(plant, line_id, chosen_of(bodies)))
+    return Text(await text(of_line(plant, line_id, chosen_of(bodies))))
 
 
-@ROWS.get("/robots/{robot_id}/backup", by_hand=PLAIN)
-async def get_robot_backup(plant: Plant, robot_id: RobotId) -> str:
+@TEXTS.get("/robots/{robot_id}/backup", **AS_TEXT)
+async def get_robot_backup(plant: Plant, robot_id: RobotId) -> Text:
     """Read what a robot tells of what it keeps: variables, and of each unit settings and positions."""
-    return await text(of_robot(plant, robot_id))
+    return Text(await text(of_robot(plant, robot_id)))
 
 
 @ROWS.post("/bodies/{body_id}/backups", Right.VIEW, over="It is over.")

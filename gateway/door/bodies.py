@@ -20,9 +20,9 @@ from gateway.plant import Plant
 from gateway.rorze.bodies import PULSES_RUNNING, Body
 from gateway.rorze.family import Rorze
 from gateway.rorze.line import Line
-from gateway.rorze.move_requests import Length
 from gateway.rorze.power import Homed
 from gateway.rorze.signals import SensorBits
+from gateway.rorze.units import Length
 from gateway.security import entries
 from protocols.rorze.encoder import ClearEncoderStallError, GetEncoderStallError
 from protocols.rorze.inputs_outputs import GetSensors

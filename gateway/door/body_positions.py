@@ -1,26 +1,36 @@
-"""A body's table of stored positions in parts, with the names that the gateway keeps for them."""
+"""A body's table of stored positions, in parts and as CSV, with the names that the gateway keeps for them."""
 
+import re
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Annotated, Any, Final, Self
 
 from pydantic import BaseModel, Field, model_validator
 
-from gateway.core.operation import Expectation, Rows, Wait
+from gateway.core.errors import InvalidRequest
+from gateway.core.operation import Expectation, Rows, Text, Wait
 from gateway.core.records import RequestModel, SentBack, example, require_same
 from gateway.core.rights import Right
 from gateway.core.tables import Name
 from gateway.core.works import Works
+from gateway.door.csv_tables import CSV, Table, csv_of, read_table
 from gateway.door.records import list_records
 from gateway.plant import Plant
 from gateway.rorze import positions
 from gateway.rorze.bodies import Body
 from gateway.rorze.family import Rorze
-from gateway.rorze.move_requests import Length
 from gateway.rorze.position_uploads import TableUpload
 from gateway.rorze.positions import LAST_POSITION, NamedPosition, Position, PositionReading, Wanted
+from gateway.rorze.units import Length
 
 ROWS: Final = Rows("positions")
+TABLES: Final = Rows("positions")
+"""As CSV."""
+HEADER: Final = ("number", "pulse")
+MAX_CSV_BYTES: Final = 65_536
+"""A whole table of 2048 positions of ten digits."""
+_NUMBER: Final = re.compile("[0-9]{1,4}")
+_PULSES: Final = re.compile(r"([+-]?[0-9]{1,9})(\.0+)?")
 MAX_TABLE_BYTES: Final = 262_144
 """A whole table as GET gives it: each of 2048 positions with its name, number, pulses, value and unit."""
 PositionNumber = Annotated[int, Field(ge=0, le=LAST_POSITION)]
@@ -181,6 +191,67 @@ async def name_body_position(plant: Plant, body: Body, number: Number, wanted: P
     """Name a position. The gateway keeps the name; nothing is sent."""
     await plant.names.name(body.address, {number: wanted.name or ""})
     return PositionLabel(body_id=body.address, number=number, name=wanted.name)
+
+
+@TABLES.get("/bodies/{body_id}/positions.csv", media=CSV, tagged=True)
+async def download_body_positions(
+    plant: Plant, body: Body, *, first: First = 0, last: Last = LAST_POSITION
+) -> Text:
+    """Read stored positions as CSV: the columns `number` and `pulse`."""
+    table = await list_body_positions(plant, body, first=first, last=last)
+    return Text(csv_of(HEADER, [(it.number, it.pulses) for it in table.positions]), table)
+
+
+@TABLES.put(
+    "/bodies/{body_id}/positions.csv", Right.SETUP, media=CSV, most_bytes=MAX_CSV_BYTES, documented=False
+)
+async def upload_body_positions(
+    plant: Plant,
+    body: Body,
+    table: Table,
+    *,
+    first: First = 0,
+    last: Last = LAST_POSITION,
+    expects: Expectation | None,
+) -> BodyPositions:
+    """Store positions from CSV as it is downloaded, or as Excel writes it; others stay as they are."""
+    wanted = await _read_csv(table)
+    if expects is not None:
+        expects(await list_body_positions(plant, body, first=first, last=last))
+    return await store(plant, body, wanted, {})
+
+
+@TABLES.post(
+    "/bodies/{body_id}/positions.csv",
+    Right.SETUP,
+    media=CSV,
+    most_bytes=MAX_CSV_BYTES,
+    documented=False,
+    over="It is over.",
+    kept_at="/bodies/{body_id}/positions/uploads",
+)
+async def upload_body_position_csv(
+    plant: Plant, body: Body, table: Table, *, wait: Wait = None
+) -> TableUpload:
+    """Begin to store positions from CSV; the record is among `positions/uploads`."""
+    return await begin_to_store(plant, body, await _read_csv(table), {}, flash=False, wait_s=wait or 0.0)
+
+
+async def _read_csv(table: bytes) -> list[Wanted]:
+    return [_wanted(line, *cells) for line, cells in await read_table(table, HEADER)]
+
+
+def _wanted(line: int, number: str, pulses: str) -> Wanted:
+    if not _NUMBER.fullmatch(number) or int(number) > LAST_POSITION:
+        raise InvalidRequest(
+            f"line {line}, number: positions go from 0 to {LAST_POSITION}; nothing was sent."
+        )
+    whole = _PULSES.fullmatch(pulses)
+    if whole is None:
+        raise InvalidRequest(
+            f"line {line}, pulse: it is a whole number from -999999999 to 999999999; nothing was sent."
+        )
+    return Wanted(int(number), int(whole[1]))
 
 
 async def store(

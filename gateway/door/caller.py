@@ -8,10 +8,26 @@ from gateway.access import principal
 from gateway.access.errors import NotPermitted
 from gateway.core.leases import Holder
 from gateway.core.operation import LEASED
-from gateway.core.origin import ORIGIN, Claim, Origin
+from gateway.core.origin import ORIGIN, Claim, Origin, acting, current, new_request_id
 from gateway.core.rights import Right
 from gateway.plant import Plant
 from gateway.security import entries
+
+__all__ = [
+    "ORIGIN",
+    "Claim",
+    "Origin",
+    "acting",
+    "address_of",
+    "claim",
+    "current",
+    "for_caller",
+    "holder",
+    "needs",
+    "new_request_id",
+    "require",
+    "sees",
+]
 
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -1,28 +1,38 @@
 """Operations carried out for their callers: rights and leases first, then what the path leads to."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import Any
 
 from gateway.access import principal
+from gateway.core.aside import aside
 from gateway.core.family import Family
-from gateway.core.operation import EXPECTS, Expectation, Operation, names_in
+from gateway.core.operation import EXPECTS, KEYED, Expectation, Operation, names_in
 from gateway.core.origin import ORIGIN
+from gateway.core.own_faults import twice
 from gateway.core.rights import Right
 from gateway.core.targets import Target
 from gateway.door.caller import require
 from gateway.families import FAMILIES
 from gateway.plant import Plant
 
+__all__ = ["aside", "carry_out", "require_right", "twice"]
+
 Finder = Callable[[Plant, Mapping[str, str]], Any]
 
 
 async def carry_out(
-    plant: Plant, operation: Operation, values: Mapping[str, Any], expects: Expectation | None = None
+    plant: Plant,
+    operation: Operation,
+    values: Mapping[str, Any],
+    expects: Expectation | None = None,
+    *,
+    keyed: bool = False,
 ) -> Any:
     """Do what a caller asks for, in that caller's name; `values` are those of path, query and request.
 
     `expects` refuses a present state that the caller does not know, where the operation can be bound to one.
+    `keyed` says that the caller relies on its being carried out once, where the operation wants to know that.
 
     :raises NotPermitted: the role or the scope does not allow it; nothing was sent.
     :raises LeaseRefused: somebody else has a lease there; nothing was sent.
@@ -38,6 +48,8 @@ async def carry_out(
             taken[name] = find(plant, values)
         if operation.expects:
             taken[EXPECTS] = expects
+        if operation.keyed:
+            taken[KEYED] = keyed
         return await operation.run(**taken)
     finally:
         ORIGIN.reset(before)
@@ -56,14 +68,24 @@ def _admit(plant: Plant, operation: Operation, values: Mapping[str, Any], *, lea
     if operation.any_scope:
         plant.territory.require_right(principal.current(), operation.right)
     elif operation.right is not Right.OPEN:
-        about = operation.target
-        named = () if about is None else (str(values.get(about, "")),)
+        named = _named(operation, values)
         require(
             plant,
             operation.right,
             *named,
             leased=leased and operation.leased and not _only_asks(operation, values),
         )
+
+
+def _named(operation: Operation, values: Mapping[str, Any]) -> Sequence[str]:
+    """What is asked about, by the path or by a part of the query that may name several."""
+    about = operation.target
+    if about is None:
+        return ()
+    if about in operation.named:
+        return (str(values.get(about, "")),)
+    listed = values.get(about)
+    return [part.strip() for part in listed.split(",")] if listed else ()
 
 
 def _only_asks(operation: Operation, values: Mapping[str, Any]) -> bool:
@@ -79,7 +101,7 @@ def _finders(operation: Operation) -> tuple[tuple[str, Finder], ...]:
     :raises TypeError: nobody knows how.
     """
     ids = [name for name in names_in(operation.path) if name not in operation.parameters]
-    provided = {name: kind for name, kind in operation.provided.items() if name != EXPECTS}
+    provided = {name: kind for name, kind in operation.provided.items() if name not in (EXPECTS, KEYED)}
     return tuple((name, _finder(kind, operation.path, ids)) for name, kind in provided.items())
 
 

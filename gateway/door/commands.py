@@ -1,26 +1,74 @@
 """Every row of the command tables as an operation, with its own types, for whatever it is addressed to."""
 
+from collections.abc import Iterator
 from functools import cache, partial
 from inspect import getdoc
 from typing import Any, Final
 
 from gateway.core.family import Family, Place, Row
+from gateway.core.move_record import MoveRecord
 from gateway.core.operation import Operation, Wait, names_in, operation, taking
 from gateway.core.origin import current
-from gateway.core.rights import RIGHT_OF
+from gateway.core.rights import RIGHT_OF, Right
+from gateway.core.targets import Stopped, Target
+from gateway.door import moving, stopping
 from gateway.door.doing import do
 from gateway.door.names import NAMES
 from gateway.door.results import GroupMove, GroupReply, StopResult
+from gateway.door.stops import SLOWLY, StopRequest
 from gateway.plant import Plant
 
 AXES_OF_THE_DEMO: Final = 3
 """The manual's robot has more."""
 
 
+NEWEST: Final = 100
+_OWN: Final = frozenset(
+    {
+        *("/bodies/{body_id}", "/lines/{line_id}", "/groups/{group_id}"),
+        *("/robots/{robot_id}", "/robots/{robot_id}/units/{unit}"),
+    }
+)
+"""The places whose moves and stops have rows in words of their own."""
+
+
 @cache
 def rows_of(family: type[Family]) -> list[Operation]:
-    """All rows of a family, by what they are addressed to."""
-    return [_operation(family, place, row) for place, row in family.commands]
+    """All rows of a family, by what they are addressed to; then moves and stops that it lists no rows for."""
+    listed = [_operation(family, place, row) for place, row in family.commands]
+    others = {place.path: place for place, _ in family.commands if place.path not in _OWN}
+    return [*listed, *(it for place in others.values() for it in _moves_and_stop(place))]
+
+
+def _moves_and_stop(place: Place) -> Iterator[Operation]:
+    what, moves = place.path.split("/")[1], f"{place.path}/moves"
+    yield operation(what, "GET", moves, Right.VIEW, _list_moves, name=f"list_moves_of_{what}")
+    yield operation(
+        what,
+        "GET",
+        f"{moves}/{{move_id}}",
+        *(Right.VIEW, _get_move),
+        name=f"get_move_of_{what}",
+        result=place.move,
+    )
+    yield operation(
+        what, "POST", f"{place.path}/stop", Right.STOP, _stop, name=f"stop_one_of_{what}", result=StopResult
+    )
+
+
+async def _list_moves(target: Target) -> dict[str, list[Any]]:
+    """List the newest moves, newest first."""
+    return {"moves": moving.newest(target, NEWEST)}
+
+
+async def _get_move(target: Target, move_id: str, *, wait: Wait = None) -> MoveRecord:
+    """Get a move, at once or when it is over."""
+    return await moving.get(target, move_id, wait or 0.0)
+
+
+async def _stop(plant: Plant, target: Target, stop: StopRequest = SLOWLY) -> Stopped:
+    """Stop it by software: what waits is cancelled, and the stop goes out first."""
+    return await stopping.stop(plant, current(), target.path, stop.mode)
 
 
 def _operation(family: type[Family], place: Place, row: Row) -> Operation:

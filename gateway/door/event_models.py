@@ -10,6 +10,8 @@ from gateway.core.event_types import EventType
 from gateway.core.events import CloudEvent, Telemetry
 from gateway.event_types import EVENT_TYPES
 
+__all__ = ["EVENT_TYPES", "CloudEvent", "EventList", "EventType", "Telemetry", "name_of"]
+
 
 def name_of(row: EventType) -> str:
     """The type's name as a class has it: BodyMoveStarted."""

@@ -2,25 +2,39 @@
 
 from collections.abc import Collection
 from functools import cache
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
 from pydantic import Field
-from pydantic_core import from_json
 
 from gateway.access.principal import current
 from gateway.core.addresses import canonical_address, there_are
 from gateway.core.errors import InvalidRequest
-from gateway.core.events import FASTEST_HZ, SLOWEST_HZ
-from gateway.core.operation import Rows
-from gateway.core.rights import Right
-from gateway.door.caller import require
+from gateway.core.events import FASTEST_HZ, SLOWEST_HZ, Event, SlowConsumer, Subscription, Writer
+from gateway.core.operation import Rows, Written
 from gateway.door.event_models import EventList
 from gateway.event_types import EVENT_TYPES
 from gateway.plant import Plant
 from protocols.wording import shown, unknown
 
+__all__ = [
+    "FASTEST_HZ",
+    "ROWS",
+    "SLOWEST_HZ",
+    "After",
+    "Bodies",
+    "Event",
+    "Limit",
+    "Sample",
+    "SlowConsumer",
+    "Subscription",
+    "Types",
+    "Writer",
+    "addresses_of",
+    "list_events",
+    "types_of",
+]
+
 ROWS: Final = Rows("events")
-WRITTEN_ALREADY: Final = "each event is kept as the text that is sent"
 
 After = Annotated[str | None, Field(description="Only events after this cursor.")]
 Bodies = Annotated[
@@ -50,7 +64,7 @@ Sample = Annotated[
 Limit = Annotated[int, Field(ge=1, le=1000)]
 
 
-@ROWS.get("/events", any_scope=True, result=EventList, by_hand=WRITTEN_ALREADY)
+@ROWS.get("/events", about="bodies", result=EventList)
 async def list_events(
     plant: Plant,
     *,
@@ -59,17 +73,17 @@ async def list_events(
     types: Types = None,
     limit: Limit = 100,
     sample: Sample = None,
-) -> Any:
+) -> Written:
     """List what has happened after a cursor, or from the oldest event that is kept.
 
     Ask again after the answer's `cursor` to go on. The event `stream.gap` stands for events no longer kept.
     With `sample` the values that are watched follow the events, as read within a second.
     """
-    require(plant, Right.VIEW, *(_split(bodies) or ()))
     wanted = addresses_of(plant, bodies), types_of(types)
     page = await plant.events.since(after, *wanted, limit)
     values = [] if sample is None else await plant.events.values(*wanted, sample)
-    return {"events": [from_json(event.json) for event in (*page.events, *values)], "cursor": page.cursor}
+    events = ",".join(event.json for event in (*page.events, *values))
+    return Written(f'{{"events":[{events}],"cursor":"{page.cursor}"}}')
 
 
 def addresses_of(plant: Plant, text: str | None) -> list[str] | None:

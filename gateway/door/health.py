@@ -8,6 +8,8 @@ from gateway.core.operation import Rows
 from gateway.core.rights import Right
 from gateway.version import VERSION
 
+__all__ = ["ROWS", "VERSION", "Version", "version"]
+
 ROWS: Final = Rows("health")
 
 

@@ -7,13 +7,15 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple
 
-from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
+from gateway.core.errors import Ambiguous, InvalidRequest, NoReply, NotFound
 from gateway.core.journal import writes
 from gateway.core.journal.journal import Journal, JournalUnavailable
 from gateway.core.journal.writes import Value
-from gateway.core.move_record import MoveRecord
+from gateway.core.move_record import Move, MoveRecord
+from gateway.core.targets import Begun
 from gateway.plant import Plant
 from gateway.rorze.family import Rorze
+from gateway.rorze.scaras.record import ScaraMove
 
 ASKED_WITHIN_S = 1.0
 """The journal is asked for this time what was answered before."""
@@ -23,6 +25,15 @@ MOST_OF_ONE = 50_000
 """Answers that are kept of one caller: those to its newest requests."""
 COUNTED_EVERY = 1000
 """Requests of a caller after which that is seen to."""
+
+
+def not_honoured() -> InvalidRequest:
+    """A request relies on being carried out once, where the gateway does not see to that."""
+    return InvalidRequest(
+        "The header Idempotency-Key is not honoured here, for there is no journal, or the command comes "
+        "as text, or its answer is secret: it would be carried out again; nothing was sent.",
+        "Leave the header out, and look at what the first request did before you repeat it.",
+    )
 
 
 class Key(NamedTuple):
@@ -68,6 +79,23 @@ class LeftOpen(NamedTuple):
 
     moves: Sequence[MoveRecord]
     """None where it was for something else: nobody knows what has become of that."""
+
+    def begun(self) -> Begun:
+        """The moves, as they were to be told when they had begun."""
+        first = self.moves[0]
+        if isinstance(first, ScaraMove):
+            return Begun(f"/scaras/{first.scara_id}", [first])
+        if isinstance(first, Move):
+            return Begun(f"/bodies/{first.body_id}", self.moves, first.group_id)
+        return Begun(f"/robots/{first.body_id}", self.moves)
+
+    def unknown(self) -> NoReply:
+        """What is told of anything else."""
+        return NoReply(
+            "The gateway has ended while this request was under way, and nobody knows what has become of it; "
+            "nothing is sent again.",
+            "Read back what it should have changed, then use another key.",
+        )
 
 
 class Keys:

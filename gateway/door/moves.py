@@ -5,11 +5,12 @@ from typing import Annotated, Final
 from pydantic import BaseModel, Field
 
 from gateway.core.move_record import Move, MoveRecord
-from gateway.core.operation import Rows, Wait
+from gateway.core.operation import Rows, Text, Wait
 from gateway.core.rights import Right
 from gateway.core.targets import Result, Target
 from gateway.door import moving
 from gateway.door.bodies import SpeedRequest
+from gateway.door.csv_tables import CSV, csv_of
 from gateway.door.results import GroupMove
 from gateway.plant import Plant
 from gateway.rorze.move_requests import MoveRequest
@@ -18,6 +19,7 @@ from gateway.rorze.samples import BodySamples
 
 ROWS: Final = Rows("moves")
 SAMPLES: Final = Rows("samples")
+SAMPLES_AS_CSV: Final = Rows("samples")
 Limit = Annotated[int, Field(ge=1, le=1000)]
 
 
@@ -86,3 +88,15 @@ async def get_samples(target: Target, move_id: str) -> BodySamples:
     """
     told: BodySamples = await moving.samples(target, move_id)
     return told
+
+
+@SAMPLES_AS_CSV.get("/bodies/{body_id}/moves/{move_id}/samples.csv", media=CSV)
+async def download_samples(target: Target, move_id: str) -> Text:
+    """Get the same as CSV: time, time_s, pulses, the planned pulses, and the value in the body's unit."""
+    told: BodySamples = await moving.samples(target, move_id)
+    scaled = [f"value {told.unit}"] if told.unit else []
+    rows = (
+        [it.time.isoformat(), it.time_s, it.pulses, it.planned_pulses, *([it.value] if scaled else [])]
+        for it in told.samples
+    )
+    return Text(csv_of(["time", "time_s", "pulses", "planned_pulses", *scaled], rows))

@@ -1,100 +1,90 @@
-"""What only HTTP serves, each with its reason: it stands in the table, and its route is written by hand."""
+"""Rows that HTTP alone serves, each with its reason: `api` writes their routes by hand."""
 
-from typing import Final, NamedTuple
+from collections.abc import Callable
+from typing import Any, Final, Literal
 
+from pydantic import BaseModel, Field
+
+from gateway.access.grants import TICKET_S
+from gateway.core.line_state import LineState
 from gateway.core.operation import Rows, Verb
 from gateway.core.rights import Right
+from gateway.plant import Plant
 
-ROWS: Final = Rows("of HTTP")
-CSV: Final = "it is a table as CSV, with its media type; as data it is asked in parts"
+STREAMS: Final = Rows("streams")
+HEALTH: Final = Rows("health")
+TICKETS: Final = Rows("system")
 STREAM: Final = "it is a stream, which has no end"
-STATUS: Final = "its status is the answer, for what watches processes over HTTP"
+TRACE: Final = "/lines/{line_id}/trace/stream"
 FIGURES: Final = "it is the text that Prometheus reads"
 TICKET: Final = "it is for those who can send no header"
-UNIT: Final = "/robots/{robot_id}/units/{unit}"
+STATUS: Final = "its status is the answer, for what watches processes over HTTP"
+
+_USABLE: Final = (LineState.READY, LineState.OUT_OF_STEP)
+_JOURNAL_TROUBLE: Final = (
+    "The journal cannot be written: reads and stops are carried out, what else has an effect is refused and "
+    "not sent. GET /alarms tells why, and what to do."
+)
 
 
-class OfHttp(NamedTuple):
-    """A route that is written by hand."""
+class Liveness(BaseModel):
+    """The gateway's process answers."""
 
-    verb: Verb
-    path: str
-    right: Right
-    name: str
-    what: str
-    why: str
+    status: Literal["alive"]
 
 
-TABLE: Final = (
-    OfHttp(
-        "GET",
-        "/bodies/{body_id}/positions.csv",
-        Right.VIEW,
-        "download_body_positions",
-        "Read stored positions as CSV.",
-        CSV,
-    ),
-    OfHttp(
-        "PUT",
-        "/bodies/{body_id}/positions.csv",
-        Right.SETUP,
-        "upload_body_positions",
-        "Store positions from CSV.",
-        CSV,
-    ),
-    OfHttp(
-        "POST",
-        "/bodies/{body_id}/positions.csv",
-        Right.SETUP,
-        "upload_body_position_csv",
-        "Begin to store positions from CSV.",
-        CSV,
-    ),
-    OfHttp(
-        "GET",
-        f"{UNIT}/positions.csv",
-        Right.VIEW,
-        "download_positions",
-        "Read a unit's stored positions as CSV.",
-        CSV,
-    ),
-    OfHttp(
-        "PUT",
-        f"{UNIT}/positions.csv",
-        Right.SETUP,
-        "upload_positions",
-        "Store a unit's positions from CSV.",
-        CSV,
-    ),
-    OfHttp(
-        "GET",
-        "/bodies/{body_id}/moves/{move_id}/samples.csv",
-        Right.VIEW,
-        "download_samples",
-        "Get the samples of a move as CSV.",
-        CSV,
-    ),
-    OfHttp(
-        "GET",
-        f"{UNIT}/moves/{{move_id}}/samples.csv",
-        Right.VIEW,
-        "download_robot_samples",
-        "Get the samples of a unit's move as CSV.",
-        CSV,
-    ),
-    OfHttp("GET", "/events/stream", Right.VIEW, "stream_events", "Send events as they happen.", STREAM),
-    OfHttp(
-        "GET",
-        "/lines/{line_id}/trace/stream",
-        Right.VIEW,
-        "follow_trace",
-        "Send the line's records as they come.",
-        STREAM,
-    ),
-    OfHttp("GET", "/livez", Right.OPEN, "livez", "Answer, as long as the process can.", STATUS),
-    OfHttp("GET", "/readyz", Right.OPEN, "readyz", "Say whether all lines can be used.", STATUS),
-    OfHttp("GET", "/metrics", Right.VIEW, "metrics", "Give all figures.", FIGURES),
-    OfHttp("POST", "/tickets", Right.VIEW, "issue_ticket", "Give a ticket for one event stream.", TICKET),
+class Readiness(BaseModel):
+    """Whether requests can be carried out, and by which part they cannot."""
+
+    ready: bool = Field(description="Whether every line is open and set up, and somebody answers on it.")
+    lines: dict[str, LineState] = Field(
+        description="Those that the key of the request is for; without a good key none is named."
+    )
+    journal: Literal["ready", "unavailable"] = Field(
+        description="While it is unavailable, reads and stops go on; what else has an effect is refused."
+    )
+    detail: str = Field(description="The same in words, and what to do.")
+
+
+class Ticket(BaseModel):
+    """What opens one event stream."""
+
+    ticket: str = Field(
+        description="To be sent as the query parameter `ticket` of /events, /events/stream or the stream "
+        "of a trace."
+    )
+    expires_in_s: float = Field(description="It is valid for this time, and once.")
+
+
+def ticket_of(text: str) -> Ticket:
+    """Tell a ticket."""
+    return Ticket(ticket=text, expires_in_s=TICKET_S)
+
+
+def readiness_of(plant: Plant, is_seen: Callable[[str], bool]) -> Readiness:
+    """Tell whether all lines can be used, and the journal; of lines that are seen with their names."""
+    ports = plant.ports().values()
+    unusable = [port for port in ports if port.state not in _USABLE]
+    named = [f"{port.id} is {port.state}" for port in unusable if is_seen(port.id)]
+    journal_works = plant.journal is None or plant.journal.trouble is None
+    sentences = [f"Not every line can be used{': ' if named else ''}{', '.join(named)}."] if unusable else []
+    if not journal_works:
+        sentences.append(_JOURNAL_TROUBLE)
+    return Readiness(
+        ready=not unusable,
+        lines={port.id: port.state for port in ports if is_seen(port.id)},
+        journal="ready" if journal_works else "unavailable",
+        detail=" ".join(sentences) or "All lines and the journal are ready.",
+    )
+
+
+_TABLE: Final[tuple[tuple[Rows, Verb, str, Right, str, str, str, Any], ...]] = (
+    (STREAMS, "GET", "/events/stream", Right.VIEW, "stream_events", "Send events.", STREAM, None),
+    (STREAMS, "GET", TRACE, Right.VIEW, "follow_trace", "Send a line's records.", STREAM, None),
+    (HEALTH, "GET", "/livez", Right.OPEN, "livez", "Answer.", STATUS, Liveness),
+    (HEALTH, "GET", "/readyz", Right.OPEN, "readyz", "Say if all can be used.", STATUS, Readiness),
+    (HEALTH, "GET", "/metrics", Right.VIEW, "metrics", "Give all figures.", FIGURES, None),
+    (TICKETS, "POST", "/tickets", Right.VIEW, "issue_ticket", "Give a ticket.", TICKET, Ticket),
 )
 
 
@@ -106,15 +96,12 @@ async def _by_http() -> None:
     raise TypeError("HTTP alone serves this")
 
 
-for it in TABLE:
-    ROWS.add(
-        it.verb,
-        it.path,
-        it.right,
-        _by_http,
-        name=it.name,
-        description=it.what,
-        any_scope=it.name == "issue_ticket",
-        http_only=it.why,
-        result=None,
+for section, verb, path, right, name, what, why, result in _TABLE:
+    section.add(
+        *(verb, path, right, _by_http),
+        name=name,
+        description=what,
+        any_scope=section is TICKETS,
+        http_only=why,
+        result=result,
     )

@@ -6,21 +6,21 @@ from pathlib import Path
 from typing import Any, Final
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
-from pydantic_core import to_jsonable_python
+from pydantic_core import from_json, to_jsonable_python
 
 from gateway.access.credentials import Credentials
 from gateway.access.errors import NotAuthenticated
 from gateway.access.keys import DAY_S, KeyPolicy, KeyStore
 from gateway.access.principal import EVERYBODY, Principal, asking
-from gateway.config import Config
+from gateway.config import Config, Server
 from gateway.config_file import ConfigFile
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.journal.opening import open_journal
 from gateway.core.lease_tokens import LeaseTokens
-from gateway.core.operation import Operation
+from gateway.core.operation import Operation, Text, Written
 from gateway.core.origin import Origin, acting, new_request_id
 from gateway.core.rights import Right
-from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped
+from gateway.core.targets import Result
 from gateway.door.calls import carry_out, require_right
 from gateway.door.documents import expectation
 from gateway.door.names import NAMES
@@ -31,7 +31,8 @@ from gateway.plant import Plant
 from gateway.security.log import Keeping, SecurityLog
 from protocols.wording import sentence, unknown
 
-RESULTS: Final = Answer | Begun | MemberAnswers | Opened | Stopped
+__all__ = ["Config", "Door", "Plant", "Server", "opened", "policy_of"]
+
 CALLER: Final = "door"
 
 
@@ -157,7 +158,11 @@ def _valid(name: str, kind: Any, given: Any) -> Any:
 
 
 def _data(operation: Operation, result: Any) -> Any:
-    if isinstance(result, RESULTS):
+    if isinstance(result, Written):
+        return from_json(result.json)
+    if isinstance(result, Text):
+        return result.content
+    if isinstance(result, Result):
         result = told(result, operation.path)
     if isinstance(result, BaseModel):
         return result.model_dump(mode="json", exclude_unset=operation.named_only)

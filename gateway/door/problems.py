@@ -1,11 +1,11 @@
 """Errors as they are told: what happened, what was and was not done to the motor, and what to do next."""
 
 from collections.abc import Mapping, Sequence
-from typing import Final
+from typing import Final, Literal
 
 from pydantic import BaseModel, Field
 
-from gateway.access.errors import NotAuthenticated, NotPermitted
+from gateway.access.errors import NotAuthenticated, NothingShown, NotPermitted
 from gateway.core.errors import (
     Ambiguous,
     ControllerError,
@@ -21,7 +21,23 @@ from gateway.core.errors import (
 )
 from gateway.core.next_calls import NextCall
 from gateway.core.origin import current
-from gateway.door.japanese import MOTOR, REMEDIES, TITLES
+from gateway.texts import Text, entry, has, text
+
+__all__ = [
+    "TYPE_PREFIX",
+    "Ambiguous",
+    "GatewayError",
+    "InvalidField",
+    "InvalidRequest",
+    "NextCall",
+    "NotAuthenticated",
+    "NotPermitted",
+    "NothingShown",
+    "Outdated",
+    "Problem",
+    "problem_of",
+    "put_in_japanese",
+]
 
 TYPE_PREFIX: Final = "urn:motion-gateway:problem:"
 
@@ -99,7 +115,7 @@ def _translate(problem: Problem, error: GatewayError) -> None:
     if not error.detail_ja:
         put_in_japanese(problem)
         return
-    problem.title = error.title_ja or TITLES[error.kind]
+    problem.title = error.title_ja
     problem.detail = error.detail_ja
     problem.remedy = error.remedy_ja or problem.remedy
 
@@ -107,11 +123,23 @@ def _translate(problem: Problem, error: GatewayError) -> None:
 def put_in_japanese(problem: Problem) -> None:
     """Say what kind of refusal it is, what became of the motor, and what helps; the rest stays English."""
     kind = problem.type.removeprefix(TYPE_PREFIX)
-    if kind in REMEDIES:
-        problem.remedy = f"{REMEDIES[kind]}（{problem.remedy}）"
-    title = TITLES.get(kind)
-    if title is not None:
-        problem.title, problem.detail = title, f"{title}。{MOTOR[problem.moved]}（{problem.detail}）"
+    if has(f"remedies.{kind}"):
+        problem.remedy = text(f"remedies.{kind}", remedy=problem.remedy).ja
+    if has(f"problems.{kind}"):
+        problem.title = text(f"problems.{kind}.title").ja
+        moved = text(f"moved.{problem.moved}").ja
+        problem.detail = f"{problem.title}。{moved}（{problem.detail}）"
+
+
+def how_to_stop(path: str, stops: Literal["one", "all"]) -> tuple[Text, Text]:
+    """Say what stops, and at once, of a stop that was refused."""
+    return text(f"stops.{stops}", path=path), text("stops.remedy", path=path)
+
+
+def words_of_page(page: str, *, japanese: bool) -> Mapping[str, str]:
+    """Find what a page without a script says, by its parts."""
+    words: Mapping[str, str] = entry("ja" if japanese else "en", f"pages.{page}")
+    return words
 
 
 def _status_of(error: GatewayError) -> int:

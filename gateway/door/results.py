@@ -9,10 +9,26 @@ from gateway.core.errors import GatewayError
 from gateway.core.move_record import Move
 from gateway.core.stops import Report
 from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Result, Stopped
+from gateway.core.times import age_ms_of
 from gateway.door.problems import Problem, problem_of
 from gateway.fics.stops import RobotStopReport
 from gateway.rorze.stops import StopReport
 from protocols.table import Reply
+
+__all__ = [
+    "Answer",
+    "Begun",
+    "GroupMove",
+    "GroupReply",
+    "MemberAnswers",
+    "MemberReply",
+    "Opened",
+    "Result",
+    "StopResult",
+    "Stopped",
+    "age_ms_of",
+    "told",
+]
 
 
 class GroupMove(BaseModel):

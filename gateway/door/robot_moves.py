@@ -5,12 +5,13 @@ from typing import Annotated, Final
 from pydantic import BaseModel, Field
 
 from gateway.core.move_record import MoveRecord
-from gateway.core.operation import Rows, Wait
+from gateway.core.operation import Rows, Text, Wait
 from gateway.core.origin import current
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Result, Target
 from gateway.door import moving
+from gateway.door.csv_tables import CSV, csv_of
 from gateway.door.doing import do
 from gateway.door.moves import Limit
 from gateway.fics.move_record import RobotMove
@@ -24,6 +25,7 @@ from protocols.fics.notation import Unit
 
 ROWS: Final = Rows("robot moves")
 SAMPLES: Final = Rows("samples")
+SAMPLES_AS_CSV: Final = Rows("samples")
 MOVES: Final = "/robots/{robot_id}/units/{unit}/moves"
 
 
@@ -93,3 +95,20 @@ async def get_robot_samples(target: Target, move_id: str) -> RobotSamples:
     """
     told: RobotSamples = await moving.samples(target, move_id)
     return told
+
+
+@SAMPLES_AS_CSV.get(f"{MOVES}/{{move_id}}/samples.csv", media=CSV)
+async def download_robot_samples(target: Target, move_id: str) -> Text:
+    """Get the same as CSV: time, time_s, a column for each axis with its unit, and one for its plan."""
+    told: RobotSamples = await moving.samples(target, move_id)
+    columns = [f"{axis} {unit}" for axis, unit in told.units.items()]
+    header = ["time", "time_s", *columns, *(f"planned {column}" for column in columns)]
+    rows = (
+        [
+            *(it.time.isoformat(), it.time_s),
+            *(it.axes.get(axis) for axis in told.units),
+            *((it.planned or {}).get(axis) for axis in told.units),
+        ]
+        for it in told.samples
+    )
+    return Text(csv_of(header, rows))

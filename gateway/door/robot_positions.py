@@ -1,22 +1,32 @@
-"""A unit's table of stored positions in parts."""
+"""A unit's table of stored positions, in parts and as CSV."""
 
+import re
 from collections.abc import Sequence
 from typing import Annotated, Final, NamedTuple
 
 from pydantic import BaseModel, Field
 
 from gateway.core.errors import InvalidRequest
-from gateway.core.operation import Expectation, Rows
+from gateway.core.operation import Expectation, Rows, Text
 from gateway.core.records import RequestModel, SentBack, example
 from gateway.core.rights import Right
+from gateway.door.csv_tables import CSV, Row, Table, csv_of, read_table
 from gateway.door.names import UnitNumber
 from gateway.fics.amounts import Amounts, AxisValue, numbers
 from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit
-from protocols.fics.notation import PositionNumber, Quantity
+from protocols.fics.notation import DECIMALS, LARGEST, PositionNumber, Quantity
 from protocols.fics.positions import LAST_POSITION
 
 ROWS: Final = Rows("robot positions")
+TABLES: Final = Rows("robot positions")
+"""As CSV."""
+MAX_CSV_BYTES: Final = 262_144
+"""A whole table of 1999 positions with eight long coordinates each."""
+NUMBER: Final = "number"
+ENDED_AT: Final = "Ended-At"
+_NUMBER: Final = re.compile("[0-9]{1,4}")
+_COORDINATE: Final = re.compile(rf"[+-]?[0-9]{{1,8}}(?:\.[0-9]{{1,{DECIMALS}}})?")
 First = Annotated[PositionNumber, Field(description="The first position.")]
 Last = Annotated[PositionNumber, Field(description="The last position.")]
 Numbered = tuple[int, list[float | None]]
@@ -114,6 +124,92 @@ async def store_positions(
         for index, entry in enumerate(upload.positions)
     ]
     return await store(robot, it, wanted, (first, last), expects)
+
+
+@TABLES.get(
+    "/robots/{robot_id}/units/{unit}/positions.csv",
+    media=CSV,
+    tagged=True,
+    beside={
+        ENDED_AT: {
+            "description": "The number that is not set, where the robot ended; absent where `last` was "
+            "reached.",
+            "schema": {"type": "integer"},
+        }
+    },
+)
+async def download_positions(
+    robot: Robot, unit: UnitNumber, *, first: First = 1, last: Last = LAST_POSITION
+) -> Text:
+    """Read stored positions as CSV: the number, then a column for each axis with its unit.
+
+    The robot ends at the first number that is not set; the header `Ended-At` names it.
+    """
+    axes = robot.unit(unit)
+    stored = await read(robot, unit, first, last)
+    rows = [[number, *map(_cell, values)] for number, values in stored.positions]
+    ended = {} if stored.ended_at is None else {ENDED_AT: str(stored.ended_at)}
+    return Text(csv_of(_header(axes), rows), table_of(axes, stored), ended)
+
+
+@TABLES.put(
+    "/robots/{robot_id}/units/{unit}/positions.csv",
+    Right.SETUP,
+    media=CSV,
+    most_bytes=MAX_CSV_BYTES,
+    documented=False,
+)
+async def upload_positions(
+    robot: Robot,
+    unit: UnitNumber,
+    table: Table,
+    *,
+    first: First = 1,
+    last: Last = LAST_POSITION,
+    expects: Expectation | None,
+) -> Uploaded:
+    """Store positions from CSV as it is downloaded, or as Excel writes it; others stay as they are."""
+    axes = robot.unit(unit)
+    header = _header(axes)
+    rows = _parse(header, await read_table(table, header))
+    return await store(robot, axes, rows, (first, last), expects)
+
+
+def _header(unit: RobotUnit) -> list[str]:
+    return [NUMBER, *(f"{name} {unit.systems[name].unit(Quantity.POSITION)}" for name in unit.axes)]
+
+
+def _parse(header: list[str], rows: list[Row]) -> list[Numbered]:
+    """Read positions; errors name the line and the column.
+
+    :raises InvalidRequest: a cell has another form.
+    """
+    return [_position(header, line, cells) for line, cells in rows]
+
+
+def _position(header: list[str], line: int, cells: list[str]) -> Numbered:
+    number, *coordinates = cells
+    if not _NUMBER.fullmatch(number) or not 1 <= int(number) <= LAST_POSITION:
+        raise InvalidRequest(
+            f"line {line}, {NUMBER}: positions go from 1 to {LAST_POSITION}; nothing was sent."
+        )
+    values = [_coordinate(line, *cell) for cell in zip(header[1:], coordinates, strict=True)]
+    return int(number), values
+
+
+def _coordinate(line: int, column: str, text: str) -> float | None:
+    if not text:
+        return None
+    if not _COORDINATE.fullmatch(text):
+        raise InvalidRequest(
+            f"line {line}, {column}: a coordinate is a number from {-LARGEST} to {LARGEST} with at most "
+            f"{DECIMALS} decimals; nothing was sent."
+        )
+    return float(text)
+
+
+def _cell(value: float | None) -> str | None:
+    return None if value is None else f"{value:.15g}"
 
 
 async def read(robot: Robot, unit: int, first: int, last: int) -> Stored:

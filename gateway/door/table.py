@@ -1,10 +1,12 @@
 """The table of all operations: those that families list beside what they do."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from typing import Final
 
-from gateway.core.operation import Operation, Rows
+from gateway.core.family import Family
+from gateway.core.operation import LEASED, MAX_WAIT_S, Expectation, Operation, Text, Written, names_in
+from gateway.core.rights import Right
 from gateway.door import (
     access_keys,
     alarms,
@@ -40,6 +42,20 @@ from gateway.door import (
 from gateway.door.commands import rows_of
 from gateway.families import FAMILIES
 
+__all__ = [
+    "LEASED",
+    "MAX_WAIT_S",
+    "SECTIONS",
+    "Expectation",
+    "Operation",
+    "Right",
+    "Text",
+    "Written",
+    "names_in",
+    "operations",
+    "operations_of",
+]
+
 SECTIONS: Final = (
     bodies.ROWS,
     moves.ROWS,
@@ -70,12 +86,19 @@ SECTIONS: Final = (
     system.ROWS,
     lines.ROWS,
     backups.ROWS,
-    events.ROWS,
-    traces.ROWS,
-    catalogue.ROWS,
-    text_commands.ROWS,
     health.ROWS,
-    of_http.ROWS,
+    body_positions.TABLES,
+    robot_positions.TABLES,
+    moves.SAMPLES_AS_CSV,
+    robot_moves.SAMPLES_AS_CSV,
+    events.ROWS,
+    of_http.STREAMS,
+    catalogue.ROWS,
+    of_http.HEALTH,
+    text_commands.ROWS,
+    traces.ROWS,
+    of_http.TICKETS,
+    backups.TEXTS,
 )
 """What takes more than one thing of a family: the plant with its names, leases, alarms and logs."""
 
@@ -83,17 +106,14 @@ SECTIONS: Final = (
 @cache
 def operations() -> tuple[Operation, ...]:
     """All of them, section by section."""
-    return tuple(_listed())
+    return tuple(operations_of(FAMILIES.values()))
 
 
-def _listed() -> Iterator[Operation]:
-    for rows in _sections():
+def operations_of(families: Iterable[type[Family]]) -> Iterator[Operation]:
+    """Those of a plant with these families, in the order of the documents."""
+    for rows in SECTIONS:
         yield from rows
-    for family in FAMILIES.values():
+    for family in families:
+        for rows in family.rows:
+            yield from rows
         yield from rows_of(family)
-
-
-def _sections() -> Iterator[Rows]:
-    yield from SECTIONS
-    for family in FAMILIES.values():
-        yield from family.rows

@@ -1,25 +1,29 @@
 """Commands as plain text, where the configuration allows it: the same scheduler, the same rules."""
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Final
 
 from pydantic import BaseModel, Field
 
+from gateway.core.move_record import Move
 from gateway.core.operation import Rows, Wait
 from gateway.core.origin import current
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
-from gateway.core.targets import Answer, Target
+from gateway.core.targets import Answer, Result, Target
 from gateway.core.times import age_ms_of
 from gateway.door.doing import do, read_text
+from gateway.door.keys import not_honoured
 from gateway.door.names import RobotId
 from gateway.door.results import StopResult
 from gateway.fics.family import Fics
+from gateway.fics.move_record import RobotMove
 from gateway.fics.robot import Robot
 from gateway.plant import Plant
 from gateway.rorze.bodies import Body
+from protocols.table import Effect
 
 ROWS: Final = Rows("commands")
-MAY_STOP: Final = "only its text tells whether it is a stop, which takes no Idempotency-Key"
 
 
 class RawRequest(RequestModel, json_schema_extra=example(text="6PD")):
@@ -53,54 +57,63 @@ class RobotRawReply(BaseModel):
     )
 
 
-@ROWS.post("/bodies/{body_id}/raw", Right.SETUP, leased=False, result=RawReply | StopResult, by_hand=MAY_STOP)
-async def send_raw(plant: Plant, body: Body, target: Target, raw: RawRequest, *, wait: Wait = None) -> Any:
-    """Send a command as text. A command that moves makes a move, and one that stops makes a stop."""
-    command = read_text(plant, target.path, raw.text)
-    result = await do(plant, current(), target.path, command, wait or 0.0)
-    return told_by_body(body, command, result) if isinstance(result, Answer) else result
+_OF_ROBOTS: Final[Mapping[str, Any]] = {
+    "leased": False,
+    "result": RobotRawReply | StopResult,
+    "may_begin": RobotMove,
+}
 
 
-@ROWS.post(
-    "/robots/{robot_id}/raw", Right.SETUP, leased=False, result=RobotRawReply | StopResult, by_hand=MAY_STOP
-)
-async def send_robot_raw(
-    plant: Plant, robot: Robot, target: Target, raw: RobotRawRequest, *, wait: Wait = None
+@ROWS.post("/bodies/{body_id}/raw", Right.SETUP, leased=False, result=RawReply | StopResult, may_begin=Move)
+async def send_raw(
+    plant: Plant, body: Body, target: Target, raw: RawRequest, *, wait: Wait = None, keyed: bool
 ) -> Any:
     """Send a command as text. A command that moves makes a move, and one that stops makes a stop."""
-    return await _send(plant, robot, target, raw, wait)
-
-
-@ROWS.post(
-    "/robots/{robot_id}/units/{unit}/raw",
-    Right.SETUP,
-    leased=False,
-    result=RobotRawReply | StopResult,
-    by_hand=MAY_STOP,
-)
-async def send_unit_raw(
-    plant: Plant, robot_id: RobotId, target: Target, raw: RobotRawRequest, *, wait: Wait = None
-) -> Any:
-    """Send a command as text to a unit."""
-    return await _send(plant, plant.family(Fics).robot(robot_id), target, raw, wait)
-
-
-async def _send(plant: Plant, robot: Robot, target: Target, raw: RobotRawRequest, wait: float | None) -> Any:
-    command = read_text(plant, target.path, raw.text)
-    result = await do(plant, current(), target.path, command, wait or 0.0)
-    return told_by_robot(robot, command, result) if isinstance(result, Answer) else result
-
-
-def told_by_body(body: Body, command: Any, answer: Answer) -> RawReply:
-    """What a body answered to a text."""
+    command, result = await _do(plant, target, raw.text, wait, keyed=keyed)
+    if not isinstance(result, Answer):
+        return result
     return RawReply(
         body_id=body.address,
         sent=body.line.frame_of(body.number, command),
-        reply=answer.texts[0],
-        age_ms=age_ms_of(answer.at or 0.0),
+        reply=result.texts[0],
+        age_ms=age_ms_of(result.at or 0.0),
     )
 
 
-def told_by_robot(robot: Robot, command: Any, answer: Answer) -> RobotRawReply:
-    """What a robot answered to a text."""
-    return RobotRawReply(robot_id=robot.id, sent=robot.line.frame_of(command), replies=list(answer.texts))
+@ROWS.post("/robots/{robot_id}/raw", Right.SETUP, **_OF_ROBOTS)
+async def send_robot_raw(
+    plant: Plant, robot: Robot, target: Target, raw: RobotRawRequest, *, wait: Wait = None, keyed: bool
+) -> Any:
+    """Send a command as text. A command that moves makes a move, and one that stops makes a stop."""
+    command, result = await _do(plant, target, raw.text, wait, keyed=keyed)
+    if not isinstance(result, Answer):
+        return result
+    return RobotRawReply(robot_id=robot.id, sent=robot.line.frame_of(command), replies=list(result.texts))
+
+
+@ROWS.post("/robots/{robot_id}/units/{unit}/raw", Right.SETUP, **_OF_ROBOTS)
+async def send_unit_raw(
+    plant: Plant,
+    robot_id: RobotId,
+    target: Target,
+    raw: RobotRawRequest,
+    *,
+    wait: Wait = None,
+    keyed: bool,
+) -> Any:
+    """Send a command as text to a unit."""
+    robot = plant.family(Fics).robot(robot_id)
+    return await send_robot_raw(plant, robot, target, raw, wait=wait, keyed=keyed)
+
+
+async def _do(
+    plant: Plant, target: Target, text: str, wait: float | None, *, keyed: bool
+) -> tuple[Any, Result]:
+    """Carry out what a text says.
+
+    :raises InvalidRequest: it is no stop, and its sender relies on a key; nothing was sent.
+    """
+    command = read_text(plant, target.path, text)
+    if keyed and command.effect is not Effect.STOP:
+        raise not_honoured()
+    return command, await do(plant, current(), target.path, command, wait or 0.0)

@@ -7,19 +7,13 @@ from gateway.core.errors import GatewayError, calls_for
 from gateway.core.next_calls import ACKNOWLEDGE, ALARMS, LINE_STATE, STOP, NextCall, get, post
 from gateway.core.rights import Right
 
-ROBOT: Final = get("{subject}", "See the state of the robot.", "ロボットの状態を確認します。")
-ERRORS: Final = get("{subject}/errors", "See which error stands.", "発生中のエラーを確認します。")
-RESET: Final = post(
-    "{subject}/errors/reset", Right.OPERATE, "Reset the error (DRT).", "エラーを解除します(DRT)。"
-)
-MOVE: Final = get(
-    "{subject}/units/{unit}/moves/{move_id}", "See the record of the move.", "移動の記録を確認します。"
-)
-STATUS: Final = get("{subject}/units/{unit}/status", "Ask how its axes are.", "軸の状態を読み出します。")
-HOME: Final = post(
-    "{subject}/units/{unit}/moves", Right.OPERATE, "Home it.", "原点復帰を行います。", kind="home"
-)
-SETTINGS: Final = get("{subject}/units/{unit}/settings", "Read its speeds.", "速度の設定を読み出します。")
+ROBOT: Final = get("{subject}", "robots.robot")
+ERRORS: Final = get("{subject}/errors", "robots.errors")
+RESET: Final = post("{subject}/errors/reset", Right.OPERATE, "robots.reset")
+MOVE: Final = get("{subject}/units/{unit}/moves/{move_id}", "robots.move")
+STATUS: Final = get("{subject}/units/{unit}/status", "robots.status")
+HOME: Final = post("{subject}/units/{unit}/moves", Right.OPERATE, "robots.home", kind="home")
+SETTINGS: Final = get("{subject}/units/{unit}/settings", "robots.settings")
 
 _LOOK = (STATUS, ERRORS)
 CALLS: Final[Mapping[str, Sequence[NextCall]]] = {

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from gateway import texts
 from gateway.core.errors import (
     OVERTAKEN,
     BodyBusy,
@@ -17,6 +18,7 @@ from gateway.core.errors import (
     NotSent,
     StoppedFirst,
 )
+from gateway.texts import Text
 from protocols.fics.errors import lookup
 from protocols.fics.row import FicsCommand
 from protocols.table import Retry
@@ -26,7 +28,7 @@ LASTING = frozenset({"E05", "E06", "E07", "E08", "E09", "E11", "E12"})
 IN_MOTION = "E01"
 """How what the manual forbids during motion is refused (C-HOST manual 1-7)."""
 CANNOT_BE_CARRIED_OUT = "E10"
-HOME_FIRST = "Home the robot first."
+HOME_FIRST = texts.text("refusals.home-first").en
 
 
 def refused(robot_id: str, command: FicsCommand[Any], error: str) -> ControllerRefused:
@@ -44,7 +46,8 @@ class RefusedBefore(ControllerRefused):
         """The code of what the robot has refused."""
         error, name = refusal.error_code or "", command.wire_name()
         super().__init__(robot_id, name, error, lookup(error), lasting=refusal.lasting)
-        self.detail_ja = f"{self.refused}: {lookup(error).ja} {name}は送信していません。"
+        said = f"{self.refused}: {lookup(error).ja}"
+        self.detail_ja = texts.text("refusals.not-sent", said=said, command=name).ja
 
     def _told(self, address: str, command_code: str, text: ErrorText) -> str:
         return (
@@ -71,8 +74,6 @@ class RobotFailed(ControllerError):
     """A command ended with an error of the system, `nnn`, which stands until DRT (C-HOST manual 2)."""
 
     kind = "robot-failed"
-    title = "The robot reports an error"
-    title_ja = "ロボットがエラーを報告しました"
     moved: Moved = "unknown"
 
     def __init__(self, robot_id: str, command_code: str, error: str, text: ErrorText | None = None) -> None:
@@ -86,8 +87,6 @@ class ErrorRemains(RobotFailed):
     """Errors of the system were to be reset, and one still stands; DRT moves nothing (C-HOST manual 2-14)."""
 
     kind = "error-remains"
-    title = "The error still stands"
-    title_ja = "エラーは解除されていません"
     moved = "no"
 
 
@@ -95,41 +94,36 @@ class RobotBusy(BodyBusy):
     """The robot is doing something that excludes the request."""
 
     kind = "robot-busy"
-    title = "The robot is busy"
 
 
 class RobotOffline(NotSent):
     """The robot has stopped answering; it is asked again and again in the background."""
 
     kind = "robot-offline"
-    title = "The robot does not answer"
 
 
 class ErrorStands(NotSent, ControllerError):
     """The robot has an error that forbids motion until it is reset."""
 
     kind = "error-stands"
-    title = "An error of the robot stands"
-    title_ja = "ロボットのエラーが解除されていません"
     retryable = False
 
     def __init__(self, command_code: str, error: str | None, text: ErrorText) -> None:
-        ControllerError.__init__(self, f"{text.en} {command_code} was not sent.", command_code, error, text)
-        self.detail_ja = f"{text.ja} {command_code}は送信していません。"
+        told = texts.text("refusals.not-sent", said=Text(text.en, text.ja), command=command_code)
+        ControllerError.__init__(self, told.en, command_code, error, text)
+        self.detail_ja = told.ja
 
 
 class SpeedsNotRestored(NotSent):
     """After a loss of power the robot has not taken its speeds back: it would move at full speed."""
 
     kind = "speeds-not-restored"
-    title = "The speeds are not restored"
 
 
 class PositionUnknown(NotSent):
     """The robot does not tell where an axis stands, and the move needs to know it."""
 
     kind = "position-unknown"
-    title = "The position is not known"
     retryable = False
 
 
@@ -137,40 +131,35 @@ class NotHomed(PositionUnknown):
     """An axis has not been homed since power-on, and the move needs its position (C-HOST manual 2-9)."""
 
     kind = "not-homed"
-    title = "The robot is not homed"
 
 
 class RefusedUnhomed(ControllerRefused):
     """The robot cannot carry out a command for an axis that is not homed (C-HOST manual 2-12)."""
 
     kind = NotHomed.kind
-    title = NotHomed.title
-    title_ja = "原点復帰が完了していません"
 
     def __init__(self, robot_id: str, command: FicsCommand[Any], axis: str) -> None:
         self._axis = axis
         text = lookup(CANNOT_BE_CARRIED_OUT)
         super().__init__(robot_id, command.wire_name(), CANNOT_BE_CARRIED_OUT, text, lasting=False)
-        self.detail_ja += f" {axis}軸の原点復帰が完了していません。"
-        self.remedy, self.remedy_ja = HOME_FIRST, "先に原点復帰を行ってください。"
+        self.detail_ja += texts.text("refusals.axis-not-homed", axis=axis).ja
+        self.remedy, self.remedy_ja = texts.text("refusals.home-first")
 
     def _told(self, address: str, command_code: str, text: ErrorText) -> str:
-        return f"{super()._told(address, command_code, text)} Axis {self._axis} is not homed."
+        not_homed = texts.text("refusals.axis-not-homed", axis=self._axis)
+        return super()._told(address, command_code, text) + not_homed.en
 
 
 class UnitNotSelected(NotSent):
     """It could not be made sure which unit a command would act on."""
 
     kind = "unit-not-selected"
-    title = "The unit is not certain"
 
 
 class UnitMissing(UnitNotSelected):
     """The configuration names a unit that the robot does not have: it is beyond the range of UNT."""
 
     kind = "unit-missing"
-    title = "The robot has no such unit"
-    title_ja = "ロボットにこのユニットはありません"
     retryable = False
 
     def __init__(self, robot_id: str, unit: int) -> None:
@@ -184,7 +173,6 @@ class NotProved(NotSent):
     """What the robot has told before a motion may no longer be so: the line was disturbed in between."""
 
     kind = "not-proved"
-    title = "The state of the robot is not certain"
 
     def __init__(self, robot_id: str) -> None:
         super().__init__(
@@ -198,7 +186,6 @@ class UploadBrokenOff(GatewayError):
     """Some of the positions of an upload were sent, the rest were not."""
 
     kind = "upload-broken-off"
-    title = "The upload of positions was broken off"
 
     def __init__(self, robot_id: str, last_sent: int, cause: GatewayError) -> None:
         sent = (
@@ -218,7 +205,6 @@ class PositionsDiffer(GatewayError):
     """Positions were uploaded, and the robot holds others: a line was lost, doubled or garbled on its way."""
 
     kind = "positions-differ"
-    title = "The robot holds other positions than were uploaded"
     retryable = True
 
 
@@ -226,7 +212,6 @@ class NotDone(GatewayError):
     """A command was written, and what was read back is not what it should have set."""
 
     kind = "not-done"
-    title = "Sent, but not done"
 
     def __init__(self, detail: str, command: FicsCommand[Any]) -> None:
         super().__init__(detail, "Send it again if it is still wanted.")
@@ -237,7 +222,6 @@ class NotReadBack(NoReply):
     """Something was sent, and what has become of it could not be read."""
 
     kind = "not-read-back"
-    title = "Sent, but not read back"
     moved = "no"
 
     def __init__(self, done: str, cause: GatewayError) -> None:
@@ -248,7 +232,6 @@ class PartlyChanged(GatewayError):
     """Some of several things were changed, the rest were not."""
 
     kind = "partly-changed"
-    title = "Only some of it was changed"
 
     def __init__(self, changed: str, cause: GatewayError) -> None:
         super().__init__(

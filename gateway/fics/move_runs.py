@@ -10,19 +10,31 @@ from gateway.core.errors import (
     ControllerRefused,
     Expired,
     GatewayError,
-    MoveFailed,
     NoReply,
-    NotExecuted,
     NotSent,
     PowerCycled,
     refused_in_motion,
-    silent_in_motion,
+    restarted_in_motion,
 )
 from gateway.core.journal.intents import OF_MOVES
 from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import working
 from gateway.core.silence import Silence
+from gateway.core.verdicts import (
+    AXES,
+    AtRest,
+    Begun,
+    Finding,
+    Place,
+    PowerCycle,
+    Sight,
+    Stop,
+    Told,
+    Unbegun,
+    Unseen,
+    judge,
+)
 from gateway.fics.axes import at_rest, in_trouble
 from gateway.fics.durations import PATIENCE, PATIENCE_S, Durations
 from gateway.fics.errors import (
@@ -38,7 +50,7 @@ from gateway.fics.motion_state import Tell
 from gateway.fics.motions import Accepted, Motions, in_time
 from gateway.fics.move_record import RobotMove
 from gateway.fics.power import ACKNOWLEDGE
-from gateway.fics.proofs import Finding
+from gateway.fics.proofs import PlaceProof
 from gateway.fics.targets import require_known, target_of
 from gateway.fics.units import RobotUnit
 from gateway.fics.upload_state import OF_AN_END_IN_VAIN
@@ -82,7 +94,7 @@ class MoveRun:
         self._move = move
         self._motions, self._line = motions, motions.line
         self._durations = durations
-        self._advance_move, self._publish = advance, publish
+        self._advance, self._publish = advance, publish
         self._epoch = self._line.stop_epoch
         self.begun: asyncio.Future[GatewayError | None] = asyncio.get_running_loop().create_future()
         """Known when the robot has taken the command, or why it has not."""
@@ -90,6 +102,8 @@ class MoveRun:
         self._overdue_at: float | None = None
         self._left: int | None = None
         """How often anything was unheard when a refusal was left unread, which a loss of power clears."""
+        self._doubt: NoReply | None = None
+        """Why nobody knows whether the command was executed."""
         self._power_kept = False
         """Whether something proves that the robot has not lost its power on the way."""
 
@@ -111,8 +125,7 @@ class MoveRun:
                     on_written=self._sent,
                 )
         except GatewayError as error:
-            rejected = isinstance(error, ControllerRefused)
-            self._advance(MoveStatus.REJECTED if rejected else MoveStatus.CANCELLED, error)
+            self._end(Unbegun.REFUSED if isinstance(error, ControllerRefused) else Unbegun.WITHHELD, error)
             self._tell(error)
             return
         try:
@@ -127,12 +140,25 @@ class MoveRun:
         self._motions.state.begin(self._command, self._unit.number)
         self._tell(None)
         try:
-            await self._resolve(_ended_with(self._move.robot_id))
+            await self._resolve(restarted_in_motion(self._move.robot_id))
         finally:
             self._motions.end()
 
-    def _advance(self, status: MoveStatus, error: GatewayError | None = None) -> None:
-        self._advance_move(self._move, status, error)
+    def _end(self, finding: Finding, error: GatewayError | None = None, **more: Any) -> None:
+        """End the move by what was found, unless it is over."""
+        move, address = self._move, self._unit.address
+        if move.status.final:
+            return
+        reply = "and answered" if move.completion == "reply" else "and not answered"
+        words = AXES._replace(
+            who=address,
+            sending=f"{move.command} was sent to {address} {reply}",
+            position=move.position,
+            target=move.target_position,
+        )
+        verdict = judge(finding, words._replace(**more), error)
+        verdict.write_down(move)
+        self._advance(move, verdict.status, verdict.error)
 
     def _tell(self, refusal: GatewayError | None) -> None:
         if not self.begun.done():
@@ -141,7 +167,7 @@ class MoveRun:
     def _sent(self, now: float) -> None:
         if self._move.longest_s is not None:
             self._overdue_at = now + PATIENCE * self._move.longest_s + PATIENCE_S
-        self._advance(MoveStatus.SENT)
+        self._advance(self._move, MoveStatus.SENT, None)
 
     # before
 
@@ -211,7 +237,7 @@ class MoveRun:
         """The axes were seen to move."""
         if self._move.status is MoveStatus.SENT:
             self._move.acknowledged_at = datetime.now(UTC)
-            self._advance(MoveStatus.MOVING)
+            self._advance(self._move, MoveStatus.MOVING, None)
             self._tell(None)
         now = asyncio.get_running_loop().time()
         if self._overdue_at is not None and now > self._overdue_at:
@@ -246,17 +272,17 @@ class MoveRun:
                 silence.unanswered(loop.time(), silent=line.shows_silence(error))
             unasked_s = silence.silent_s + silence.out_of_reach_s
             if self._motions.power.cycled and (axes is not None or unasked_s > line.late_reply_s):
-                self._lost("power_cycled", _without_power(self._motions.power.what_happened(), axes))
+                self._lose_sight(
+                    _seen(axes), happened=self._motions.power.what_happened(), acknowledge=ACKNOWLEDGE
+                )
                 return None
             if axes is not None:
                 return axes
             self._tell(None)  # its client need not wait longer
             await asyncio.sleep(self._motions.poll_interval_s)
-        if silence.of_body:
-            self._lost(None, silent_in_motion(self._move.robot_id))
-        elif not self._move.status.final:
-            self._move.position = None
-            self._advance(MoveStatus.UNKNOWN, _out_of_reach(self._move.robot_id, silence))
+        sight = Sight.SILENT if silence.of_body else Sight.OUT_OF_REACH
+        begun = Begun.SEEN if self._doubt is None else Begun.IN_DOUBT
+        self._lose_sight(Unseen(sight, begun=begun), who=self._move.robot_id, unheard=silence.told)
         return None
 
     async def _come_to_rest(self) -> list[AxisStatus] | None:
@@ -268,10 +294,10 @@ class MoveRun:
             axes = await self._status()
         return axes
 
-    def _lost(self, cause: str | None, error: GatewayError) -> None:
+    def _lose_sight(self, finding: Finding, **more: Any) -> None:
         if not self._move.status.final:
-            self._move.end_cause, self._move.position = cause, None
-            self._advance(MoveStatus.LOST, error)
+            self._move.position = None
+        self._end(finding, self._doubt, **more)
 
     # the end
 
@@ -286,7 +312,7 @@ class MoveRun:
         elif isinstance(outcome, NoReply):
             await self._outlive(outcome)
         else:
-            self._advance(MoveStatus.CANCELLED, outcome)
+            self._end(Unbegun.WITHHELD, outcome)
             self._tell(outcome)
 
     async def _rejected(self, error: str) -> None:
@@ -299,7 +325,7 @@ class MoveRun:
             return
         if error != IN_MOTION or (at_rest(axes) and await self._stands_as_before()):
             refusal = await self._refusal(error)
-            self._advance(MoveStatus.REJECTED, refusal)
+            self._end(Unbegun.REFUSED, refusal)
             self._tell(refusal)
             return
         self._move.evidence.append(
@@ -313,7 +339,7 @@ class MoveRun:
         if self._stopped():
             return False
         await self._read_position()
-        return self._move.position is not None and not self._finding().ran()
+        return self._move.position is not None and not self._places().ran()
 
     async def _refusal(self, error: str) -> ControllerRefused:
         """As the robot tells it; that an axis is not homed it does not tell."""
@@ -362,47 +388,35 @@ class MoveRun:
         if error is not None:
             await self._failed(error.code or "999", looked=True)
         elif any(map(in_trouble, axes)):
-            self._advance(MoveStatus.FAILED, _in_trouble(self._unit))
-        elif self._finding().untouched():
-            self._move.end_cause = "not_executed"
-            self._advance(MoveStatus.FAILED, _lost_on_its_way(self._unit, self._move))
+            self._end(AtRest(Told.ALARM))
+        elif self._places().place() is Place.START:
+            self._end(AtRest(begun=Begun.UNREFUSED, place=Place.START))
         else:
             await self._ended()
 
     async def _ended(self) -> None:
         """It has ended without an error, perhaps by a stop."""
         await self._read_position()
-        finding = self._finding()
-        if self._stopped() and not finding.on_target():
-            self._move.end_cause = "stop_command"
-            self._advance(MoveStatus.STOPPED)
-        elif finding.off_target():
-            self._move.end_cause = "position_mismatch"
-            self._advance(MoveStatus.FAILED, _missed(self._unit, self._move))
-        elif await self._is_proved(finding):
-            if self._move.completion == "inferred" and finding.arrived():
-                self._move.evidence.append(AT_TARGET)
-            self._move.end_cause = "normal"
-            self._advance(MoveStatus.SUCCEEDED)
-        elif not self._move.status.final:
-            self._move.evidence.append("Nothing proves how it has ended.")
-            self._advance(MoveStatus.UNKNOWN, _unproved(self._unit, self._move, ran=finding.ran()))
+        places, stopped = self._places(), self._stopped()
+        place = places.place()
+        if place is Place.UNKNOWN and not stopped and places.ran_its_course():
+            place = Place.WITHOUT_TARGET if await self._has_kept_power(places) else place
+        if place is Place.TARGET and self._move.completion == "inferred":
+            self._move.evidence.append(AT_TARGET)
+        stop = Stop.SENT if stopped else Stop.NONE
+        self._end(AtRest(stop=stop, begun=places.begun(), place=place))
 
     async def _failed(self, code: str, *, looked: bool = False) -> None:
         """It has ended with an error of the system: that of a stop, or another."""
         await self._read_position()
         if not looked:
             await self._motions.errors.poll()
-        if self._stopped():
-            self._move.end_cause = "stop_command"
-            self._advance(MoveStatus.STOPPED)
-        else:
-            self._move.end_cause = f"error_{code}"
-            text = self._motions.errors.details_of(code)
-            failure = RobotFailed(self._move.robot_id, self._move.command, code, text)
-            if self._finding().stayed():
-                failure.moved = "no"
-            self._advance(MoveStatus.FAILED, failure)
+        text = self._motions.errors.details_of(code)
+        failure = RobotFailed(self._move.robot_id, self._move.command, code, text)
+        if self._places().stayed():
+            failure.moved = "no"
+        stop = Stop.SENT if self._stopped() else Stop.NONE
+        self._end(AtRest(Told.ERROR, stop=stop), failure, cause=f"error_{code}")
 
     async def _outlive(self, error: NoReply) -> None:
         """Its answer will not come: a move that was seen to run is followed to its end, as in Ver.2."""
@@ -413,17 +427,15 @@ class MoveRun:
 
     async def _resolve(self, error: NoReply) -> None:
         """Nobody saw it begin, or in this life: let the axes tell, where they can prove it."""
+        self._doubt = error
         if not await self._come_to_rest() or await self._lost_power():
             return
         self._move.completion = "inferred"
         await self._read_position()
-        if self._finding().arrived():
+        place = Place.TARGET if self._places().place() is Place.TARGET else Place.UNKNOWN
+        if place is Place.TARGET:
             self._move.evidence.append(AT_TARGET)
-            self._move.end_cause = "normal"
-            self._advance(MoveStatus.SUCCEEDED)
-        else:
-            self._move.evidence.append("The axes stand still, which proves nothing.")
-            self._advance(MoveStatus.UNKNOWN, error)
+        self._end(AtRest(begun=Begun.IN_DOUBT, place=place), error)
 
     # what positions prove
 
@@ -437,9 +449,9 @@ class MoveRun:
         """Whether a stop was sent since the move was admitted."""
         return self._line.stops != self._stops_before
 
-    def _finding(self) -> Finding:
+    def _places(self) -> PlaceProof:
         move = self._move
-        return Finding(
+        return PlaceProof(
             command=self._command,
             start=move.start_position or {},
             target=move.target_position,
@@ -448,69 +460,15 @@ class MoveRun:
             replied=move.completion == "reply",
         )
 
-    async def _is_proved(self, finding: Finding) -> bool:
-        return finding.arrived() or (finding.ran_its_course() and await self._has_kept_power(finding))
-
-    async def _has_kept_power(self, finding: Finding) -> bool:
+    async def _has_kept_power(self, places: PlaceProof) -> bool:
         """Whether that is proved: by the mode, by what was left unread, or by places."""
         if not self._power_kept and self._line.mode != HostMode.VER_2:
             await self._lost_power()
             return self._power_kept
-        return self._power_kept or finding.shows_power()
+        return self._power_kept or places.shows_power()
 
 
-def _out_of_reach(robot_id: str, silence: Silence) -> NoReply:
-    return NoReply(
-        f"{robot_id} could not be asked for {silence.out_of_reach_s:.0f} s; the move may have ended, or the "
-        "axes may still be moving.",
-        "See that its line works, then read its status and position.",
-    )
-
-
-def _ended_with(robot_id: str) -> NoReply:
-    return NoReply(
-        f"The gateway has ended while a command to {robot_id} was under way, and nothing proves what has "
-        "become of it; nothing was sent again.",
-        "Read status and position before anything else.",
-    )
-
-
-def _without_power(happened: str, axes: list[AxisStatus] | None) -> MoveFailed:
+def _seen(axes: list[AxisStatus] | None) -> PowerCycle:
     if axes is None:
-        seen, look = "it has not told since whether its axes stand still", "See that nothing moves. "
-    elif at_rest(axes):
-        seen, look = "its axes were seen to stand still since", ""
-    else:
-        seen, look = "its axes were seen to move since", "Stop it. "
-    return MoveFailed(f"{happened} in the middle of the move; {seen}.", look + ACKNOWLEDGE)
-
-
-def _lost_on_its_way(unit: RobotUnit, move: RobotMove) -> NotExecuted:
-    return NotExecuted(
-        f"{move.command} was sent to {unit.address} and not answered; the axes have not moved.",
-        "Send it again if it is still wanted.",
-    )
-
-
-def _unproved(unit: RobotUnit, move: RobotMove, *, ran: bool) -> NoReply:
-    said = "and answered" if move.completion == "reply" else "and not answered"
-    why = "the robot may have lost its power on the way" if ran else "the axes were not seen to move"
-    return NoReply(
-        f"{move.command} was sent to {unit.address} {said}; the axes stand still, but {why}, and no place "
-        "proves that it was done.",
-        "Read status and position before anything else.",
-    )
-
-
-def _in_trouble(unit: RobotUnit) -> MoveFailed:
-    return MoveFailed(
-        f"An axis of {unit.address} reports an alarm; the axes stand still.",
-        "Read the errors of the robot, remove the cause, then reset them.",
-    )
-
-
-def _missed(unit: RobotUnit, move: RobotMove) -> MoveFailed:
-    return MoveFailed(
-        f"{unit.address} stands at {move.position}, not at {move.target_position} as was asked.",
-        "The command may have been garbled on the line: check the position before the next move.",
-    )
+        return PowerCycle.UNTOLD
+    return PowerCycle.STANDS if at_rest(axes) else PowerCycle.MOVES

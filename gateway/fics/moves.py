@@ -6,13 +6,14 @@ from datetime import UTC, datetime
 from functools import partial
 from typing import Any
 
-from gateway.core.errors import Cancelled, GatewayError, RestartedFirst
+from gateway.core.errors import Cancelled, GatewayError
 from gateway.core.events import Event
 from gateway.core.lanes import Lane
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import START_WITHIN_S, MoveError, MoveStatus
 from gateway.core.move_tasks import MoveTasks
 from gateway.core.trajectories import Trajectories
+from gateway.core.verdicts import Unbegun, Unwatched, Verdict, Words, judge
 from gateway.fics.calls import calls_for_robot
 from gateway.fics.errors import RobotBusy
 from gateway.fics.move_record import KINDS, RobotMove, check
@@ -94,8 +95,7 @@ class RobotMoves:
     def take_over(self, robot: Robot, move: RobotMove, *, begun: bool) -> None:
         """Go on with a move of an earlier life: ask the robot, and follow the move to its end."""
         if move.status is MoveStatus.QUEUED and not begun:
-            move.evidence.append("The gateway has ended before the command was written.")
-            self.advance(robot, robot.unit(move.unit), move, MoveStatus.CANCELLED, RestartedFirst())
+            self._end(robot, robot.unit(move.unit), move, judge(Unbegun.GATEWAY_ENDED))
             return
         if move.status is MoveStatus.QUEUED:
             move.status = MoveStatus.SENT
@@ -134,8 +134,11 @@ class RobotMoves:
         if robot.motion.command is command:
             robot.motions.end()
         if robot.motion.moves.get(unit.number) is move:
-            move.evidence.append(why)
-            self.advance(robot, unit, move, MoveStatus.UNKNOWN)
+            self._end(robot, unit, move, judge(Unwatched.FAULT, Words(why=why)))
+
+    def _end(self, robot: Robot, unit: RobotUnit, move: RobotMove, verdict: Verdict) -> None:
+        verdict.write_down(move)
+        self.advance(robot, unit, move, verdict.status, verdict.error)
 
     def _new(self, robot: Robot, unit: RobotUnit, command: FicsCommand[Any]) -> RobotMove:
         now, coordinates = datetime.now(UTC), unit.coordinates_of(command)

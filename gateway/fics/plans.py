@@ -113,7 +113,7 @@ async def _foresee(plan: PlannedRobotMove, unit: RobotUnit, command: FicsCommand
     await require_known(unit, command, start, target)
     end = end_of(unit, command, start, target) or {}
     if crossed := await crossed_limits(unit, plan.coordinates, end):
-        raise NotCalculable(f"It would be refused: {', and '.join(map(str, crossed))}.")
+        raise NotCalculable(f"It would be refused: {', and '.join(it.said.en for it in crossed)}.")
     try:
         plan.duration_s = await _duration_s(plan, unit, command)
     except NotCalculable as unknown:

@@ -8,6 +8,7 @@ copy of that to an earlier command.
 from dataclasses import dataclass
 from typing import Any
 
+from gateway.core.verdicts import Begun, Place
 from gateway.fics.axes import Places
 from gateway.fics.targets import TOLERANCE, furthest_miss, is_missed
 from protocols.fics.homing import HomeRobot
@@ -15,7 +16,7 @@ from protocols.fics.row import FicsCommand
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class PlaceProof:
     """What is known of a move without an error whose axes stand still."""
 
     command: FicsCommand[Any]
@@ -38,27 +39,22 @@ class Finding:
         now = (self.position or {}).items()
         return self.moved or any(place is not None and place != self.start.get(axis) for axis, place in now)
 
-    def off_target(self) -> bool:
-        """Whether an axis stands off its target."""
-        return is_missed(self.target, self.position)
+    def begun(self) -> Begun:
+        """How it is known that the command was executed."""
+        return Begun.SEEN if self.ran() else Begun.ANSWERED if self.replied else Begun.UNREFUSED
 
-    def on_target(self) -> bool:
-        """Whether all axes stand at their targets."""
+    def place(self) -> Place:
+        """Where the axes stand, if that is known; roundings hide a very short way."""
+        if is_missed(self.target, self.position):
+            return Place.ELSEWHERE if self.ran() else Place.START
         miss = furthest_miss(self.target, self.position)
-        return miss is not None and miss <= TOLERANCE
+        if miss is None or miss > TOLERANCE:
+            return Place.UNKNOWN
+        return Place.TARGET if miss == 0 or self.replied or self.ran() else Place.TARGET_PERHAPS
 
     def stayed(self) -> bool:
         """Whether a move to a known place has not left its own, perhaps because both are one."""
-        return not self.ran() and (self.off_target() or self.on_target())
-
-    def untouched(self) -> bool:
-        """Whether a move that should have gone somewhere has not left its place."""
-        return self.off_target() and self.stayed()
-
-    def arrived(self) -> bool:
-        """Whether it is done because of where the axes stand; roundings hide a very short way."""
-        there = furthest_miss(self.target, self.position) == 0
-        return self.on_target() and (there or self.replied or self.ran())
+        return not self.ran() and self.place() is not Place.UNKNOWN
 
     def ran_its_course(self) -> bool:
         """Whether it is done if the power was kept: it ran, and lacks nothing that its end should show."""

@@ -345,13 +345,7 @@ def _question_of(variable: int) -> GetVariable:
 
 def offline_error(robot_id: str) -> RobotOffline:
     """The error of a request to a robot that does not answer."""
-    return RobotOffline(
-        f"Robot {robot_id} gives no usable answer; nothing was sent.",
-        "Check its power, its cable, its port and its teaching terminal.",
-    ).in_japanese(
-        f"ロボット{robot_id}から有効な応答がありません。何も送信していません。",
-        "電源、ケーブル、ポート、ティーチングペンダントを確認してください。",
-    )
+    return RobotOffline.worded("robot.offline", robot=robot_id)
 
 
 def _ends_upload(exchange: FicsExchange) -> bool:

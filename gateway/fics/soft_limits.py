@@ -7,6 +7,7 @@ from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest
 from gateway.fics.axes import Coordinates, Places
 from gateway.fics.targets import NOISE_DIGITS
 from gateway.fics.units import RobotUnit
+from gateway.texts import Text, text
 from protocols.fics.axis_settings import CoordinateSetting
 from protocols.fics.motor_axes import (
     GetMotorLowerSoftLimits,
@@ -58,19 +59,11 @@ class CrossedLimit(NamedTuple):
     place: float
     unit: str
 
-    def __str__(self) -> str:
-        """Say so, without a full stop."""
-        place, limit = self._shown(self.place), self._shown(self.limit)
-        return f"the target {place} of axis {self.axis} lies beyond its {self.side} soft limit {limit}"
-
     @property
-    def ja(self) -> str:
-        """The same in Japanese, as a sentence."""
-        sign = {"upper": "+", "lower": "-"}[self.side]
-        return (
-            f"{self.axis}軸の移動先 {self._shown(self.place)} が{sign}ソフトリミット "
-            f"{self._shown(self.limit)} を超えています。"
-        )
+    def said(self) -> Text:
+        """Say so: in English as a clause, in Japanese as a sentence."""
+        place, limit = self._shown(self.place), self._shown(self.limit)
+        return text(f"phrases.axis-beyond-{self.side}", axis=self.axis, place=place, limit=limit)
 
     def _shown(self, place: float) -> str:
         return f"{round(place, NOISE_DIGITS):.15g} {self.unit}"
@@ -106,13 +99,9 @@ async def name_limits(
         return  # the refusal stands, with the manual's words
     if not crossed:
         return
-    code = refusal.command_code
-    told = ", and ".join(map(str, crossed))
-    refusal.detail = f"{unit.address} refused {code}: {told}. Nothing moved because of it."
-    refusal.remedy = "Choose a target within the soft limits, or change them in the unit's settings."
-    told_ja = "".join(it.ja for it in crossed)
-    refusal.detail_ja = f"{unit.address} {code}: {told_ja}このコマンドではモータは動いていません。"
-    refusal.remedy_ja = "ソフトリミットの範囲内の移動先を指定するか、ソフトリミットの設定を変更してください。"
+    said = [it.said for it in crossed]
+    beyond = Text(", and ".join(it.en for it in said), "".join(it.ja for it in said))
+    refusal.reword("robot.beyond-limits", unit=unit.address, code=refusal.command_code, beyond=beyond)
 
 
 async def uncrossed(unit: RobotUnit, changes: Mapping[str, FicsCommand[Any]]) -> list[FicsCommand[Any]]:

@@ -17,11 +17,11 @@ from gateway.core.stops import (
     RECORD_WITHIN_S,
     REPEAT_S,
     BilingualReport,
-    Said,
     StopMode,
     Stopping,
     StopState,
     StopsUnderWay,
+    standstill_unknown,
 )
 from gateway.core.waiting import happens
 from gateway.fics.axes import Places, at_rest
@@ -35,6 +35,7 @@ from gateway.fics.motions import Motions
 from gateway.fics.ramps import Ramps
 from gateway.fics.system_errors import SystemErrors
 from gateway.fics.units import RobotUnit
+from gateway.texts import Text, text
 from protocols.fics.link import Failure, Refusal
 from protocols.fics.row import BLOCK_ERRORS, UPLOAD_ERROR, Block, FicsCommand
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
@@ -170,7 +171,7 @@ class _RobotStop(Stopping):
         """The error the robot refused it with, last."""
         self._said_at = self._judged_at = 0
         """What `FicsLine.unheard` was when it was written last, and of which writing the robot has told."""
-        self._not_still = {unit.number: _not_asked(unit) for unit in units}
+        self._not_still = {unit.number: text("stops.unit-not-asked", unit=unit.number) for unit in units}
         """Units that were not seen to stand still, and why."""
         self._places: dict[int, Places] = {}
         """Where the motors of a unit stood when they were last asked."""
@@ -268,14 +269,14 @@ class _RobotStop(Stopping):
                 await asyncio.sleep(pause_s)
         return True
 
-    def _saw(self, unit: RobotUnit, why_not_still: Said | None) -> None:
+    def _saw(self, unit: RobotUnit, why_not_still: Text | None) -> None:
         if why_not_still is None:
             self._not_still.pop(unit.number, None)
         else:
             self._not_still[unit.number] = why_not_still
         self.tell()
 
-    async def _why_not_still(self, unit: RobotUnit) -> Said | None:
+    async def _why_not_still(self, unit: RobotUnit) -> Text | None:
         """Why a unit cannot be called standing still; None if it says itself that it does.
 
         In an emergency stop in which the axes may brake, the motors have to be where they were before.
@@ -287,15 +288,15 @@ class _RobotStop(Stopping):
             return None  # the robot itself says that nothing is there to move
         except GatewayError as error:
             self._run.discard(unit.number)
-            said = Said.unknown(Said(f"unit {unit.number}", f"ユニット{unit.number} "), error)
-            return _once_still(said) if unit.stood_still else said
+            unknown = standstill_unknown(text("stops.the-unit", unit=unit.number), error)
+            return text("stops.unit-stood-still", unknown=unknown) if unit.stood_still else unknown
         stood = self._places.get(unit.number, places) == places
         self._places[unit.number] = places
         if stood and at_rest(axes):
             return None
         self._run.add(unit.number)
         self._told_at = self.waited_s
-        return _not_at_rest(unit)
+        return text("stops.unit-not-at-rest", unit=unit.number)
 
     def tells_of_motion(self) -> bool:
         """Every unit that was not seen to stand still has told of motion; a refused stop brakes nothing."""
@@ -309,9 +310,9 @@ class _RobotStop(Stopping):
 
     # telling
 
-    def why_not(self) -> list[Said]:
+    def why_not(self) -> list[Text]:
         """The refusal, and what each unit has told."""
-        refusal = [] if self._refusal is None else [_refused_with(self._refusal)]
+        refusal = [] if self._refusal is None else [text("stops.robot-refused", error=self._refusal)]
         return [*refusal, *self._not_still.values()]
 
     def calls_for_hardware(self) -> bool:
@@ -326,23 +327,3 @@ class _RobotStop(Stopping):
     def publish(self, what: str, **more: str) -> None:
         """Tell everybody how far it has come."""
         self._tell(f"robot.stop.{what}", {**self.report.model_dump(), **more})
-
-
-def _once_still(unknown: Said) -> Said:
-    ja = f"{unknown.ja}最後に問い合わせたときは静止していました。"
-    return Said(f"{unknown.en} It stood still when it was last asked.", ja)
-
-
-def _not_asked(unit: RobotUnit) -> Said:
-    ja = f"ユニット{unit.number} にはまだ問い合わせていません。"
-    return Said(f"Unit {unit.number} has not been asked yet.", ja)
-
-
-def _not_at_rest(unit: RobotUnit) -> Said:
-    ja = f"ユニット{unit.number} がまだ静止していません。"
-    return Said(f"Unit {unit.number} has not come to rest.", ja)
-
-
-def _refused_with(error: str) -> Said:
-    ja = f"ロボットが停止をエラー {error} で拒否しました。"
-    return Said(f"The robot refused the stop with {error}.", ja)

@@ -14,6 +14,7 @@ from gateway.core.records import Record
 from gateway.fics.commander import Commander
 from gateway.fics.errors import ErrorStands
 from gateway.fics.motion_state import Tell
+from gateway.texts import Text, text
 from protocols.fics.alarm_texts import row_of
 from protocols.fics.alarms import DetailKind, ErrorDetail
 from protocols.fics.errors import ErrorKind, lookup
@@ -141,10 +142,11 @@ def _record(error: str | None, detail: ErrorDetail | None) -> RobotErrorRecord:
         code = f"{detail.error:03d}"
     known = code is not None or (detail is not None and detail.kind is not DetailKind.UNREADABLE)
     row = row_of(code or "999", detail)
+    told = Text(row.en, row.ja) if known else text("refusals.unknown-system-error")
     return RobotErrorRecord(
         code=code,
-        en=row.en if known else "An error of the system stands.",
-        ja=row.ja if known else "Ficsのエラーが発生しています。",
+        en=told.en,
+        ja=told.ja,
         remedy_en=row.remedy_en,
         remedy_ja=row.remedy_ja,
         kind=detail.kind if detail else None,

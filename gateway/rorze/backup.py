@@ -16,6 +16,7 @@ from gateway.core.lanes import Lane
 from gateway.core.readings import Progress
 from gateway.core.restore_record import Difference
 from gateway.rorze import stored_program
+from gateway.rorze.asked_body import is_mark
 from gateway.rorze.backup_places import (
     PLACES,
     PLACES_OF,
@@ -31,7 +32,6 @@ from gateway.rorze.backup_places import (
 from gateway.rorze.bodies import Body
 from gateway.rorze.flash_state import SHARES
 from gateway.rorze.own_refusals import clear_own_refusal
-from gateway.rorze.power import is_mark
 from gateway.rorze.units import Scale
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.inputs_outputs import SetErrorOutput, SetInterruptAction, SetInterruptMode

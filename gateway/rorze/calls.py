@@ -8,73 +8,45 @@ from gateway.core.next_calls import ACKNOWLEDGE, ALARMS, LINE_STATE, STOP, NextC
 from gateway.core.rights import RIGHT_OF, Right
 from protocols.rorze.commands import BY_NAME
 
-STATUS: Final = get(
-    "{subject}/status", "Read its controller status.", "コントローラ・ステータスを読み出します。"
-)
-POSITION: Final = get("{subject}/position", "Read where it stands.", "現在位置を読み出します。")
-MOVE: Final = get("{subject}/moves/{move_id}", "See the record of the move.", "移動の記録を確認します。")
-MOVES: Final = get(
-    "{subject}/moves", "See its moves, the newest first.", "新しい順に移動の記録を確認します。"
-)
-HOME: Final = post(
-    "{subject}/moves", Right.OPERATE, "Search the origin.", "原点サーチを行います。", kind="home"
-)
+STATUS: Final = get("{subject}/status", "bodies.status")
+POSITION: Final = get("{subject}/position", "bodies.position")
+MOVE: Final = get("{subject}/moves/{move_id}", "bodies.move")
+MOVES: Final = get("{subject}/moves", "bodies.moves")
+HOME: Final = post("{subject}/moves", Right.OPERATE, "bodies.home", kind="home")
 PROGRAM_RUN: Final = get(
     "{subject}/program/runs/current",
-    "See the run of its user program.",
-    "ユーザープログラムの実行状況を確認します。",
+    "bodies.program-run",
 )
-UPLOAD: Final = get(
-    "{subject}/program/uploads/{upload_id}", "See the record of the upload.", "書き込みの記録を確認します。"
-)
+UPLOAD: Final = get("{subject}/program/uploads/{upload_id}", "bodies.upload")
 TABLE_UPLOAD: Final = get(
     "{subject}/positions/uploads/{upload_id}",
-    "See the record of the upload.",
-    "書き込みの記録を確認します。",
+    "bodies.table-upload",
 )
-GROUP: Final = get("{subject}", "See the members of the group.", "グループの構成を確認します。")
-SENSORS: Final = get("{subject}/sensors", "See which sensors are on.", "センサの状態を確認します。")
-COMMANDS: Final = get("/commands", "See what each command takes.", "各コマンドの引数を確認します。")
+GROUP: Final = get("{subject}", "bodies.group")
+SENSORS: Final = get("{subject}/sensors", "bodies.sensors")
+COMMANDS: Final = get("/commands", "bodies.commands")
 
 
-def _command(name: str, en: str, ja: str) -> NextCall:
-    return post(f"{{subject}}/commands/{name}", RIGHT_OF[BY_NAME[name].effect], en, ja)
+def _command(name: str) -> NextCall:
+    return post(f"{{subject}}/commands/{name}", RIGHT_OF[BY_NAME[name].effect], f"commands.{name}")
 
 
-CLEAR_STATUS: Final = _command(
-    "clear-controller-status", "Clear its error status (9CS).", "エラーステータスをクリアします(9CS)。"
-)
-READ_COMMENT: Final = _command("get-information", "Read the comment (9VD).", "コメントを読み出します(9VD)。")
-CLEAR_COMMENT: Final = _command("set-user-comment", "Set it to nothing (9VS).", "コメントを空にします(9VS)。")
-CLEAR_ENCODER_STALL: Final = _command(
-    "clear-encoder-stall-error", "Clear the encoder's STALL (PRS).", "エンコーダの脱調をクリアします(PRS)。"
-)
-CLEAR_STALL_SENSOR: Final = _command(
-    "clear-stall-sensor-error", "Clear the sensor's STALL (QRS).", "STALLセンサの脱調をクリアします(QRS)。"
-)
-SET_START_SPEED: Final = _command(
-    "set-start-speed", "Set the start speed (OLS).", "起動速度を設定します(OLS)。"
-)
-SET_MAXIMUM_SPEED: Final = _command(
-    "set-maximum-speed", "Set the maximum speed (OHS).", "最高速度を設定します(OHS)。"
-)
+CLEAR_STATUS: Final = _command("clear-controller-status")
+READ_COMMENT: Final = _command("get-information")
+CLEAR_COMMENT: Final = _command("set-user-comment")
+CLEAR_ENCODER_STALL: Final = _command("clear-encoder-stall-error")
+CLEAR_STALL_SENSOR: Final = _command("clear-stall-sensor-error")
+SET_START_SPEED: Final = _command("set-start-speed")
+SET_MAXIMUM_SPEED: Final = _command("set-maximum-speed")
 SET_RISING: Final = _command(
     "set-rising-acceleration-share",
-    "Set the share of rising acceleration (OAS).",
-    "加速度増加の割合を設定します(OAS)。",
 )
 SET_FALLING: Final = _command(
     "set-falling-acceleration-share",
-    "Set the share of falling acceleration (OBS).",
-    "加速度減少の割合を設定します(OBS)。",
 )
-SET_INTERVAL: Final = _command(
-    "set-stall-sensor-interval", "Set the period of the dogs (QIS).", "ドグの周期を設定します(QIS)。"
-)
+SET_INTERVAL: Final = _command("set-stall-sensor-interval")
 PROGRAM_END: Final = _command(
     "get-last-program-address",
-    "Read where the program ends (UED).",
-    "プログラムの最終アドレスを読み出します(UED)。",
 )
 
 _LOOK = (STATUS, POSITION)
@@ -84,15 +56,13 @@ CALLS: Final[Mapping[str, Sequence[NextCall]]] = {
     "0x42": (
         _command(
             "set-maximum-acceleration",
-            "Set the maximum acceleration (OSS).",
-            "最大加速度を設定します(OSS)。",
         ),
     ),
     "0x43": (SET_RISING,),
     "0x44": (SET_FALLING,),
     "0x45": (SET_START_SPEED, SET_MAXIMUM_SPEED),
     "0x46": (SET_RISING, SET_FALLING),
-    "0x47": (_command("set-pattern", "Set the pattern (SPS).", "加減速パターンを設定します(SPS)。"),),
+    "0x47": (_command("set-pattern"),),
     "0x4A": (COMMANDS,),
     "0x4C": (MOVES, STOP),
     "0x50": (MOVES, STOP),
@@ -101,8 +71,6 @@ CALLS: Final[Mapping[str, Sequence[NextCall]]] = {
     "0x54": (
         _command(
             "set-stall-sensor-detection",
-            "Switch the STALL detection on (QSS).",
-            "脱調検出を有効にします(QSS)。",
         ),
         SET_INTERVAL,
     ),
@@ -110,11 +78,7 @@ CALLS: Final[Mapping[str, Sequence[NextCall]]] = {
     "0x5A": (PROGRAM_RUN, STOP),
     "0x5B": (PROGRAM_END,),
     "0x5D": (COMMANDS,),
-    "0x66": (
-        _command(
-            "clear-error-output-status", "Release the error output (CRS).", "エラー出力を解除します(CRS)。"
-        ),
-    ),
+    "0x66": (_command("clear-error-output-status"),),
     "controller-refused": (STATUS,),
     "power-cycled": (STATUS, HOME, ACKNOWLEDGE),
     "body-busy": (MOVES, STOP),
@@ -133,16 +97,12 @@ is left out of the calls."""
 OWN_CALLS: Final[Mapping[tuple[str, str], Sequence[NextCall]]] = {
     ("0QM", "0x52"): (
         SENSORS,
-        _command(
-            "set-sensor-logic", "Correct the sensor's logic (DLS).", "センサ入力論理を訂正します(DLS)。"
-        ),
+        _command("set-sensor-logic"),
     ),
     ("0QM", "0x55"): (SENSORS,),
     ("UWS", "0x5B"): (
         _command(
             "get-free-program-steps",
-            "Read the steps that are left (UBD).",
-            "残りステップ数を読み出します(UBD)。",
         ),
     ),
 }

@@ -11,9 +11,9 @@ from gateway.core.lanes import Lane
 from gateway.core.operation import Rows, Wait
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
-from gateway.rorze.bodies import Body
-from gateway.rorze.move_requests import Length
-from gateway.rorze.positions import read_one
+from gateway.rorze.asked_body import AskedBody
+from gateway.rorze.readings import read_pulses
+from gateway.rorze.units import Length
 from protocols.rorze.inputs_outputs import (
     GetInterruptAction,
     GetInterruptMode,
@@ -47,7 +47,7 @@ class Section(RequestModel):
     lower: Length
     upper: Length
 
-    def bounds(self, body: Body) -> Bounds:
+    def bounds(self, body: AskedBody) -> Bounds:
         """The same in pulses.
 
         :raises InvalidRequest: it is empty, too long, or in another unit.
@@ -133,7 +133,6 @@ class ArmingBrokenOff(GatewayError):
     """An input is set up in part: it may capture in the next move, or not."""
 
     kind = "arming-broken-off"
-    title = "The capture is set up in part"
 
     def __init__(self, address: str, port: int, cause: GatewayError) -> None:
         super().__init__(
@@ -143,7 +142,7 @@ class ArmingBrokenOff(GatewayError):
         )
 
 
-async def read(body: Body, port: int) -> Capture:
+async def read(body: AskedBody, port: int) -> Capture:
     """Read how an input is set up (CPD, CFD, CSD), and the entries that take values (3ND).
 
     :raises GatewayError: it was not read.
@@ -167,7 +166,7 @@ async def read(body: Body, port: int) -> Capture:
     )
 
 
-async def arm(body: Body, port: int, wanted: CaptureRequest) -> Capture:
+async def arm(body: AskedBody, port: int, wanted: CaptureRequest) -> Capture:
     """Let an input capture in the next move, undivided (CSS, CFS, CPS), and mark the entries.
 
     :raises InvalidRequest: the stretch is none, or the other input takes a value in the same entry.
@@ -201,7 +200,7 @@ async def arm(body: Body, port: int, wanted: CaptureRequest) -> Capture:
     return await read(body, port)
 
 
-async def disarm(body: Body, port: int) -> Capture:
+async def disarm(body: AskedBody, port: int) -> Capture:
     """Let an input capture nothing (CPS), and forget its entries (CFS).
 
     The controller sets them to 0, which was not captured.
@@ -213,7 +212,7 @@ async def disarm(body: Body, port: int) -> Capture:
     return await read(body, port)
 
 
-async def _require_free(body: Body, port: int, entries: Collection[int]) -> None:
+async def _require_free(body: AskedBody, port: int, entries: Collection[int]) -> None:
     """Make sure that the other input does not wait to take a value in one of these entries.
 
     :raises InvalidRequest: it does.
@@ -236,7 +235,7 @@ def _recording(port: int, entries: Mapping[Kind, int]) -> list[SetInterruptActio
     return [SetInterruptAction(port=port, recorded=kind, number=entries.get(kind)) for kind in KINDS]
 
 
-async def _set_up(body: Body, port: int, commands: Sequence[RorzeCommand[Ack]]) -> None:
+async def _set_up(body: AskedBody, port: int, commands: Sequence[RorzeCommand[Ack]]) -> None:
     """Send all of them undivided; errors as of `arm`."""
     expires_at = asyncio.get_running_loop().time() + ARM_WITHIN_S
     with body.line.sending(body.number, commands):
@@ -250,7 +249,7 @@ async def _set_up(body: Body, port: int, commands: Sequence[RorzeCommand[Ack]]) 
                     raise
 
 
-async def when_over(body: Body, port: int, within_s: float) -> Capture:
+async def when_over(body: AskedBody, port: int, within_s: float) -> Capture:
     """Give a capture when an edge has come, or none will come any more; or as it is when the time is up.
 
     :raises PowerCycled: the body was switched off and on meanwhile: what its entries hold was not captured.
@@ -272,8 +271,8 @@ async def when_over(body: Body, port: int, within_s: float) -> Capture:
     return capture
 
 
-async def _recorded(body: Body, kind: Kind, number: int) -> Recorded:
-    pulses = (await read_one(body, number)).pulses
+async def _recorded(body: AskedBody, kind: Kind, number: int) -> Recorded:
+    pulses = await read_pulses(body, number)
     return Recorded(kind, number, None if pulses == NOTHING_YET else pulses)
 
 
@@ -319,7 +318,7 @@ class CaptureList(BaseModel):
 
 
 @ROWS.get("/bodies/{body_id}/captures")
-async def list_captures(body: Body) -> CaptureList:
+async def list_captures(body: AskedBody) -> CaptureList:
     """Ask the controller how both inputs capture, and what they have captured (CPD, CFD, CSD, 3ND)."""
     return CaptureList(
         body_id=body.address, captures=[_state(body, await read(body, port)) for port in INPUTS]
@@ -327,19 +326,19 @@ async def list_captures(body: Body) -> CaptureList:
 
 
 @ROWS.get("/bodies/{body_id}/captures/{port}")
-async def get_capture(body: Body, port: Port, *, wait: Wait = None) -> CaptureState:
+async def get_capture(body: AskedBody, port: Port, *, wait: Wait = None) -> CaptureState:
     """Ask for a capture, at once or when an edge has come; a move that ends without one disarms it too."""
     return _state(body, await when_over(body, port, wait or 0.0))
 
 
 @ROWS.put("/bodies/{body_id}/captures/{port}", Right.OPERATE)
-async def arm_capture(body: Body, port: Port, capture: CaptureRequest) -> CaptureState:
+async def arm_capture(body: AskedBody, port: Port, capture: CaptureRequest) -> CaptureState:
     """Let an input capture in the next move (CSS, CFS, CPS), once; refused while the motor moves."""
     return _state(body, await arm(body, port, capture))
 
 
 @ROWS.delete("/bodies/{body_id}/captures/{port}", Right.OPERATE)
-async def disarm_capture(body: Body, port: Port) -> CaptureState:
+async def disarm_capture(body: AskedBody, port: Port) -> CaptureState:
     """Let an input capture nothing (CPS), and forget its entries, which are set to 0 (CFS).
 
     Refused while the motor moves.
@@ -347,7 +346,7 @@ async def disarm_capture(body: Body, port: Port) -> CaptureState:
     return _state(body, await disarm(body, port))
 
 
-def _state(body: Body, capture: Capture) -> CaptureState:
+def _state(body: AskedBody, capture: Capture) -> CaptureState:
     bounds = capture.between
     recorded = []
     for kind, number, pulses in capture.recorded:

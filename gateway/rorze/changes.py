@@ -17,7 +17,7 @@ from gateway.core.errors import (
 )
 from gateway.core.operation import Expectation
 from gateway.core.records import Record
-from gateway.rorze.bodies import Body
+from gateway.rorze.asked_body import AskedBody
 from gateway.rorze.errors import PartlyDone, TakenOtherwise
 from gateway.rorze.readings import believed
 from protocols.rorze.flash import SaveSettings
@@ -92,7 +92,7 @@ class ChangeStep(Record):
 Wanted = tuple[Item, Any]
 
 
-async def read(body: Body, item: Item) -> Any:
+async def read(body: AskedBody, item: Item) -> Any:
     """Ask a body for one value; while the line errs, twice.
 
     :raises GatewayError: it was not read.
@@ -111,7 +111,7 @@ async def read(body: Body, item: Item) -> Any:
 
 
 async def change(
-    body: Body, wanted: Sequence[Wanted], *, flash: bool = False, told: int | None = None
+    body: AskedBody, wanted: Sequence[Wanted], *, flash: bool = False, told: int | None = None
 ) -> list[ChangeStep]:
     """Set what differs, in order, and read each back; then write flash memory if asked for (FIS).
 
@@ -148,7 +148,7 @@ async def change(
 
 
 @asynccontextmanager
-async def _undivided(body: Body, epoch: int) -> AsyncIterator[None]:
+async def _undivided(body: AskedBody, epoch: int) -> AsyncIterator[None]:
     """Hold a body's lock for one value, unless a stop has come since the change began."""
     gate = body.line.gate
     async with body.line.undivided([body.number]):
@@ -158,7 +158,7 @@ async def _undivided(body: Body, epoch: int) -> AsyncIterator[None]:
 
 
 async def as_expected(
-    body: Body, document: Callable[[], Awaitable[BaseModel]], expects: Expectation | None
+    body: AskedBody, document: Callable[[], Awaitable[BaseModel]], expects: Expectation | None
 ) -> int | None:
     """How much a body had been told when it was as expected; None where any state will do.
 
@@ -172,7 +172,7 @@ async def as_expected(
     return told
 
 
-async def _step(body: Body, item: Item, value: Any, command: Setter, epoch: int) -> ChangeStep:
+async def _step(body: AskedBody, item: Item, value: Any, command: Setter, epoch: int) -> ChangeStep:
     before, is_so = None, False
     try:
         before = await read(body, item)
@@ -194,7 +194,7 @@ def _agree(found: Any, wanted: Any) -> bool:
     return bool(found == wanted)
 
 
-async def _set(body: Body, item: Item, value: Any, command: Setter) -> None:
+async def _set(body: AskedBody, item: Item, value: Any, command: Setter) -> None:
     """Set a value, and see that it is kept."""
     failed: GatewayError | None = None
     for _ in range(TRIES if command.retry is Retry.SETTING else 1):
@@ -216,7 +216,7 @@ def _done(steps: Iterable[ChangeStep]) -> list[str]:
 
 
 def _broken_off(
-    body: Body, steps: Iterable[ChangeStep], left: Sequence[str], cause: GatewayError
+    body: AskedBody, steps: Iterable[ChangeStep], left: Sequence[str], cause: GatewayError
 ) -> GatewayError:
     done = _done(steps)
     return PartlyDone(body.address, done, left, cause) if done else cause

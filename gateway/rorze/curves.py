@@ -9,11 +9,10 @@ from gateway.core.operation import Rows
 from gateway.core.records import Record, RequestModel, example
 from gateway.core.rights import Right
 from gateway.rorze.bodies import Body
-from gateway.rorze.move_requests import Length
 from gateway.rorze.patterns import Changes, PatternNumber, read_pattern
 from gateway.rorze.plans import pulses_per_count
 from gateway.rorze.speed_sets import SpeedSetValues, parameters_of
-from gateway.rorze.units import Scale, Scaled, to_pulses
+from gateway.rorze.units import Length, Scale, Scaled, to_pulses
 from protocols.rorze.notation import BILLION
 from protocols.rorze.profile import Profile, ProfileError, SpeedChange, SpeedParameters, plan, plan_slow
 

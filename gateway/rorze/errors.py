@@ -36,7 +36,6 @@ class ProgramDiffers(GatewayError):
     """A user program was sent, and what the body holds is another one."""
 
     kind = "program-differs"
-    title = "The body holds another program than was sent"
     retryable = True
 
     def __init__(self, detail: str, line: int) -> None:
@@ -49,7 +48,6 @@ class SaveUncertain(GatewayError):
     """A body has lost its power around the moment in which it wrote to flash memory."""
 
     kind = "save-uncertain"
-    title = "Nobody knows what was written to flash memory"
     retryable = True
 
     def __init__(self, address: str, what: str, remedy: str) -> None:
@@ -62,7 +60,6 @@ class TakenOtherwise(GatewayError):
     """A setting was acknowledged, and the body tells another value afterwards."""
 
     kind = "taken-otherwise"
-    title = "Sent, but not done"
     retryable = True
 
 
@@ -70,7 +67,6 @@ class PartlyDone(GatewayError):
     """Some of several settings were changed, the rest were not."""
 
     kind = "partly-done"
-    title = "Only some of it was changed"
 
     def __init__(self, address: str, done: Sequence[str], left: Sequence[str], cause: GatewayError) -> None:
         failed, *others = left

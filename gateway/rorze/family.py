@@ -48,6 +48,7 @@ from gateway.rorze import (
     speed_sets,
 )
 from gateway.rorze.alarms import causes
+from gateway.rorze.asked_body import AskedBody
 from gateway.rorze.backup_restore import BodyRestore
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.body_now import BodyNow
@@ -141,7 +142,7 @@ class Rorze(Family):
         memories.ROWS,
     )
     things: ClassVar = {
-        Body: lambda rorze, body_id: rorze.body(body_id),
+        **dict.fromkeys((Body, AskedBody), lambda rorze, body_id: rorze.body(body_id)),
         Group: lambda rorze, group_id: rorze.group(group_id),
         Scara: lambda rorze, scara_id: rorze.scara(scara_id),
     }

@@ -26,10 +26,11 @@ from gateway.core.records import RequestModel, example
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S
 from gateway.rorze.bodies import Body
 from gateway.rorze.limited_speed import MaxSpeed, at_own_speed, require_one_speed
-from gateway.rorze.move_requests import Length, Pattern, Speed, relative_command
+from gateway.rorze.move_requests import Pattern, Speed, relative_command
 from gateway.rorze.moves import Moves
 from gateway.rorze.plans import amount_of, top_speed_of
 from gateway.rorze.stops import StopReport, Stops
+from gateway.rorze.units import Length
 from protocols.rorze.modes import GetSoftLimits
 from protocols.rorze.notation import BILLION
 
@@ -48,8 +49,6 @@ _CAUSES: Final = {
     "stop_command": "was stopped by a stop command that the gateway has not sent",
 }
 """How a jog ended that did not come as far as it might, by what its controller says (RC-420 manual 9MD)."""
-_UNSEEN: Final = (MoveStatus.LOST, MoveStatus.UNKNOWN)
-"""Moves whose ends nobody has seen."""
 
 
 class BodyJogRequest(RequestModel, json_schema_extra=example(direction="cw")):
@@ -242,7 +241,7 @@ class BodyJogs:
         if it.jog.state == "jogging":
             it.jog.note_end(_why_ended(it.move, it.bound))
             self._leave(it, "ended")
-        while it.move.status in _UNSEEN:
+        while it.move.status in (MoveStatus.LOST, MoveStatus.UNKNOWN):
             [report] = await self._stops.stop([it.body], "decelerate")
             if report.state == "confirmed":
                 break

@@ -187,12 +187,4 @@ async def _may_be_own(body: Body, found: Sequence[int]) -> bool:
 
 
 def _in_use(body: Body, number: int) -> InvalidRequest:
-    return InvalidRequest(
-        f"Pattern {number} or speed set {number} of {body.address} has values that the gateway has not "
-        "written, and max_speed would overwrite them; nothing was changed, and nothing moved.",
-        "Name a free pattern as slow_pattern of the body in the configuration.",
-    ).in_japanese(
-        f"{body.address}の加減速パターン{number}または速度パラメータ{number}には、ゲートウェイが書き込んでいない値が"
-        "あります。max_speedで上書きすることになるため、何も変更せず、移動もしていません。",
-        "空いているパターンの番号を、設定ファイルのボディのslow_patternに指定してください。",
-    )
+    return InvalidRequest.worded("body.pattern-in-use", number=number, body=body.address)

@@ -6,8 +6,9 @@ from typing import Any, Protocol
 
 from gateway.core.errors import Cancelled, ControllerRefused, GatewayError, NotSent
 from gateway.core.lanes import Lane
+from gateway.rorze.asked_body import is_mark, new_mark
 from gateway.rorze.exchange import Answered, RorzeExchange
-from gateway.rorze.power import Power, is_mark, new_mark
+from gateway.rorze.power import Power
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import GetInformation, SetUserComment
 

@@ -11,17 +11,29 @@ from gateway.core.errors import (
     ControllerRefused,
     GarbledReply,
     GatewayError,
-    MoveFailed,
     NoReply,
-    NotExecuted,
     NotSent,
     QueueFull,
     refused_in_motion,
-    silent_in_motion,
 )
 from gateway.core.lanes import Lane
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.silence import Silence
+from gateway.core.verdicts import (
+    AtRest,
+    Begun,
+    Finding,
+    Heard,
+    Place,
+    Power,
+    Sight,
+    Stop,
+    Told,
+    Unseen,
+    Verdict,
+    Words,
+    judge,
+)
 from gateway.rorze.bodies import ENCODER_SWAYS, STATUS, Body, MotorState
 from gateway.rorze.errors import IN_MOTION
 from gateway.rorze.plans import target_of
@@ -53,19 +65,13 @@ SHARE_OF_OVERDUE = 4
 """After a question that went before clients, clients have this many times as long."""
 _END_CAUSE: Final = GetEndCause()
 
+_POWER: Final = {True: Power.KEPT, None: Power.UNPROVED, False: Power.LOST}
+
 T = TypeVar("T")
 
 
 def _same_reply(one: tuple[Reply, object], other: tuple[Reply, object]) -> bool:
     return one[0] == other[0]
-
-
-class Verdict(NamedTuple):
-    """How a move is over."""
-
-    status: MoveStatus
-    end_cause: str | None = None
-    error: GatewayError | None = None
 
 
 class Stretch(NamedTuple):
@@ -95,8 +101,8 @@ class MoveProof:
     """Whether the motor was seen where its way does not lead."""
     _half: MotorState | None = None
     """A reading that counts when the next one agrees; no cut of the line undoes it."""
-    _refusal: ControllerRefused | None = None
-    """What the controller has answered although the motor, which had stood still, was set going."""
+    _doubled: NoReply | None = None
+    """What counts in place of a refusal as in motion, although the motor had stood still."""
     _patience_s: float = OVERDUE_S
     _silence: Silence = field(init=False)
     set_ups: int = field(init=False)
@@ -315,12 +321,12 @@ class MoveProof:
         state = await self._state(lambda _: False)
         if state is not None and not state.runs and state.position == before.position:
             return None
-        self._refusal = refusal
         self._note(
             f"It refused {self.move.command} as in motion ({refusal.error_code}), and had stood still: the "
             "line has doubled the command, or something else moves the motor."
         )
-        return refused_in_motion(self.body.address, self.move.command)
+        self._doubled = refused_in_motion(self.body.address, self.move.command)
+        return self._doubled
 
     async def without_reply(self, error: NoReply) -> Verdict | None:
         """Nobody knows whether the command was executed: let the motor tell; None where the move runs on."""
@@ -329,13 +335,13 @@ class MoveProof:
             return self.given_up(error)
         self.move.position = state.position
         if state.runs:
-            if self._refusal is None:
+            if self._doubled is None:
                 self._note(f"The motor runs, and had stood still{self._executed}{self._of_reply(error)}")
             return None
         kept = False if await self._fell_back(state) else await self._mark_tells()
         if kept is False:
             self.body.stands()
-            return Verdict(MoveStatus.LOST, error=_without_power(self.body))
+            return self._judged(AtRest(power=Power.LOST, begun=Begun.IN_DOUBT))
         if self._tells_its_end(state):
             self._note(f"The motor has moved, and has come to rest{self._of_reply(error)}")
             return await self.at_rest(state)
@@ -344,17 +350,20 @@ class MoveProof:
                 self._note(f"The motor stands at the target{self._of_reply(error)}")
                 return None
             if self._untouched(state) and (kept or await self._still_counts(state)):
-                return self._of_untouched()
+                self.body.stands()
+                stays = self.move.start_position == self.move.target_position
+                place = Place.TARGET_AS_BEFORE if stays else Place.START
+                return self._judged(AtRest(begun=Begun.IN_DOUBT, place=place))
         return await self._of_unproved(state, kept, error)
 
     async def _of_unproved(self, state: MotorState, kept: bool | None, error: NoReply) -> Verdict:
         self.body.stands()
-        self._note(f"The motor stands at {state.position}, which proves nothing.")
         if kept is None and state.position == POWER_ON_POSITION and self.move.kind != "home":
             self._not_known(f"it stands at {POWER_ON_POSITION}, and no mark stands")
         elif kept:
             await self._note_missed(state)
-        return Verdict(MoveStatus.UNKNOWN, error=error)
+        power = Power.KEPT if kept else Power.UNPROVED
+        return self._judged(AtRest(power=power, begun=Begun.IN_DOUBT, place=Place.UNKNOWN), error)
 
     @property
     def _executed(self) -> str:
@@ -363,7 +372,7 @@ class MoveProof:
 
     def _of_reply(self, error: NoReply) -> str:
         """What is known of the reply, as the end of a sentence."""
-        if self._refusal is not None:
+        if self._doubled is not None:
             return "."
         if self.move.acknowledged_at is not None:
             return "; the command was acknowledged before the gateway was restarted."
@@ -393,15 +402,6 @@ class MoveProof:
         """Whether it has kept its power: a controller that was switched off and on stands at 0, too."""
         return state.position != POWER_ON_POSITION or await self._remembers_homing()
 
-    def _of_untouched(self) -> Verdict:
-        self.body.stands()
-        if self.move.start_position == self.move.target_position:
-            self._note("The motor stands at the target, where it stood before: there was nothing to do.")
-            return Verdict(MoveStatus.SUCCEEDED)
-        self._note("The motor stands where it stood: the command was not executed.")
-        lost = _lost_on_its_way(self.body, self.move, resumed=self.resumed)
-        return Verdict(MoveStatus.FAILED, "not_executed", lost)
-
     def _has_moved(self, state: MotorState) -> bool:
         """Whether it stands elsewhere than before: then the cause of the last end is that of this move."""
         return self.before is not None and state.position != self.before.position
@@ -420,30 +420,35 @@ class MoveProof:
 
     async def at_rest(self, state: MotorState) -> Verdict:
         """How the move ended that came to rest."""
-        body, move = self.body, self.move
         causes = names_of(state.cause, END_CAUSE_BITS)
         if causes:
             await self._fell_back(state)
-            stopped = causes == ["stop_command"]
-            return Verdict(MoveStatus.STOPPED, causes[0]) if stopped else _ended_by(body, "+".join(causes))
+            told = Told.STOP if causes == ["stop_command"] else Told.CAUSE
+            return self._judged(AtRest(told), cause="+".join(causes))
+        finding = await self._finding(state)
+        verdict = self._judged(finding, self._doubled)
+        if verdict.status is MoveStatus.FAILED and await self._note_missed(state):
+            return self._judged(finding._replace(power=Power.UNPROVED))
+        if verdict.status is MoveStatus.SUCCEEDED:
+            if self.move.kind == "home":
+                await self._homed()
+            elif self.body.in_position:
+                return await self._without_in_position() or verdict
+        return verdict
+
+    async def _finding(self, state: MotorState) -> AtRest:
+        """What is found of a move that was executed, and whose end has no cause."""
         kept = False if await self._fell_back(state) else await self._kept_its_power()
-        if kept is False:
-            return Verdict(MoveStatus.LOST, error=_without_power(body))
-        if self._was_stopped_at(state) and not self._is_target(move.position):
-            self._note(f"A stop was confirmed: the motor stood still at {state.position}.")
-            return Verdict(MoveStatus.STOPPED, "stop_command")
-        if self._refusal is not None and not self._is_target(move.position):
-            return Verdict(MoveStatus.UNKNOWN, error=refused_in_motion(body.address, move.command))
-        if move.target_position is not None and not self._is_target(move.position):
-            await self._note_missed(state)
-            return Verdict(MoveStatus.FAILED, "position_mismatch", _missed(body, move))
-        if kept is None:
-            return Verdict(MoveStatus.UNKNOWN, error=_perhaps_without_power(body, move))
-        if move.kind == "home":
-            await self._homed()
-        elif body.in_position and (verdict := await self._without_in_position()) is not None:
-            return verdict
-        return Verdict(MoveStatus.SUCCEEDED, "normal")
+        if self.move.target_position is None:
+            place = Place.WITHOUT_TARGET
+        else:
+            place = Place.TARGET if self._is_target(self.move.position) else Place.ELSEWHERE
+        return AtRest(
+            power=_POWER[kept],
+            stop=Stop.CONFIRMED if self._was_stopped_at(state) else Stop.NONE,
+            begun=Begun.SEEN if self._doubled is None else Begun.REFUSED_IN_MOTION,
+            place=place,
+        )
 
     async def _without_in_position(self) -> Verdict | None:
         """Wait for the servo drive to arrive (INP): how the move ends if it does not, else None."""
@@ -455,9 +460,9 @@ class MoveProof:
             if sensor is None:
                 return self.given_up()
             if body.being_stopped or body.stopped_at is not None:
-                return Verdict(MoveStatus.STOPPED, "stop_command")
+                return self._judged(AtRest(Told.STOP))
             if asyncio.get_running_loop().time() > until:
-                return Verdict(MoveStatus.FAILED, "not_in_position", _not_in_position(body))
+                return self._judged(AtRest(Told.NOT_IN_POSITION), waited_s=IN_POSITION_S)
             body.end_due.clear()
             await body.end_seems_due(body.poll_interval_s)
         self._note("The servo drive reports that it is in position (INP).")
@@ -478,19 +483,39 @@ class MoveProof:
             self.move.homing_distance = told.pulses
 
     def given_up(self, error: GatewayError | None = None) -> Verdict:
-        """The verdict on a move whose end nobody could see: what was heard of it last is evidence."""
-        body, silence = self.body, self._silence
-        if body.stopped_at is not None:
-            self.move.position = body.stopped_at
-            self._note(f"A stop was confirmed: the motor stood still at {body.stopped_at}.")
-            return Verdict(MoveStatus.STOPPED, "stop_command")
-        if body.move_ended.is_set():
-            self._note("The link master has announced the end of a move; nobody could ask how it ended.")
-        elif self._half is not None and not self._half.runs:
-            self._note(f"The motor was last heard to stand still at {self._half.position}.")
-        elif silence.of_body:
-            return Verdict(MoveStatus.LOST, error=error or silent_in_motion(body.address))
-        return Verdict(MoveStatus.UNKNOWN, error=error or _out_of_reach(body, silence))
+        """The verdict on a move whose end nobody could see; `error` where nobody knows if it was begun."""
+        move, stopped_at, half = self.move, self.body.stopped_at, self._half
+        heard, place = Heard.NOTHING, move.position
+        if stopped_at is not None:
+            place = move.position = stopped_at
+        elif self.body.move_ended.is_set():
+            heard = Heard.END
+        elif half is not None and not half.runs:
+            heard, place = Heard.STANDSTILL, half.position
+        finding = Unseen(
+            Sight.SILENT if self._silence.of_body else Sight.OUT_OF_REACH,
+            heard,
+            Stop.NONE if stopped_at is None else Stop.CONFIRMED,
+            Begun.SEEN if error is None else Begun.IN_DOUBT,
+        )
+        return self._judged(finding, error, position=place)
+
+    def _judged(self, finding: Finding, error: GatewayError | None = None, **more: Any) -> Verdict:
+        body, move = self.body, self.move
+        sent = "may have been sent" if move.sent_at is None else "was sent"
+        reply = "before the gateway was restarted" if self.resumed else "and no usable reply came"
+        words = Words(
+            who=body.address,
+            announcer="The link master",
+            sending=f"{move.command} {sent} to {body.address} {reply}",
+            unheard=self._silence.told,
+            lost="has lost" if body.power.certain else "seems to have lost",
+            position=move.position,
+            where=f"at {move.position}",
+            target=move.target_position,
+            counted=" encoder counts" if move.counted_in == "encoder_counts" else " pulses",
+        )
+        return judge(finding, words._replace(**more), error)
 
     # its power
 
@@ -518,10 +543,12 @@ class MoveProof:
             self._not_known(why)
         return True
 
-    async def _note_missed(self, state: MotorState) -> None:
-        """A motor that came to rest beside its target, and tells no cause, may have lost its power."""
-        if self._has_moved(state) and await self._answered(self.body.know_mode) != "encoder":
+    async def _note_missed(self, state: MotorState) -> bool:
+        """Whether a motor that rests beside its target, and tells no cause, may have lost its power."""
+        doubted = self._has_moved(state) and await self._answered(self.body.know_mode) != "encoder"
+        if doubted:
             self._not_known(f"it came to rest at {state.position}, and tells no cause")
+        return doubted
 
     def _not_known(self, why: str) -> None:
         """Nothing goes to a place before somebody knows where it stands."""
@@ -619,75 +646,3 @@ class MoveProof:
 
     def _note(self, sentence: str) -> None:
         self.move.evidence.append(sentence)
-
-
-def _not_in_position(body: Body) -> MoveFailed:
-    return MoveFailed(
-        f"{body.address} has put out all pulses, and its servo drive was not in position within "
-        f"{IN_POSITION_S:g} s: the controller gives CLR then, and the motor may stand elsewhere than it "
-        "counts.",
-        "See what holds the axis up, and home it before the next move to a place.",
-    )
-
-
-def _ended_by(body: Body, cause: str) -> Verdict:
-    error = MoveFailed(
-        f"The move of {body.address} was ended by {cause}; the motor stands still.",
-        "Remove the cause, clear the controller's status, and home the axis if steps were lost.",
-    )
-    return Verdict(MoveStatus.FAILED, cause, error)
-
-
-def _without_power(body: Body) -> MoveFailed:
-    has = "has" if body.power.certain else "seems to have"
-    return MoveFailed(
-        f"{body.address} {has} lost its power before or in the middle of the move; the motor stands "
-        "still, and nobody knows where.",
-        "Home it again: its position means nothing now.",
-    )
-
-
-class _Unproved(GatewayError):
-    """A move whose end nothing proves, nor that it was begun."""
-
-    kind, title = MoveFailed.kind, "The end of the move is not known"
-    moved = "unknown"
-
-
-def _perhaps_without_power(body: Body, move: Move) -> _Unproved:
-    return _Unproved(
-        f"{body.address} stands at {move.position}, and nothing proves that it has kept its power: it has "
-        "arrived there, or has lost its power before or in the middle of the move.",
-        "Home it again, unless its position is proved otherwise.",
-    )
-
-
-def _out_of_reach(body: Body, silence: Silence) -> _Unproved:
-    return _Unproved(
-        f"{body.address} could not be asked for {silence.out_of_reach_s:.0f} s; the move may have ended, or "
-        "the motor may still be moving.",
-        "See that its line works, then read its status and position.",
-    )
-
-
-def _lost_on_its_way(body: Body, move: Move, *, resumed: bool) -> NotExecuted:
-    sent = "may have been sent" if move.sent_at is None else "was sent"
-    reply = "before the gateway was restarted" if resumed else "and no usable reply came"
-    return NotExecuted(
-        f"{move.command} {sent} to {body.address} {reply}; the motor has not moved.",
-        "Send it again if it is still wanted.",
-    )
-
-
-def _counted(move: Move) -> str:
-    """The word for what its positions are counted in."""
-    return "encoder counts" if move.counted_in == "encoder_counts" else "pulses"
-
-
-def _missed(body: Body, move: Move) -> MoveFailed:
-    return MoveFailed(
-        f"{body.address} stands at {move.position} {_counted(move)}, not at {move.target_position} as was "
-        "asked.",
-        "The command may have been garbled on the line, or the controller has lost its power: "
-        "check the position before the next move.",
-    )

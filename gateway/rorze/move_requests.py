@@ -1,15 +1,15 @@
 """Moves in the words of clients: their kinds, with lengths in units, and the commands they come to."""
 
-from typing import Annotated, Any, Final, Literal, Self, TypeVar
+from typing import Annotated, Any, Final, Literal, TypeVar
 
-from pydantic import Field, ValidationError, WithJsonSchema, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.move_record import StartRequest
-from gateway.core.records import RequestModel, example
+from gateway.core.records import example
 from gateway.rorze.bodies import Group
 from gateway.rorze.limited_speed import MaxSpeed, require_one_speed
-from gateway.rorze.units import Scale, Unit, to_pulses
+from gateway.rorze.units import Length, Scale
 from protocols.rorze import moves, origin
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.row import RorzeCommand
@@ -39,28 +39,6 @@ _HOME: Final[dict[str, MotionRow]] = {
     "rc204": origin.HomeLikeRc204,
     "centre_stall_dog": origin.CentreStallDog,
 }
-
-
-class Length(RequestModel, json_schema_extra=example(value=0, unit="pulse")):
-    """A distance or a position with its unit."""
-
-    value: Annotated[int | float, WithJsonSchema({"type": "number"})] = Field(
-        gt=-1e9, lt=1e9, description="Pulses are whole numbers."
-    )
-    unit: Unit = Field(description="mm, um, deg and mdeg need the body's scale in the configuration.")
-
-    def pulses(self, scale: Scale | None) -> int:
-        """The same in pulses.
-
-        :raises InvalidRequest: the body has no scale for this unit.
-        """
-        return to_pulses(self.value, self.unit, scale)
-
-    @model_validator(mode="after")
-    def _whole_pulses(self) -> Self:
-        if self.unit == "pulse" and isinstance(self.value, float):
-            raise ValueError(f"pulses must be a whole number, not {self.value}")
-        return self
 
 
 class RelativeMoveRequest(

@@ -12,7 +12,7 @@ from gateway.core.errors import (
     GatewayError,
     NoReply,
     NotAllowed,
-    RestartedFirst,
+    restarted_in_motion,
 )
 from gateway.core.journal.intents import OF_MOVES
 from gateway.core.move_log import MoveLog, new_id
@@ -20,11 +20,12 @@ from gateway.core.move_record import START_WITHIN_S, Move, MoveError, MoveKind, 
 from gateway.core.move_tasks import Beginning, MoveTasks, guarded
 from gateway.core.origin import working
 from gateway.core.trajectories import Trajectories
+from gateway.core.verdicts import Unbegun, Unwatched, Verdict, Words, judge
 from gateway.core.waiting import together
 from gateway.rorze.bodies import Body, Group, MotorState, idle_bodies_of
 from gateway.rorze.calls import calls_for_body
 from gateway.rorze.line import Line
-from gateway.rorze.move_proof import MISSING_END_FRAME_S, MoveProof, Stretch, Verdict
+from gateway.rorze.move_proof import MISSING_END_FRAME_S, MoveProof, Stretch
 from gateway.rorze.poll_intervals import follow_s, poll_s
 from gateway.rorze.power import ProofTooOld
 from gateway.rorze.samples import BodyTrajectory
@@ -189,17 +190,16 @@ class Moves:
         )
         self.log.on_change(move)
 
-    def _end(self, proof: MoveProof, verdict: Verdict) -> None:
-        proof.move.end_cause = verdict.end_cause
-        self._advance(proof.body, proof.move, verdict.status, verdict.error)
+    def _end(self, body: Body, move: Move, verdict: Verdict) -> None:
+        verdict.write_down(move)
+        self._advance(body, move, verdict.status, verdict.error)
 
     def _give_up(self, moves: Sequence[tuple[Body, Move]], why: str) -> None:
         """Nobody knows how they end; what is not written yet never is, for no move stands for it."""
         for body, move in moves:
             if body.move is move:
-                move.evidence.append(why)
                 body.may_move()
-                self._advance(body, move, MoveStatus.UNKNOWN)
+                self._end(body, move, judge(Unwatched.FAULT, Words(why=why)))
 
     # from the queue to the reply
 
@@ -257,11 +257,11 @@ class Moves:
             if move.status is MoveStatus.SENT:
                 body.refused()
             asked_itself = result.address in (move.body_id, move.group_id)
-            self._advance(body, move, MoveStatus.REJECTED if asked_itself else MoveStatus.CANCELLED, result)
+            self._end(body, move, judge(Unbegun.REFUSED if asked_itself else Unbegun.WITHHELD, given=result))
         elif isinstance(result, NoReply):
             return
         elif isinstance(result, GatewayError):
-            self._advance(body, move, MoveStatus.CANCELLED, result)
+            self._end(body, move, judge(Unbegun.WITHHELD, given=result))
         else:
             move.acknowledged_at = datetime.now(UTC)
 
@@ -274,8 +274,7 @@ class Moves:
         """
         body.line.followed += 1
         if move.status is MoveStatus.QUEUED and not begun:
-            move.evidence.append("The gateway has ended before the command was written.")
-            self._advance(body, move, MoveStatus.CANCELLED, RestartedFirst())
+            self._end(body, move, judge(Unbegun.GATEWAY_ENDED))
             return
         if move.status is MoveStatus.QUEUED:
             move.status = MoveStatus.SENT
@@ -286,7 +285,7 @@ class Moves:
         answered: Beginning = asyncio.get_running_loop().create_future()
         answered.set_result(None)
         proof = MoveProof(body, move, rested_at(move), tolerance, resumed=True)
-        following = partial(self._see_through, proof, _ended_with(body))
+        following = partial(self._see_through, proof, restarted_in_motion(body.address))
         self._tasks.add(move.id, following, answered, partial(self._give_up, [(body, move)]))
 
     # from the reply to the end
@@ -300,7 +299,7 @@ class Moves:
         if isinstance(result, NoReply):
             verdict = await proof.without_reply(result)
             if verdict is not None:
-                self._end(proof, verdict)
+                self._end(proof.body, proof.move, verdict)
         elif not proof.move.status.final:
             await proof.body.end_seems_due(poll_s(proof.body.line))
         if not proof.move.status.final:
@@ -318,7 +317,7 @@ class Moves:
             asked_at, set_ups = asyncio.get_running_loop().time(), body.line.set_ups
             state = await proof.running()
             if state is None:
-                self._end(proof, proof.given_up())
+                self._end(body, move, proof.given_up())
                 return
             move.position = state.position
             if not state.runs:
@@ -335,7 +334,7 @@ class Moves:
             await body.end_seems_due(max(pause_s, follow_s(body.line) - took_s))
         move.completion = "frame" if body.move_ended.is_set() else "polling"
         body.stands()
-        self._end(proof, await proof.at_rest(state))
+        self._end(body, move, await proof.at_rest(state))
         if move.completion == "polling" and move.status is not MoveStatus.LOST:
             await self._expect_end_frame(proof)
 
@@ -364,14 +363,6 @@ class Moves:
 def rested_at(move: Move) -> MotorState | None:
     """What the body said before the move, as far as its record tells."""
     return None if move.start_position is None else MotorState(0, move.start_position)
-
-
-def _ended_with(body: Body) -> NoReply:
-    return NoReply(
-        f"The gateway has ended while a command to {body.address} was under way, and nothing proves what has "
-        "become of it; nothing was sent again.",
-        "Read its status and position before anything else.",
-    )
 
 
 _Results = dict[Body, "Reply | GatewayError"]

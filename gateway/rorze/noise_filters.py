@@ -7,7 +7,7 @@ from pydantic import BaseModel, Field
 from gateway.core.operation import Expectation, Rows
 from gateway.core.records import SentBack, example
 from gateway.core.rights import Right
-from gateway.rorze.bodies import Body
+from gateway.rorze.asked_body import AskedBody
 from gateway.rorze.changes import Flash
 from gateway.rorze.settings import ChangedSettings, change_settings, read_values
 from gateway.rorze.settings_document import FilteredInput, Sensor
@@ -35,7 +35,7 @@ class NoiseFiltersChange(SentBack, json_schema_extra=example(noise_filters={"d3"
     noise_filters: Filters = Field(min_length=1, description="By input or sensor; in samples.")
 
 
-async def read_filters(body: Body) -> NoiseFilters:
+async def read_filters(body: AskedBody) -> NoiseFilters:
     """Ask a body for all of its noise filters.
 
     :raises GatewayError: they were not read.
@@ -45,14 +45,14 @@ async def read_filters(body: Body) -> NoiseFilters:
 
 
 @ROWS.get("/bodies/{body_id}/noise-filters", tagged=True)
-async def get_noise_filters(body: Body) -> NoiseFilters:
+async def get_noise_filters(body: AskedBody) -> NoiseFilters:
     """Ask a body for the noise filters of its inputs and sensors, one by one (DCD)."""
     return await read_filters(body)
 
 
 @ROWS.patch("/bodies/{body_id}/noise-filters", Right.SETUP, named_only=True)
 async def change_noise_filters(
-    body: Body, change: NoiseFiltersChange, *, flash: Flash = False, expects: Expectation | None
+    body: AskedBody, change: NoiseFiltersChange, *, flash: Flash = False, expects: Expectation | None
 ) -> ChangedSettings:
     """Set those of the named noise filters that differ (DCS), and read each back; refused while it moves."""
     return await change_settings(body, change, read_filters, expects, flash=flash)

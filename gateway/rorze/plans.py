@@ -11,6 +11,7 @@ from gateway.core.move_record import CountedIn
 from gateway.core.records import Record
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.limited_speed import Rate, limited_parameters
+from gateway.texts import Text, text
 from protocols.rorze.encoder import GetEncoderRatio
 from protocols.rorze.modes import GetOperatingMode, GetSoftLimits
 from protocols.rorze.moves import (
@@ -124,7 +125,7 @@ async def plan_of(body: Body, command: RorzeCommand[Ack], limit: Rate | None = N
         planned.note = "How far it goes is only known when it is done."
         return planned
     if crossed := await crossed_limit(body, target):
-        planned.note = f"It would be refused: {crossed}."
+        planned.note = f"It would be refused: {crossed.said.en}."
         return planned
     planned.distance = round(abs(target - position.pulses) * await pulses_per_count(body))
     planned.counted_in = body.counted_in
@@ -145,15 +146,10 @@ class CrossedLimit(NamedTuple):
     target: int
     unit: str
 
-    def __str__(self) -> str:
-        """Say so, without a full stop."""
-        return f"the target {self.target} lies beyond its {self.side} soft limit {self.limit} ({self.unit})"
-
     @property
-    def ja(self) -> str:
-        """The same in Japanese, as a sentence."""
-        side = {"upper": "上限", "lower": "下限"}[self.side]
-        return f"目標位置 {self.target} が移動可能範囲の{side} {self.limit} を超えています。"
+    def said(self) -> Text:
+        """Say so: in English as a clause, in Japanese as a sentence."""
+        return text(f"phrases.beyond-{self.side}", target=self.target, limit=self.limit, unit=self.unit)
 
 
 async def crossed_limit(body: Body, target: int) -> CrossedLimit | None:

@@ -13,10 +13,10 @@ from gateway.core.move_log import new_id
 from gateway.core.readings import Progress, Readings
 from gateway.core.records import Record
 from gateway.rorze.bodies import Body
-from gateway.rorze.readings import believed, closely
+from gateway.rorze.readings import closely, read_pulses
 from protocols.rorze.flash import SavePositions
 from protocols.rorze.notation import BILLION, PositionReference
-from protocols.rorze.position_table import GetNumberedPositionEntry, SetPositionEntry
+from protocols.rorze.position_table import SetPositionEntry
 
 LAST_POSITION: Final = 2047
 PLACES: Final = range(LAST_POSITION + 1)
@@ -58,11 +58,10 @@ class PositionReading(Reading):
     )
 
 
-class PositionsDiffer(GatewayError):
+class PositionsDiffer(GatewayError, titled="positions-differ-in-body"):
     """Positions were stored, and the body holds others."""
 
     kind = "positions-differ"
-    title = "The body holds other positions than were sent"
     retryable = True
 
 
@@ -70,7 +69,6 @@ class StoringBrokenOff(GatewayError):
     """Some positions were sent, the rest was not."""
 
     kind = "storing-broken-off"
-    title = "Only some of the positions were sent"
 
     def __init__(self, address: str, sent: int, of: int, cause: GatewayError) -> None:
         super().__init__(
@@ -216,14 +214,5 @@ async def _set(body: Body, wanted: Wanted) -> None:
 
 
 async def read_one(body: Body, number: int) -> Position:
-    """Read one position (3ND); on a line that errs it is believed when it came twice.
-
-    :raises GatewayError: it was not read.
-    """
-    command = GetNumberedPositionEntry(entry=PositionReference(position=number))
-
-    async def ask() -> int:
-        entry, _ = await body.ask(command)
-        return entry.pulses
-
-    return Position(number, await believed(body.line, ask))
+    """Read one position; errors as of `read_pulses`."""
+    return Position(number, await read_pulses(body, number))

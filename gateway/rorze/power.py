@@ -5,8 +5,6 @@ stands 0, and takes its settings and its position table from flash memory. The m
 comment, in RAM only: where it still stands, the power was kept.
 """
 
-import re
-import secrets
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import inf
@@ -52,8 +50,6 @@ RENAMING: Final = (SetPosition, SetEncoderCount, SetEncoderRatio, SetOperatingMo
 _ELSEWHERE: Final = frozenset((RunProgram, StepProgram, *RENAMING))
 """After these it may stand, or say that it stands, somewhere else."""
 
-_MARK = re.compile("GW-[0-9a-f]{8}")
-
 
 class ProofTooOld(NotSent):
     """A motion waited until its body may have lost its power since it was asked."""
@@ -81,16 +77,6 @@ def _asks_for_setting(code: str) -> bool:
 
 SETTINGS_READ: Final = frozenset(filter(_asks_for_setting, COMMANDS))
 """The queries of what only a host can change, and no user program."""
-
-
-def new_mark() -> str:
-    """Make a mark that no body has had before."""
-    return f"GW-{secrets.token_hex(4)}"
-
-
-def is_mark(text: str) -> bool:
-    """Whether a comment is empty, or a mark of this gateway or of an earlier one: it may be overwritten."""
-    return not text or _MARK.fullmatch(text) is not None
 
 
 class Memory(BaseModel):

@@ -7,9 +7,12 @@ from operator import eq
 from typing import Any, TypeVar
 
 from gateway.core.errors import NotSent
-from gateway.rorze.line import Line
-from gateway.rorze.session import CLEAN_AFTER_S
+from gateway.rorze.asked_body import AskedBody, AskedLine
+from protocols.rorze.notation import PositionReference
+from protocols.rorze.position_table import GetNumberedPositionEntry
 
+CLEAN_AFTER_S = 10.0
+"""A line without an error for this time is clean: a body that answers no question and no fence is gone."""
 MOST_READINGS = 8
 """What differs so often cannot be known."""
 
@@ -19,13 +22,15 @@ AHEAD = 2
 T = TypeVar("T")
 
 
-def errs(line: Line) -> bool:
+def errs(line: AskedLine) -> bool:
     """Whether the line has lately garbled or lost a frame."""
     error_at = line.last_error_at
     return error_at is not None and asyncio.get_running_loop().time() - error_at < CLEAN_AFTER_S
 
 
-async def believed(line: Line, read: Callable[[], Awaitable[T]], agree: Callable[[Any, Any], bool] = eq) -> T:
+async def believed(
+    line: AskedLine, read: Callable[[], Awaitable[T]], agree: Callable[[Any, Any], bool] = eq
+) -> T:
     """Give a reading; while the line errs, one that came twice in a row.
 
     :raises NotSent: no two readings agree.
@@ -42,6 +47,19 @@ async def believed(line: Line, read: Callable[[], Awaitable[T]], agree: Callable
     raise NotSent(
         f"Line {line.id} garbles its frames: no two readings agree; nothing was sent.", "Try again."
     )
+
+
+async def read_pulses(body: AskedBody, number: int) -> int:
+    """Read one stored position (3ND); on a line that errs it is believed when it came twice.
+
+    :raises GatewayError: it was not read.
+    """
+    command = GetNumberedPositionEntry(entry=PositionReference(position=number))
+
+    async def ask() -> int:
+        return (await body.ask(command))[0].pulses
+
+    return await believed(body.line, ask)
 
 
 async def closely(questions: Iterable[Coroutine[Any, Any, T]]) -> AsyncGenerator[T, None]:

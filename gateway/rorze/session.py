@@ -14,6 +14,8 @@ from gateway.core.session import READ_REPEATS as READ_REPEATS
 from gateway.core.session import Awaited, Session, Settle
 from gateway.rorze.errors import is_evasive
 from gateway.rorze.exchange import ReplyFrame, RorzeExchange
+from gateway.rorze.readings import CLEAN_AFTER_S
+from gateway.texts import Text
 from protocols.rorze.errors import lookup
 from protocols.rorze.link import GroupAnswer, Refusal, encode
 from protocols.rorze.notation import PositionReference
@@ -37,8 +39,6 @@ STRICT_S = 3600.0
 
 EVASIVE_S = 2.0
 """A body whose only answer for this time is @4C is not there; flash commands take 1.5 s (decision 61)."""
-CLEAN_AFTER_S = 10.0
-"""A line without an error for this time is clean: a body that answers no question and no fence is gone."""
 
 
 class RorzeSession(Session[RorzeExchange, ReplyFrame]):
@@ -387,19 +387,15 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
     def offline_error(self, body: int) -> BodyOffline:
         """The error of a request to a body that does not answer, or refuses whatever it is asked."""
         if body not in self._refused_fence:
-            return BodyOffline(
-                f"Body {body:02X} does not answer; nothing was sent.", "Check its power and cable."
-            ).in_japanese(
-                f"ボディ{body:02X}が応答しません。何も送信していません。",
-                "電源とケーブルを確認してください。",
-            )
+            return BodyOffline.worded("body.offline", body=f"{body:02X}")
         error = self._refused_fence[body]
-        code, text = "" if error is None else f" (error {error:02X}h)", lookup(error)
-        return BodyOffline(
-            f"Body {body:02X} refuses what it is asked{code}: {text.en} Nothing was sent.", text.remedy_en
-        ).in_japanese(
-            f"ボディ{body:02X}が問い合わせを拒否しています{code}。{text.ja} 何も送信していません。",
-            text.remedy_ja,
+        refused = lookup(error)
+        return BodyOffline.worded(
+            "body.refuses-questions",
+            body=f"{body:02X}",
+            code="" if error is None else f" (error {error:02X}h)",
+            refusal=Text(refused.en, refused.ja),
+            remedy=Text(refused.remedy_en, refused.remedy_ja),
         )
 
     def _call_silent(self, body: int, *, asked: bool) -> None:

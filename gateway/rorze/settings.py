@@ -3,7 +3,7 @@
 from collections.abc import Awaitable, Callable, Iterator, Mapping
 from functools import cache
 from operator import itemgetter
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from pydantic import BaseModel, Field, JsonValue
 
@@ -11,7 +11,7 @@ from gateway.core.errors import BodyBusy, ControllerRefused, InvalidRequest
 from gateway.core.operation import Expectation, Rows
 from gateway.core.records import RequestModel
 from gateway.core.rights import Right
-from gateway.rorze.bodies import Body
+from gateway.rorze.asked_body import AskedBody
 from gateway.rorze.changes import ChangeStep, Flash, Item, Wanted, as_expected, change, read
 from gateway.rorze.errors import MOVING
 from gateway.rorze.settings_document import BodySettingsChange, Settings
@@ -25,8 +25,7 @@ ROWS: Final = Rows("body settings")
 MODE: Final = "operating_mode"
 SHARES: Final = ("rising_percent", "falling_percent")
 _DIGITS: Final = {name: digit for digit, name in MODE_NAMES.items()}
-Document = Callable[[Body], Awaitable[BaseModel]]
-"""What reads a document of which settings are a part."""
+B = TypeVar("B", bound=AskedBody)
 _PER: Final[Mapping[str | None, Per]] = {"pulse": "", "pps": "/s", "pps/s": "/s2"}
 
 
@@ -65,7 +64,7 @@ class ChangedSettings(BaseModel):
     steps: list[ChangeStep] = Field(description="What the change took, in order.")
 
 
-async def read_settings(body: Body) -> BodySettings:
+async def read_settings(body: AskedBody) -> BodySettings:
     """Ask a body for all settings: one frame for all inputs, sensors and outputs each.
 
     :raises GatewayError: they were not read.
@@ -88,11 +87,16 @@ async def read_settings(body: Body) -> BodySettings:
 
 
 async def change_settings(
-    body: Body, wanted: RequestModel, document: Document, expects: Expectation | None, *, flash: bool
+    body: B,
+    wanted: RequestModel,
+    document: Callable[[B], Awaitable[BaseModel]],
+    expects: Expectation | None,
+    *,
+    flash: bool,
 ) -> ChangedSettings:
     """Set those of the named settings that differ, and read each back; errors as of `changes.change`.
 
-    `document` reads what `expects` is shown.
+    `document` reads that of which the settings are a part: `expects` is shown it.
 
     :raises InvalidRequest: none is named, or one cannot be set in the operating mode; nothing was sent.
     :raises BodyBusy: the motor moves; nothing was sent.
@@ -143,7 +147,9 @@ def _modes_of(setting: Setting) -> str:
     return " or ".join(MODE_NAMES[digit] for digit in setting.modes)
 
 
-async def read_values(body: Body, settings: Mapping[str, Setting]) -> tuple[dict[str, Any], dict[str, str]]:
+async def read_values(
+    body: AskedBody, settings: Mapping[str, Setting]
+) -> tuple[dict[str, Any], dict[str, str]]:
     """Ask a body for settings: their values, and why some cannot be read.
 
     The first members of all come first, then the second ones: one fence serves a round of different
@@ -173,7 +179,7 @@ def _rounds(settings: Mapping[str, Setting]) -> list[tuple[str, Key]]:
     return [(name, key) for _, name, key in sorted(numbered, key=itemgetter(0))]
 
 
-async def _ask(body: Body, setting: Setting, key: Key) -> Any:
+async def _ask(body: AskedBody, setting: Setting, key: Key) -> Any:
     if setting.whole is not None:
         return setting.whole.values_in((await body.ask(setting.whole.question))[0])
     return await read(body, setting.items[key])
@@ -202,11 +208,11 @@ def _document(values: Mapping[str, Any]) -> Settings:
     return Settings.model_validate(known(values))
 
 
-def _in_flash(body: Body) -> Settings:
+def _in_flash(body: AskedBody) -> Settings:
     return _document({name: _held(body, setting) for name, setting in SETTINGS.items()})
 
 
-def _held(body: Body, setting: Setting) -> Any:
+def _held(body: AskedBody, setting: Setting) -> Any:
     if setting.whole is not None:
         reply = body.flash.held(setting.whole.question)
         return None if reply is None else setting.whole.values_in(reply)
@@ -216,7 +222,7 @@ def _held(body: Body, setting: Setting) -> Any:
     return _nested({key: item.value_in(reply) for key, (item, reply) in held.items()})
 
 
-def scaled(body: Body, values: Mapping[str, Any]) -> Iterator[tuple[str, Scaled]]:
+def scaled(body: AskedBody, values: Mapping[str, Any]) -> Iterator[tuple[str, Scaled]]:
     """Give those in pulses, in the body's unit, by their names."""
     for name, value in values.items():
         if (per := _PER.get(SETTINGS[name].unit)) is None:
@@ -234,7 +240,7 @@ def _numbers(path: str, value: Any) -> Iterator[tuple[str, float]]:
         yield path, value
 
 
-async def _without_nulls(body: Body, named: Mapping[str, Any]) -> dict[str, Any]:
+async def _without_nulls(body: AskedBody, named: Mapping[str, Any]) -> dict[str, Any]:
     """Leave out those that are named as not set or not known, and are.
 
     :raises InvalidRequest: one has a value, which null cannot end; nothing was sent.
@@ -250,7 +256,7 @@ async def _without_nulls(body: Body, named: Mapping[str, Any]) -> dict[str, Any]
     return {name: it for name, it in named.items() if name not in nulls}
 
 
-async def _require_mode(body: Body, named: Mapping[str, Any]) -> None:
+async def _require_mode(body: AskedBody, named: Mapping[str, Any]) -> None:
     """Refuse what the operating mode that will be does not have."""
     bound = [name for name in named if SETTINGS[name].modes != "012"]
     if not bound:
@@ -285,7 +291,7 @@ def _wanted_of(setting: Setting, item: Item, value: Any, key: Key) -> Iterator[W
 
 
 @ROWS.get("/bodies/{body_id}/settings", tagged=True)
-async def get_body_settings(body: Body) -> BodySettings:
+async def get_body_settings(body: AskedBody) -> BodySettings:
     """Ask a body for the settings that FIS keeps (RC-420 manual 18), some ninety frames.
 
     Speed sets 0-29 and patterns stand at `/speed-sets` and `/patterns`; the standard set is here.
@@ -295,7 +301,7 @@ async def get_body_settings(body: Body) -> BodySettings:
 
 @ROWS.patch("/bodies/{body_id}/settings", Right.SETUP, named_only=True)
 async def change_body_settings(
-    body: Body, change: BodySettingsChange, *, flash: Flash = False, expects: Expectation | None
+    body: AskedBody, change: BodySettingsChange, *, flash: Flash = False, expects: Expectation | None
 ) -> ChangedSettings:
     """Set those of the named settings that differ, one by one, and read each back; refused while it moves.
 

@@ -4,8 +4,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Literal, NamedTuple, get_args
 
+from gateway.rorze.asked_body import is_mark
 from gateway.rorze.changes import Codec, Item, Query, Setter, plain, switch
-from gateway.rorze.power import is_mark
 from gateway.rorze.settings_document import (
     AxisNumber,
     CommentNumber,

@@ -133,7 +133,6 @@ class NotSwitched(GatewayError):
     """An output was switched, and what was read back is not what it should be."""
 
     kind = "not-done"
-    title = "Sent, but not done"
     retryable = True
 
 

@@ -8,11 +8,6 @@ from gateway.rorze.plans import crossed_limit, target_of
 from protocols.rorze.position import GetPosition
 from protocols.rorze.row import RorzeCommand
 
-REMEDY: Final = (
-    "Choose a target within the soft limits, or change them in the body's settings.",
-    "移動可能範囲内の目標位置を指定するか、移動可能範囲の設定を変更してください。",
-)
-"""In English and in Japanese."""
 OUT_OF_RANGE: Final = "0x5D"
 """What the controller answers; it does not say which range is meant."""
 
@@ -29,8 +24,4 @@ async def name_limits(body: Body, command: RorzeCommand[Any], refusal: GatewayEr
         return  # the refusal stands, with the controller's own words
     if crossed is None:
         return
-    refusal.detail = f"{body.address} refused {refusal.command_code}: {crossed}. Nothing moved because of it."
-    refusal.remedy, refusal.remedy_ja = REMEDY
-    refusal.detail_ja = (
-        f"{body.address} {refusal.command_code}: {crossed.ja}このコマンドではモータは動いていません。"
-    )
+    refusal.reword("body.beyond-limits", body=body.address, code=refusal.command_code, beyond=crossed.said)

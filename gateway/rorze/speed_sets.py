@@ -8,7 +8,7 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.operation import Expectation, Rows
 from gateway.core.records import SentBack, example
 from gateway.core.rights import Right
-from gateway.rorze.bodies import Body
+from gateway.rorze.asked_body import AskedBody
 from gateway.rorze.changes import ChangeStep, Flash, Item, as_expected, change, plain, read
 from gateway.rorze.units import Scaled
 from protocols.rorze import speeds
@@ -167,7 +167,7 @@ def items_of(number: int) -> dict[str, Item]:
     }
 
 
-async def read_set(body: Body, number: int) -> SpeedSet:
+async def read_set(body: AskedBody, number: int) -> SpeedSet:
     """Ask a body for a set (OLD, OHD, OSD, OAD, OBD).
 
     :raises GatewayError: it was not read.
@@ -187,7 +187,7 @@ async def read_set(body: Body, number: int) -> SpeedSet:
 
 
 async def change_set(
-    body: Body,
+    body: AskedBody,
     number: int,
     wanted: SpeedSetValues | SpeedSetChange,
     expects: Expectation | None,
@@ -202,7 +202,7 @@ async def change_set(
     return ChangedSpeedSet(**dict(await read_set(body, number)), steps=steps)
 
 
-async def parameters_of(body: Body, number: int) -> SpeedParameters:
+async def parameters_of(body: AskedBody, number: int) -> SpeedParameters:
     """A set as moves use it.
 
     :raises ProfileError: it is not complete, or its values do not go together.
@@ -213,21 +213,26 @@ async def parameters_of(body: Body, number: int) -> SpeedParameters:
 
 
 @ROWS.get("/bodies/{body_id}/speed-sets")
-async def list_speed_sets(body: Body, *, first: First = 0, last: Last = STANDARD) -> SpeedSetList:
+async def list_speed_sets(body: AskedBody, *, first: First = 0, last: Last = STANDARD) -> SpeedSetList:
     """Ask a body for its speed parameter sets, five frames for each."""
     found = [await read_set(body, number) for number in numbers_of(first, last)]
     return SpeedSetList(body_id=body.address, speed_sets=found)
 
 
 @ROWS.get("/bodies/{body_id}/speed-sets/{n}", tagged=True)
-async def get_speed_set(body: Body, n: SetNumber) -> SpeedSet:
+async def get_speed_set(body: AskedBody, n: SetNumber) -> SpeedSet:
     """Ask a body for a speed parameter set (OLD, OHD, OSD, OAD, OBD)."""
     return await read_set(body, n)
 
 
 @ROWS.put("/bodies/{body_id}/speed-sets/{n}", Right.SETUP, tagged=True)
 async def set_speed_set(
-    body: Body, n: SetNumber, values: SpeedSetValues, *, flash: Flash = False, expects: Expectation | None
+    body: AskedBody,
+    n: SetNumber,
+    values: SpeedSetValues,
+    *,
+    flash: Flash = False,
+    expects: Expectation | None,
 ) -> ChangedSpeedSet:
     """Set the parameters of a set that differ, and read each back; refused while the motor moves."""
     return await change_set(body, n, values, expects, flash=flash)
@@ -235,7 +240,12 @@ async def set_speed_set(
 
 @ROWS.patch("/bodies/{body_id}/speed-sets/{n}", Right.SETUP, tagged=True)
 async def change_speed_set(
-    body: Body, n: SetNumber, change: SpeedSetChange, *, flash: Flash = False, expects: Expectation | None
+    body: AskedBody,
+    n: SetNumber,
+    change: SpeedSetChange,
+    *,
+    flash: Flash = False,
+    expects: Expectation | None,
 ) -> ChangedSpeedSet:
     """Set those of the named parameters that differ, and read each back; refused while the motor moves."""
     return await change_set(body, n, change, expects, flash=flash)

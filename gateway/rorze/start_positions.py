@@ -26,7 +26,6 @@ class PreparationOutdated(GatewayError):
     """An interpolated move was prepared for other positions than those in which the axes stand."""
 
     kind = "preparation-outdated"
-    title = "The preparation of the move is out of date"
 
 
 async def require_start_positions(
@@ -81,10 +80,4 @@ async def _of_all(target: Body | Group, question: RorzeCommand[R]) -> dict[Body,
 
 
 def _outdated(why: str) -> PreparationOutdated:
-    return PreparationOutdated(
-        f"{why}; nothing was sent.",
-        "Read where all axes stand (6PD), tell all controllers (HPS), and prepare the move anew.",
-    ).in_japanese(
-        "補間移動の準備が現在位置と一致しません。何も送信していません。",
-        "各軸の現在位置を問い合わせ(6PD)、各コントローラに通知し(HPS)、準備をやり直してください。",
-    )
+    return PreparationOutdated.worded("preparation.outdated", why=why)

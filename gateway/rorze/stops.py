@@ -20,10 +20,10 @@ from gateway.core.stops import (
     RECORD_WITHIN_S,
     REPEAT_S,
     BilingualReport,
-    Said,
     Stopping,
     StopState,
     StopsUnderWay,
+    standstill_unknown,
 )
 from gateway.core.stops import StopMode as StopMode
 from gateway.core.waiting import happens
@@ -34,6 +34,7 @@ from gateway.rorze.plans import longest_ramp_s
 from gateway.rorze.poll_intervals import is_prompt, wire_s
 from gateway.rorze.silent_lines import SilentLines, is_heard, is_quiet, is_silent, proofs_s
 from gateway.rorze.sweep import Sweep
+from gateway.texts import Text, text
 from protocols.rorze.position import GetPosition
 from protocols.rorze.profile import ProfileError
 from protocols.rorze.programs import EndProgram, GetProgramStatus
@@ -51,11 +52,8 @@ LAST_LOOK_S = 2 * REPEAT_S
 """A motor that ran so shortly before it was to stand counts as running."""
 UNKNOWN_CODE = "0x49"
 """A controller without user programs refuses the question for them so, or without a code."""
-NOT_AT_REST: Final = Said("The motor has not come to rest.", "モータがまだ静止していません。")
-PROGRAM_GOES_ON: Final = Said(
-    "A user program runs that could move the motor again.",
-    "モータを再び動かす可能性のあるユーザプログラムが実行中です。",
-)
+NOT_AT_REST: Final = text("stops.motor-not-at-rest")
+PROGRAM_GOES_ON: Final = text("stops.program-goes-on")
 
 
 class StopReport(BilingualReport):
@@ -259,10 +257,7 @@ class _BodyStop(Stopping):
         """Asks how long its ramp may take."""
         self._runs = False
         """Whether its motor ran when it was last asked, and has told so."""
-        self._why: Said | None = Said(
-            f"{body.address} has not told yet whether its motor stands still.",
-            f"{body.address} は、モータが静止しているかどうかをまだ返答していません。",
-        )
+        self._why: Text | None = text("stops.motor-has-not-told", body=body.address)
         self.tell()
 
     # sending
@@ -298,8 +293,7 @@ class _BodyStop(Stopping):
             return
         self._answers = not isinstance(outcome, NoReply)
         if not self._answers:
-            address = self.body.address
-            self._why = Said(f"{address} does not answer the stop.", f"{address} が停止に応答しません。")
+            self._why = text("stops.body-silent", body=self.body.address)
             self.tell()
         if isinstance(outcome, Answered):
             self.note_acknowledged()
@@ -362,8 +356,7 @@ class _BodyStop(Stopping):
         try:
             self._why = await self._why_not_still()
         except GatewayError as error:
-            address = self.body.address
-            self._why = Said.unknown(Said(f"the motor of {address}", f"{address} のモータ"), error)
+            self._why = standstill_unknown(text("stops.the-motor", body=self.body.address), error)
             self._refuted_at = inf if is_heard(self.body.line) else None
             self._runs = False
         else:
@@ -444,7 +437,7 @@ class _BodyStop(Stopping):
         """Ask it in one frame with those that are stopped with it."""
         return await self._sweep.ask_one(self.body, self._company_of(self.body), command, Lane.VERIFY)
 
-    async def _why_not_still(self) -> Said | None:
+    async def _why_not_still(self) -> Text | None:
         if await self._runs_pulses():
             return NOT_AT_REST
         if await self._runs_program():
@@ -483,7 +476,7 @@ class _BodyStop(Stopping):
 
     # telling
 
-    def why_not(self) -> list[Said]:
+    def why_not(self) -> list[Text]:
         """What the controller has answered, or why it has not."""
         return [self._why] if self._why else []
 

@@ -3,10 +3,11 @@
 from fractions import Fraction
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema, model_validator
 
 from gateway.core.backup_text import plain_number
 from gateway.core.errors import InvalidRequest
+from gateway.core.records import RequestModel, example
 
 Per = Literal["", "/s", "/s2"]
 Unit = Literal["pulse", "mm", "um", "deg", "mdeg"]
@@ -95,3 +96,25 @@ def to_pulses(value: float, unit: Unit, scale: Scale | None) -> int:
             "Give pulses, or configure the body's scale.",
         )
     return scale.pulses(value, unit)
+
+
+class Length(RequestModel, json_schema_extra=example(value=0, unit="pulse")):
+    """A distance or a position with its unit."""
+
+    value: Annotated[int | float, WithJsonSchema({"type": "number"})] = Field(
+        gt=-1e9, lt=1e9, description="Pulses are whole numbers."
+    )
+    unit: Unit = Field(description="mm, um, deg and mdeg need the body's scale in the configuration.")
+
+    def pulses(self, scale: Scale | None) -> int:
+        """The same in pulses.
+
+        :raises InvalidRequest: the body has no scale for this unit.
+        """
+        return to_pulses(self.value, self.unit, scale)
+
+    @model_validator(mode="after")
+    def _whole_pulses(self) -> Self:
+        if self.unit == "pulse" and isinstance(self.value, float):
+            raise ValueError(f"pulses must be a whole number, not {self.value}")
+        return self

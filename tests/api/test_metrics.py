@@ -8,7 +8,7 @@ from typing import Any
 
 from prometheus_client.parser import text_string_to_metric_families
 
-from api.metrics import COUNTED
+from gateway.door.metrics import COUNTED
 from tests.api.stand import RELATIVE, Stand, on_stand, socket
 
 DASHBOARD = Path(__file__).parents[2] / "docs" / "grafana-dashboard.json"

@@ -97,8 +97,9 @@ def test_an_alarm_says_what_happened_what_the_motor_did_and_what_to_do(name: str
 @pytest.mark.parametrize("cause", causes(), ids=lambda cause: cause.name)
 def test_what_lasts_has_words_for_when_it_is_over(cause: Cause) -> None:
     lasts = cause.lasts is not Cause.lasts
-    assert (cause.over is not None) == lasts
-    if cause.over is not None:
-        for now, over in ((cause.en, cause.over.en), (cause.ja, cause.over.ja)):
+    words, past = cause.words, cause.words.over
+    assert (past is not None) == lasts
+    if past is not None:
+        for now, over in ((words.en, past.en), (words.ja, past.ja)):
             assert all(part.strip() for part in over.model_dump().values())
             assert over.motor != now.motor or over.happened != now.happened

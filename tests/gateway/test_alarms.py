@@ -315,9 +315,9 @@ def test_every_cause_is_worded_in_both_languages_of_what_its_event_tells() -> No
     )
     for cause in causes_of(plant.families.values(), {}, {}, latch=False):
         assert cause.event in EVENT_TYPES
-        for text in (cause.en, cause.ja):
+        for text in (cause.words.en, cause.words.ja):
             assert all(part.strip() for part in text.model_dump().values())
-        assert cause.ja.happened != cause.en.happened
+        assert cause.words.ja.happened != cause.words.en.happened
         assert all(call.path.startswith(("/", "{subject}")) for call in cause.next)
 
 

@@ -10,8 +10,8 @@ from gateway.core.family import ENDS_ITSELF, NOT_OURS
 from gateway.core.jogs import JogOver
 from gateway.core.move_record import MoveStatus
 from gateway.core.silence import OUT_OF_REACH_S
-from gateway.core.stops import UNCONFIRMED
 from gateway.fics.errors import UploadBrokenOff
+from gateway.texts import text
 from gateway.wind_down import HURRY_S, WIND_DOWN_S
 from protocols.fics.homing import HomeRobot
 from protocols.fics.macros import RunMacro
@@ -24,6 +24,8 @@ from simulator.faults import Direction, Fault, Switch
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time, lose, rig, start
 from tests.tested_plant import TestedPlant
+
+_UNCONFIRMED = text("stops.unconfirmed").en
 
 ENDLESS = MoveClockwise(distance="endless")
 LONG = MoveClockwise(distance=500_000)
@@ -213,7 +215,7 @@ async def test_a_stop_that_is_never_confirmed_ends_the_waiting_and_is_named() ->
         [left] = it.events("body.left_moving")
         assert (left.subject, left.data) == (
             "/bodies/line1.3F",
-            {"move_id": move.id, "detail": UNCONFIRMED},
+            {"move_id": move.id, "detail": _UNCONFIRMED},
         )
 
 
@@ -225,7 +227,7 @@ async def test_behind_a_line_that_is_down_a_motor_is_named_that_nobody_can_stop(
         began_at = now()
         await it.plant.close()
         assert now() - began_at < WIND_DOWN_S + 1.0
-        assert [event.data["detail"] for event in it.events("body.left_moving")] == [UNCONFIRMED]
+        assert [event.data["detail"] for event in it.events("body.left_moving")] == [_UNCONFIRMED]
 
 
 @in_virtual_time
@@ -312,7 +314,7 @@ async def test_an_axis_that_does_not_hear_the_end_of_its_jog_is_named() -> None:
         await it.plant.close()
         assert now() - began_at < WIND_DOWN_S + 1.0
         [left] = it.events("robot.left_moving")
-        assert (left.subject, left.data["detail"]) == ("/robots/r1", UNCONFIRMED)
+        assert (left.subject, left.data["detail"]) == ("/robots/r1", _UNCONFIRMED)
 
 
 @BOTH_MODES
@@ -401,7 +403,7 @@ async def test_a_stop_that_a_robot_refuses_does_not_keep_the_gateway_from_ending
         assert now() - began_at < WIND_DOWN_S + 1.0
         assert (await asking).state != "confirmed"
         [left] = it.events("robot.left_moving")
-        assert left.data["detail"] == UNCONFIRMED
+        assert left.data["detail"] == _UNCONFIRMED
 
 
 @in_virtual_time

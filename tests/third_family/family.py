@@ -15,8 +15,9 @@ from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import START_WITHIN_S, MoveError, MoveRecord, MoveStatus
 from gateway.core.parts import Part
 from gateway.core.records import Record
-from gateway.core.stops import CONFIRM_WITHIN_S, BilingualReport, Said, StopMode, Stopping, StopState
+from gateway.core.stops import CONFIRM_WITHIN_S, BilingualReport, StopMode, Stopping, StopState
 from gateway.core.targets import Answer, Begun, Opened, Stopped, Target, stopped
+from gateway.texts import Text
 from protocols.table import Effect
 from tests.third_family.rows import ROWS, GetPlace, Go, Halt
 from tests.third_family.session import ToyLine
@@ -175,8 +176,8 @@ class ToyStopping(Stopping):
     def reply_count(self) -> int:
         return int(self._toy.line.counters["replies"])
 
-    def why_not(self) -> Sequence[Said]:
-        return [Said("The axis has not come to rest.", "軸がまだ静止していません。")]
+    def why_not(self) -> Sequence[Text]:
+        return [Text("The axis has not come to rest.", "軸がまだ静止していません。")]
 
     def publish(self, what: str) -> None:
         self._toy._events.publish(f"toy.stop.{what}", self._toy.path, self._told.model_dump())

@@ -37,23 +37,13 @@ class JournalUnavailable(NotSent):
     """What has an effect cannot be written down, so it is not sent."""
 
     kind = "journal-unavailable"
-    title = "The journal cannot be written"
-    title_ja = "ジャーナルに書き込めません"
 
     def __init__(self, why: str, *, failed: bool = False) -> None:
-        super().__init__(
-            f"The journal cannot be written ({why}); nothing was sent. Stops and reads go on.",
-            "Mend the disk, then restart the gateway: it does not trust this file again before."
-            if failed
-            else "Make room on the disk, or mend it; the gateway tries again every few seconds.",
-        )
-        self.in_japanese(
-            f"ジャーナルに書き込めないため({why})、動作や設定の指令は実行しません。何も送信していません。"
-            "停止と読み出しは使用できます。",
-            "ディスクを修復してから、ゲートウェイを再起動してください。再起動まで、このファイルは使用しません。"
-            if failed
-            else "ディスクの空き容量を確保するか、修復してください。数秒ごとに自動で再試行します。",
-        )
+        super().__init__("")
+        self.reword("journal.failed" if failed else "journal.unavailable", why=why)
+
+    def __str__(self) -> str:
+        return self.detail
 
 
 @dataclass(eq=False, slots=True)

@@ -71,7 +71,6 @@ class GeometryDiffers(GatewayError):
     """A controller calculates with other mechanics than the configuration has, or of other positions."""
 
     kind = "geometry-differs"
-    title = "A controller calculates otherwise than the configuration has it"
 
 
 def wanted(scara: Scara) -> list[HeldGeometry]:

@@ -13,10 +13,8 @@ from gateway.core.errors import (
     GatewayError,
     InvalidRequest,
     Moved,
-    MoveFailed,
     NoReply,
     NotFound,
-    RestartedFirst,
     ShuttingDown,
 )
 from gateway.core.journal.intents import OF_MOVES
@@ -26,6 +24,7 @@ from gateway.core.move_record import Move, MoveError, MoveStatus
 from gateway.core.move_tasks import Beginning, MoveTasks
 from gateway.core.origin import working
 from gateway.core.own_faults import carry_on
+from gateway.core.verdicts import Unbegun, Unwatched, Verdict, Words, judge, worst_of
 from gateway.rorze.bodies import PULSES_RUNNING, Body, Group
 from gateway.rorze.move_proof import MOTION_ERRORS, Stretch
 from gateway.rorze.moves import Moves
@@ -45,19 +44,6 @@ WATCH_S: Final = 0.1
 
 ATTEMPTS: Final = 3
 """A preparation without a reply is made anew, so often in all."""
-
-_WORST_FIRST: Final = (
-    MoveStatus.LOST,
-    MoveStatus.UNKNOWN,
-    MoveStatus.FAILED,
-    MoveStatus.REJECTED,
-    MoveStatus.CANCELLED,
-    MoveStatus.STOPPED,
-)
-"""An axis that ended so decides how the robot's move did."""
-_OF_THE_ROBOT: Final = {MoveStatus.REJECTED: MoveStatus.FAILED, MoveStatus.CANCELLED: MoveStatus.FAILED}
-"""What an axis did not do, others did."""
-
 
 T = TypeVar("T")
 
@@ -172,12 +158,11 @@ class ScaraMoves:
         """Go on with a move by those of its bodies; one that was still being prepared has moved nothing."""
         run = _Run(scara, move, begun=True)
         if not any(axis.move_id for axis in move.axes):
-            move.evidence.append("The gateway has ended before the move was started.")
-            self._end(run, MoveStatus.CANCELLED, RestartedFirst())
+            self._end(run, judge(Unbegun.GATEWAY_ENDED, Words(begins="move was started")))
             return
         run.moves = self._moves_of(scara, move)
         if not run.moves:
-            self._end(run, MoveStatus.UNKNOWN, _other_bodies(scara))
+            self._end(run, judge(Unwatched.OTHER_MEMBERS, Words(scara.id, "finger")))
             return
         move.evidence.append("The gateway was restarted in the middle of the move; its axes were asked.")
         scara.move = move
@@ -251,10 +236,10 @@ class ScaraMoves:
                 await self._set_off(run, await self._prepare(run, request), expires_at)
         except GatewayError as error:
             refused = isinstance(error, ControllerRefused)
-            self._end(run, MoveStatus.REJECTED if refused else MoveStatus.CANCELLED, error)
+            self._end(run, judge(Unbegun.REFUSED if refused else Unbegun.WITHHELD, given=error))
             answered.set_result(error)
         except asyncio.CancelledError:
-            self._end(run, MoveStatus.CANCELLED, ShuttingDown())
+            self._end(run, judge(Unbegun.WITHHELD, given=ShuttingDown()))
             raise
         else:
             answered.set_result(None)
@@ -376,23 +361,13 @@ class ScaraMoves:
         if run.moves:
             self._keep(self._stops.stop(run.scara.members, run.scara.on_fault))
         if run.scara.move is run.move:
-            run.move.evidence.append(why)
-            self._end(run, MoveStatus.UNKNOWN)
+            self._end(run, judge(Unwatched.FAULT, Words(why=why)))
 
     def _finish(self, run: _Run) -> None:
         """All axes have ended: the worst of them tells how the robot's move did."""
-        worst = min(run.moves.values(), key=lambda move: _badness(move.status)).status
-        if worst is MoveStatus.SUCCEEDED:
-            run.move.end_cause = "normal"
-            self._end(run, worst)
-        elif worst is MoveStatus.STOPPED:
-            run.move.end_cause = "stop_command"
-            self._end(run, worst)
-        else:
-            failed = {body: move for body, move in run.moves.items() if _failed(move)}
-            run.move.failed_axes = sorted(run.scara.members.index(body) for body in failed)
-            run.move.end_cause = "+".join(dict.fromkeys(_cause(move) for move in failed.values()))
-            self._end(run, _OF_THE_ROBOT.get(worst, worst), _failure(run, failed))
+        failed = {body: move for body, move in run.moves.items() if _failed(move)}
+        run.move.failed_axes = sorted(run.scara.members.index(body) for body in failed)
+        self._end(run, judge(worst_of(move.status for move in run.moves.values()), _words(run, failed)))
 
     def _note_axes(self, run: _Run) -> None:
         """Write into the record what is known of its axes."""
@@ -403,8 +378,8 @@ class ScaraMoves:
                 axis.move_id, axis.status, axis.end_cause = move.id, move.status, move.end_cause
                 axis.position = axis.position if move.position is None else move.position
 
-    def _end(self, run: _Run, status: MoveStatus, error: GatewayError | None = None) -> None:
-        scara, move = run.scara, run.move
+    def _end(self, run: _Run, verdict: Verdict) -> None:
+        scara, move, status = run.scara, run.move, verdict.status
         for body in scara.members:
             if self._runs.get(body) is run:
                 del self._runs[body]
@@ -414,7 +389,8 @@ class ScaraMoves:
                 move.coordinates = ScaraPlace.of(scara.robot.place([axis.position for axis in move.axes]))
         if scara.move is move:
             scara.move = None
-        self._advance(run, status, error)
+        verdict.write_down(move)
+        self._advance(run, status, verdict.error)
 
     def _advance(self, run: _Run, status: MoveStatus, error: GatewayError | None = None) -> None:
         """The only place where a move changes its status."""
@@ -462,10 +438,6 @@ async def _statuses(group: Group) -> dict[Body, int]:
     }
 
 
-def _badness(status: MoveStatus) -> int:
-    return _WORST_FIRST.index(status) if status in _WORST_FIRST else len(_WORST_FIRST)
-
-
 def _failed(move: Move) -> bool:
     return move.status not in (MoveStatus.SUCCEEDED, MoveStatus.STOPPED)
 
@@ -474,30 +446,20 @@ def _cause(move: Move) -> str:
     return move.end_cause or str(move.status)
 
 
-def _failure(run: _Run, failed: Mapping[Body, Move]) -> MoveFailed:
+def _words(run: _Run, failed: Mapping[Body, Move]) -> Words:
     """Say which axes have failed, and why."""
     told = [
         f"Axis {run.scara.members.index(body)}: {move.error.detail if move.error else _cause(move)}"
         for body, move in failed.items()
     ]
-    stopped = ", and all its axes were stopped" if run.stopping else ""
-    failure = MoveFailed(
-        f"The move of {run.scara.id} failed{stopped}. {' '.join(told)}",
-        "Remove the cause, see where the finger is, and bring it back by moves of single axes or by homing.",
+    return Words(
+        run.scara.id,
+        "finger",
+        stopped=", and all its axes were stopped" if run.stopping else "",
+        told=" ".join(told),
+        cause="+".join(dict.fromkeys(_cause(move) for move in failed.values())),
+        moved=_moved(run.moves.values()),
     )
-    failure.moved = _moved(run.moves.values())
-    return failure
-
-
-def _other_bodies(scara: Scara) -> MoveFailed:
-    """The error of a move whose axes are not those of its robot any more."""
-    error = MoveFailed(
-        f"The gateway was restarted in the middle of the move, and {scara.id} has other bodies now, or their "
-        "moves are not kept any more.",
-        "See where the finger is before anything else.",
-    )
-    error.moved = "unknown"
-    return error
 
 
 def _moved(moves: Iterable[Move]) -> Moved:

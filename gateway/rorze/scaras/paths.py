@@ -12,7 +12,6 @@ class PathsDiffer(GatewayError):
     """The controllers of one robot hold different paths under one number."""
 
     kind = "paths-differ"
-    title = "The controllers hold different paths"
 
 
 async def read(scara: Scara, path: int, lane: Lane | None = None) -> Mapping[int, PathPoint]:

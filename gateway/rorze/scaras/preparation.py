@@ -15,7 +15,6 @@ from gateway.rorze.scaras import geometry, paths
 from gateway.rorze.scaras.record import PlannedScaraMove, ScaraPlace
 from gateway.rorze.scaras.requests import Course, Manoeuvre, MoveStart, ScaraMoveRequest
 from gateway.rorze.scaras.scara import Scara
-from gateway.rorze.soft_limits import REMEDY
 from protocols.rorze.interpolation import (
     SetPathPoint,
     SetStartPosition,
@@ -119,12 +118,8 @@ async def _require_limits(plan: Plan, lane: Lane | None) -> None:
     for axis, (body, bounds, target) in enumerate(zip(scara.members, limits, plan.target, strict=True)):
         crossed = await crossed_of(body, bounds, target) if body in plan.movers else None
         if crossed is not None:
-            remedy, remedy_ja = REMEDY
-            raise InvalidRequest(
-                f"{scara.id} cannot do that: of axis {axis}, {body.address}, {crossed}. Nothing was moved.",
-                remedy,
-            ).in_japanese(
-                f"{scara.id}: 第{axis}軸 {body.address} の{crossed.ja}何も動いていません。", remedy_ja
+            raise InvalidRequest.worded(
+                "scara.beyond-limits", scara=scara.id, axis=axis, body=body.address, beyond=crossed.said
             )
 
 

@@ -16,12 +16,13 @@ from starlette.routing import BaseRoute
 from starlette.types import Message, Scope
 
 from api.app import create_app
-from api.common.access import Access, Passage
+from api.common.access import Access
 from api.common.routes import SocketRoute
 from gateway.access.roles import Role
 from gateway.config import Config
 from gateway.core.errors import GatewayError
 from gateway.core.rights import RIGHT_OF, Right
+from gateway.door.admission import Passage
 from gateway.plant import Plant
 from protocols.fics.commands import ROWS
 from protocols.rorze.commands import COMMANDS

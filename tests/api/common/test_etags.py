@@ -4,8 +4,9 @@ import pytest
 from fastapi import Request
 from pydantic import BaseModel
 
-from api.common.etags import etag_of, expected_by, tagged
+from api.common.etags import etag_of, header_of, matching
 from gateway.core.errors import Outdated
+from gateway.door.documents import expectation
 from gateway.door.problems import problem_of
 
 
@@ -26,29 +27,29 @@ def request(*tags: str) -> Request:
 def test_equal_documents_have_equal_tags_and_others_have_others() -> None:
     assert etag_of(SEEN) == etag_of(SEEN.model_copy())
     assert etag_of(SEEN) != etag_of(OTHER)
-    assert tagged(SEEN).headers["etag"] == etag_of(SEEN)
+    assert header_of(SEEN) == {"ETag": etag_of(SEEN)}
 
 
 @pytest.mark.parametrize(
     "tags", [(), ("*",), (etag_of(SEEN),), (f'"x", {etag_of(SEEN)}',), ('"x"', etag_of(SEEN))]
 )
 def test_the_present_state_is_changed(tags: tuple[str, ...]) -> None:
-    expects = expected_by(request(*tags))
+    expects = expectation(None, matching(request(*tags)))
     if expects is not None:
         expects(SEEN)
 
 
 @pytest.mark.parametrize("tag", [etag_of(OTHER), f"W/{etag_of(SEEN)}", "nonsense", etag_of(SEEN).strip('"')])
 def test_another_state_is_not_changed(tag: str) -> None:
-    expects = expected_by(request(tag))
+    expects = expectation(None, matching(request(tag)))
     assert expects is not None
     with pytest.raises(Outdated):
         expects(SEEN)
 
 
 def test_nothing_is_expected_where_any_state_will_do() -> None:
-    assert expected_by(request()) is None
-    assert expected_by(request("*")) is None
+    assert matching(request()) is None
+    assert matching(request("*")) is None
 
 
 def test_it_is_told_as_412_and_nothing_has_moved() -> None:

@@ -10,6 +10,7 @@ from httpx2 import ASGITransport, AsyncClient
 from pydantic import BaseModel, Field
 
 from api.common.problems import MEDIA_TYPE, RETRY_AFTER_S, install, wants_japanese
+from gateway import texts
 from gateway.core.errors import (
     Ambiguous,
     BodyBusy,
@@ -31,7 +32,6 @@ from gateway.core.errors import (
     QueueFull,
     StoppedFirst,
 )
-from gateway.door.japanese import REMEDIES, TITLES
 from gateway.door.problems import TYPE_PREFIX, problem_of
 from gateway.fics.errors import RobotFailed, RobotOffline
 from gateway.fics.errors import refused as robot_refused
@@ -190,7 +190,7 @@ def test_what_the_gateway_says_itself_has_its_kind_in_japanese_and_the_rest_in_e
 )
 def test_the_remedy_of_what_happens_every_day_is_told_in_japanese(error: GatewayError) -> None:
     problem = problem_of(error, "/", japanese=True)
-    assert problem.remedy == f"{REMEDIES[error.kind]}（{error.remedy}）"
+    assert problem.remedy == texts.text(f"remedies.{error.kind}", remedy=error.remedy).ja
 
 
 def kinds_below(error: type[GatewayError]) -> Iterator[type[GatewayError]]:
@@ -200,8 +200,8 @@ def kinds_below(error: type[GatewayError]) -> Iterator[type[GatewayError]]:
 
 def test_every_kind_of_refusal_has_a_title_in_japanese() -> None:
     own = [it for it in kinds_below(GatewayError) if it.__module__.startswith("gateway.")]
-    assert [it for it in own if not it.title_ja and it.kind not in TITLES] == []
-    assert set(REMEDIES) <= {it.kind for it in own}
+    assert [it for it in own if it.title_ja == it.title] == []
+    assert texts.entry("ja", "remedies").keys() <= {it.kind for it in own}
 
 
 @pytest.mark.parametrize(

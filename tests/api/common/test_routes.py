@@ -11,13 +11,13 @@ from starlette.routing import BaseRoute, Mount, Route
 from starlette.types import Scope
 
 from api.app import create_app
-from api.common.access import Passage
 from api.common.routes import FilesMount, Guarded, HttpRoute, PageRoute, Router, SocketRoute, unguarded
 from api.common.strict_json import StrictRoute
 from api.front.stop_paths import is_stop
 from gateway.config import Config
 from gateway.core.errors import NotAllowed
 from gateway.core.rights import RIGHT_OF, Right
+from gateway.door.admission import Passage
 from gateway.plant import Plant
 from protocols.fics.commands import ROWS
 from protocols.rorze.commands import COMMANDS

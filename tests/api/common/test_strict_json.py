@@ -1,7 +1,6 @@
 """Request bodies: what is not exactly JSON, or not exactly one thing, is refused and never a fault."""
 
 import json
-import math
 
 import pytest
 from fastapi import FastAPI
@@ -13,29 +12,12 @@ from starlette.testclient import TestClient
 
 from api.common import problems
 from api.common.requests import new_router
-from api.common.strict_json import (
-    MAX_BODY_BYTES,
-    MAX_DEPTH,
-    MAX_DIGITS,
-    MAX_ITEMS,
-    MAX_KEYS,
-    NotStrict,
-    parse,
-)
+from api.common.strict_json import MAX_BODY_BYTES
 from gateway.core.records import RequestModel
 from gateway.core.rights import Right
+from gateway.door.strict_json import MAX_DEPTH, MAX_ITEMS, MAX_KEYS, parse
+from tests.gateway.door.test_strict_json import JSON
 from tests.open_access import AnyAccess
-
-# No deeper than a request may be, and no numbers that are too large for JSON.
-JSON = st.recursive(
-    st.none()
-    | st.booleans()
-    | st.integers(-(10**30), 10**30)
-    | st.floats(allow_nan=False, allow_infinity=False)
-    | st.text(),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
-    max_leaves=10,
-)
 
 
 class Pulses(RequestModel):
@@ -63,19 +45,6 @@ CLIENT = client()
 
 def post(content: bytes, content_type: str = "application/json") -> Response:
     return CLIENT.post("/pulses", content=content, headers={"content-type": content_type})
-
-
-@given(JSON)
-def test_honest_json_is_read_as_it_is(value: object) -> None:
-    assert parse(json.dumps(value).encode()) == value
-
-
-@given(st.binary(max_size=200))
-def test_no_bytes_make_the_reader_fail_otherwise_than_by_refusing(data: bytes) -> None:
-    try:
-        parse(data)
-    except ValueError:
-        return
 
 
 @given(st.binary(max_size=200) | JSON.map(lambda value: json.dumps(value).encode()))
@@ -172,26 +141,3 @@ def test_an_array_has_as_many_entries_as_a_body_has_positions_and_no_more() -> N
     answer = client().post("/pulses", json={"pulses": [1] * (MAX_ITEMS + 1)})
     assert answer.status_code == 422
     assert f"an array has more than {MAX_ITEMS} items" in answer.json()["detail"]
-
-
-def test_every_number_that_is_read_is_finite() -> None:
-    value = parse(b"[1e308, -1.5]")
-    assert isinstance(value, list)
-    assert all(math.isfinite(number) for number in value)
-    with pytest.raises(NotStrict):
-        parse(b"[1e309]")
-
-
-@pytest.mark.parametrize(
-    ("text", "place"),
-    [
-        ('{"axes": {"X": {"value": NaN}}}', "axes.X.value"),
-        ('{"positions": [{}, {"number": 1e999}]}', "positions.1.number"),
-        ("[1, -Infinity]", "1"),
-        ('{"pulses": ' + "9" * (MAX_DIGITS + 1) + "}", "pulses"),
-        ("NaN", "it"),
-    ],
-)
-def test_what_is_no_finite_number_is_told_with_its_place(text: str, place: str) -> None:
-    with pytest.raises(NotStrict, match=f"^{place} is not a number"):
-        parse(text.encode())

@@ -3,10 +3,10 @@
 from datetime import UTC, datetime, timedelta
 
 from gateway.core.alarm_boxes import boxed
-from gateway.core.alarms import Alarm, words
+from gateway.core.alarms import Alarm, AlarmText
 
 BEGAN = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
-TOLD = words("It happened.", "It stood.", "Look.")
+TOLD = AlarmText(happened="It happened.", motor="It stood.", remedy="Look.")
 
 
 def alarm(

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from gateway.core.alarms import AGAIN, DISPROVED, HISTORY, Alarm, AlarmLasts, Alarms, Cause, words
+from gateway.core.alarms import AGAIN, DISPROVED, HISTORY, Alarm, AlarmLasts, Alarms, AlarmText, Cause, Words
 from gateway.core.errors import NotFound
 from gateway.core.events import EventHub
 from gateway.core.next_calls import get
@@ -15,6 +15,10 @@ DOWN = "line.down"
 SUBJECT = "/lines/line1"
 OTHER = "/lines/line2"
 PAT = Origin("pat", "r-1")
+
+
+def told(happened: str, motor: str, remedy: str) -> AlarmText:
+    return AlarmText(happened=happened, motor=motor, remedy=remedy)
 
 
 class Room:
@@ -27,17 +31,18 @@ class Room:
         cause = Cause(
             DOWN,
             DOWN,
-            words("{address} is down: {reason}", "It may move.", "Look."),
-            words("{address}: {reason}", "動く可能性があります。", "確認してください。"),
+            Words(
+                told("{address} is down: {reason}", "It may move.", "Look."),
+                told("{address}: {reason}", "動く可能性があります。", "確認してください。"),
+            ),
             "RC-420 manual 10.2",
-            (get("/lines/{line}", "Look.", "確認します。"), get("/units/{unit}", "Not known.", "不明")),
+            (get("/lines/{line}", "line-state"), get("/units/{unit}", "robots.robot")),
             lambda _: self.down,
             is_told=lambda _: self.told_elsewhere,
             disproved=lambda _: self.disproved,
         )
-        moment = Cause(
-            "gateway.crashed", "gateway.crashed", words("It crashed.", "-", "-"), words("落ちた", "-", "-")
-        )
+        crash = Words(told("It crashed.", "-", "-"), told("落ちた", "-", "-"))
+        moment = Cause("gateway.crashed", "gateway.crashed", crash)
         self.alarms = Alarms(self.hub, [cause, moment])
         self.hub.listeners.append(self.alarms.note)
 
@@ -149,7 +154,7 @@ def test_alarms_of_others_are_others(room: Room) -> None:
 
 def test_of_a_unit_the_robot_is_told() -> None:
     hub = EventHub()
-    alarms = Alarms(hub, [Cause("a", "robot.move.lost", words("-", "-", "-"), words("-", "-", "-"))])
+    alarms = Alarms(hub, [Cause("a", "robot.move.lost", Words(told("-", "-", "-"), told("-", "-", "-")))])
     hub.listeners.append(alarms.note)
     hub.publish("robot.move.lost", "/robots/r1/units/1", {})
     assert alarms.standing()[0].subject == "/robots/r1"

@@ -5,8 +5,9 @@ import asyncio
 import pytest
 
 from gateway.core.errors import LineDown
-from gateway.core.stops import CONFIRM_WITHIN_S, HURRY_S, REPEAT_S, UNCONFIRMED, Said, StopMode, Stopping
+from gateway.core.stops import CONFIRM_WITHIN_S, HURRY_S, REPEAT_S, StopMode, Stopping
 from gateway.rorze.stops import StopReport
+from gateway.texts import Text, text
 from tests.gateway.rorze.far_end import until, virtual
 
 DOWN = LineDown("The line is down. Nothing was sent.")
@@ -34,8 +35,8 @@ class Scripted(Stopping):
     def reply_count(self) -> int:
         return int(now() * 1000) if self.others_are_heard else 0
 
-    def why_not(self) -> list[Said]:
-        return [Said("It moves.", "動いています。")]
+    def why_not(self) -> list[Text]:
+        return [Text("It moves.", "動いています。")]
 
     def publish(self, what: str) -> None:
         self.published.append((what, self.report.detail))
@@ -79,7 +80,7 @@ async def test_people_are_warned_once() -> None:
     stop = Scripted()
     task = asyncio.create_task(stop.see_through())
     await asyncio.sleep(10 * HURRY_S)
-    assert stop.published == [("unconfirmed", f"It moves. {UNCONFIRMED}")]
+    assert stop.published == [("unconfirmed", f"It moves. {text('stops.unconfirmed').en}")]
     stop.still = True
     await task
 

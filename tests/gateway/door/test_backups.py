@@ -15,7 +15,7 @@ from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore, RestorePlan, Units
 from gateway.door import backups, doing, stopping
 from gateway.door.programs import ProgramSource
-from gateway.rorze.power import is_mark
+from gateway.rorze.asked_body import is_mark
 from gateway.rorze.units import Scale
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition

@@ -5,7 +5,7 @@ import pytest
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.origin import Origin
 from gateway.door.groups import GroupDefinition
-from gateway.rorze.move_requests import Length
+from gateway.rorze.units import Length
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time, rig
 from tests.through_the_door import ask

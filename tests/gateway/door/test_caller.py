@@ -17,7 +17,7 @@ from gateway.door.groups import GroupDefinition
 from gateway.door.leases import LeaseRequest
 from gateway.plant import Plant
 from gateway.rorze.memories import MemoryChange
-from gateway.rorze.move_requests import Length
+from gateway.rorze.units import Length
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
 from protocols.rorze.speeds import SetStartSpeed

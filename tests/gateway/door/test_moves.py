@@ -11,8 +11,9 @@ from gateway.core.origin import Origin
 from gateway.core.targets import Begun
 from gateway.door import moving
 from gateway.fics.move_requests import RobotHomeRequest, RobotStepRequest
-from gateway.rorze.move_requests import ContinuousMoveRequest, HomeRequest, Length, RelativeMoveRequest
+from gateway.rorze.move_requests import ContinuousMoveRequest, HomeRequest, RelativeMoveRequest
 from gateway.rorze.plans import GroupPlan, PlannedMove
+from gateway.rorze.units import Length
 from tests.fics_plants import fics_rig
 from tests.plants import Rig, in_virtual_time, rig
 from tests.through_the_door import get, start

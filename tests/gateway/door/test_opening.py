@@ -63,7 +63,7 @@ def is_allowed(operation: Operation, role: Role, scope: frozenset[str] | None) -
         return False
     if scope is None or operation.any_scope:
         return True
-    return operation.target is not None and operation.target not in OUTSIDE
+    return operation.target in operation.named and operation.target not in OUTSIDE
 
 
 def test_each_operation_stands_in_the_table_once() -> None:

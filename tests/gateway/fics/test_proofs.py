@@ -4,8 +4,9 @@ from typing import Any
 
 import pytest
 
+from gateway.core.verdicts import Begun, Place
 from gateway.fics.axes import Places
-from gateway.fics.proofs import Finding
+from gateway.fics.proofs import PlaceProof
 from protocols.fics.homing import HomeRobot
 from protocols.fics.macros import RunMacro
 from protocols.fics.moves import MoveRelative
@@ -24,8 +25,8 @@ def found(
     target: Places | None = None,
     position: Places | None = AT_0,
     **more: bool,
-) -> Finding:
-    return Finding(command, start, target, position, more.get("moved", False), more.get("replied", False))
+) -> PlaceProof:
+    return PlaceProof(command, start, target, position, more.get("moved", False), more.get("replied", False))
 
 
 @pytest.mark.parametrize("replied", [False, True])
@@ -56,27 +57,34 @@ def test_homing_that_leaves_an_axis_without_place_did_not_run_its_course_unless_
 
 
 def test_at_its_target_a_move_has_arrived_no_matter_who_says_so() -> None:
-    assert found(target={"Z": 5.0}, position=AT_5).arrived()
-    assert found(target={"Z": 0.0}).arrived()
-    assert not found(target={"Z": 5.0}, replied=True, moved=True).arrived()
-    assert not found(target=None, replied=True, moved=True).arrived()
+    assert found(target={"Z": 5.0}, position=AT_5).place() is Place.TARGET
+    assert found(target={"Z": 0.0}).place() is Place.TARGET
+    assert found(target={"Z": 5.0}, replied=True, moved=True).place() is Place.ELSEWHERE
+    assert found(target=None, replied=True, moved=True).place() is Place.UNKNOWN
 
 
 def test_a_way_that_its_roundings_hide_is_proved_by_motion_or_an_answer() -> None:
-    assert not found(target={"Z": 0.01}).arrived()
-    assert found(target={"Z": 0.01}, moved=True).arrived()
-    assert found(target={"Z": 0.01}, replied=True).arrived()
+    assert found(target={"Z": 0.01}).place() is Place.TARGET_PERHAPS
+    assert found(target={"Z": 0.01}, moved=True).place() is Place.TARGET
+    assert found(target={"Z": 0.01}, replied=True).place() is Place.TARGET
 
 
 def test_one_axis_off_its_target_is_a_miss_though_another_does_not_know_its_place() -> None:
-    assert found(target={"X": 3.0, "Z": None}, position={"X": 1.0, "Z": None}).off_target()
-    assert not found(target={"X": 1.0, "Z": None}, position={"X": 1.0, "Z": None}).off_target()
+    lost: Places = {"X": 1.0, "Z": None}
+    assert found(target={"X": 3.0, "Z": None}, position=lost).place() is Place.ELSEWHERE
+    assert found(target={"X": 1.0, "Z": None}, position=lost).place() is Place.UNKNOWN
 
 
-def test_what_has_not_left_its_place_is_untouched() -> None:
-    assert found(target={"Z": 5.0}).untouched()
-    assert not found(target={"Z": 5.0}, moved=True).untouched()
-    assert not found(target={"Z": 5.0}, position=NOWHERE).untouched()
+def test_what_has_not_left_its_place_stands_at_its_start() -> None:
+    assert found(target={"Z": 5.0}).place() is Place.START
+    assert found(target={"Z": 5.0}, moved=True).place() is Place.ELSEWHERE
+    assert found(target={"Z": 5.0}, position=NOWHERE).place() is Place.UNKNOWN
+
+
+def test_motion_outweighs_an_answer_and_an_answer_silence() -> None:
+    assert found(moved=True, replied=True).begun() is Begun.SEEN
+    assert found(replied=True).begun() is Begun.ANSWERED
+    assert found().begun() is Begun.UNREFUSED
 
 
 def test_a_move_stayed_whose_axes_are_where_they_were_even_at_its_target() -> None:

@@ -10,9 +10,10 @@ from gateway.core.origin import Origin
 from gateway.core.targets import Begun
 from gateway.rorze.jogs import BodyJogRequest
 from gateway.rorze.limited_speed import Rate
-from gateway.rorze.move_requests import AbsoluteMoveRequest, Length, RelativeMoveRequest
+from gateway.rorze.move_requests import AbsoluteMoveRequest, RelativeMoveRequest
 from gateway.rorze.plans import PlannedMove
 from gateway.rorze.speed_sets import SpeedSetValues, change_set, read_set
+from gateway.rorze.units import Length
 from protocols.rorze.patterns import SetPattern, SetSpeedChange
 from tests.plants import Rig, in_virtual_time, rig
 from tests.through_the_door import start

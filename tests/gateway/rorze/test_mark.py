@@ -6,7 +6,7 @@ import pytest
 
 from gateway.core.errors import NotSent
 from gateway.core.lanes import Lane
-from gateway.rorze.power import is_mark
+from gateway.rorze.asked_body import is_mark
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position_table import GetPositionEntry
 from protocols.rorze.status import SetUserComment

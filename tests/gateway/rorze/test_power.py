@@ -4,7 +4,8 @@ from typing import Any
 
 import pytest
 
-from gateway.rorze.power import PROOF_HOLDS_S, Power, ProofTooOld, is_mark, needs_place, new_mark
+from gateway.rorze.asked_body import is_mark, new_mark
+from gateway.rorze.power import PROOF_HOLDS_S, Power, ProofTooOld, needs_place
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.interpolation import StartInterpolation, TurnFinger
 from protocols.rorze.moves import MoveClockwise, MoveTo, MoveToSlowly

@@ -19,8 +19,8 @@ from gateway.core.fence import FENCE_TRIES
 from gateway.core.lanes import Lane
 from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
 from gateway.rorze.line import lane_of
+from gateway.rorze.readings import CLEAN_AFTER_S
 from gateway.rorze.session import (
-    CLEAN_AFTER_S,
     NONCES,
     READ_REPEATS,
     REPLIES_REMEMBERED,

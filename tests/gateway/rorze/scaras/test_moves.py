@@ -23,12 +23,13 @@ from gateway.core.origin import Origin
 from gateway.core.stops import CONFIRM_WITHIN_S
 from gateway.core.targets import Begun
 from gateway.rorze.limited_speed import Rate
-from gateway.rorze.move_requests import Length, RelativeMoveRequest
+from gateway.rorze.move_requests import RelativeMoveRequest
 from gateway.rorze.scaras import paths
 from gateway.rorze.scaras.geometry import GeometryDiffers
 from gateway.rorze.scaras.record import ScaraMove
 from gateway.rorze.scaras.requests import ScaraMoveRequest
 from gateway.rorze.speed_sets import read_set
+from gateway.rorze.units import Length
 from protocols.rorze.interpolation import PathPoint
 from protocols.rorze.modes import SetSoftLimits
 from protocols.rorze.path import Arc, Corner, Line, Segment, rounded

@@ -1,33 +1,30 @@
 """Tables as CSV: read as they are downloaded, and as Excel writes them."""
 
 import csv
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from io import StringIO
-from typing import Any, Final
+from typing import Annotated, Final
 
-from fastapi import Request, Response
+from pydantic import Field
 
-from api.common.strict_json import MAX_ITEMS, read_body, require_type
 from gateway.core.aside import aside
 from gateway.core.errors import InvalidRequest
+from gateway.door.strict_json import MAX_ITEMS
 
 CSV: Final = "text/csv"
-ANSWER: Final[dict[str, Any]] = {"content": {CSV: {"schema": {"type": "string"}}}}
-"""A table, as the OpenAPI document declares it."""
+Table = Annotated[bytes, Field(description="A table as CSV, in UTF-8.")]
 Row = tuple[int, list[str]]
 """The number of a line, from 1, and its cells."""
 
 
-async def read_table(request: Request, header: Sequence[str], most_bytes: int) -> list[Row]:
-    """Read a table with exactly these columns from the body of a request.
+async def read_table(content: bytes, header: Sequence[str]) -> list[Row]:
+    """Read a table with exactly these columns.
 
     Excel may write a byte order mark, semicolons with decimal commas, and empty lines: all are taken.
 
-    :raises HTTPException: the body is no CSV by its type, or too long.
     :raises InvalidRequest: it is another table; the message names the line.
     """
-    require_type(request, CSV)
-    return await aside(table_of, await read_body(request, most_bytes), header)
+    return await aside(table_of, content, header)
 
 
 def table_of(content: bytes, header: Sequence[str]) -> list[Row]:
@@ -67,13 +64,6 @@ def _decimal_comma(place: int, cell: str) -> str:
             f"line {place}: {cell}: between semicolons decimals stand behind a comma; nothing was sent."
         )
     return cell.replace(",", ".")
-
-
-def csv_response(
-    header: Sequence[str], rows: Iterable[Sequence[object]], headers: Mapping[str, str] | None = None
-) -> Response:
-    """Answer with a table."""
-    return Response(csv_of(header, rows), headers=headers, media_type=CSV)
 
 
 def csv_of(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

@@ -2,10 +2,16 @@
 
 import platform
 from collections import Counter as Tally
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Final, get_args
 
-from prometheus_client import CollectorRegistry, GCCollector, ProcessCollector
+from prometheus_client import (
+    CONTENT_TYPE_LATEST,
+    CollectorRegistry,
+    GCCollector,
+    ProcessCollector,
+    generate_latest,
+)
 from prometheus_client.core import (
     CounterMetricFamily,
     GaugeMetricFamily,
@@ -15,10 +21,11 @@ from prometheus_client.core import (
 )
 from prometheus_client.registry import Collector
 
-from api.common.traffic import CLIENTS, Traffic
+from gateway.core.aside import aside
 from gateway.core.histogram import Histogram
 from gateway.core.line_state import LineState
 from gateway.core.origin import Work
+from gateway.door.traffic import CLIENTS, Traffic
 from gateway.figures import OUTCOMES
 from gateway.plant import Plant
 from gateway.version import VERSION
@@ -28,6 +35,7 @@ COUNTED: Final = (
     *("overtaken", "repeats", "replies", "set_ups_again", "strangers_in_groups", "strays", "timeouts"),
 )
 """What happens on lines, and is counted there."""
+CONTENT_TYPE: Final = CONTENT_TYPE_LATEST
 WORKS: Final[Sequence[str]] = get_args(Work)
 
 
@@ -39,6 +47,11 @@ def metrics_of(plant: Plant, traffic: Traffic) -> CollectorRegistry:
     ProcessCollector(registry=registry)
     GCCollector(registry=registry)
     return registry
+
+
+async def text_of(registry: CollectorRegistry) -> bytes:
+    """Write all figures, as they are now, beside the event loop."""
+    return await aside(generate_latest, _Collected(list(registry.collect())))
 
 
 def _add(family: HistogramMetricFamily, labels: Sequence[str], took: Histogram) -> None:
@@ -195,3 +208,15 @@ class GatewayCollector(Collector):
             "Entries that wait to be written.",
             value=0 if journal is None else journal.waiting(),
         )
+
+
+class _Collected(CollectorRegistry):
+    """Figures as they were at one moment: they are counted in the event loop, and written beside it."""
+
+    def __init__(self, figures: Iterable[Metric]) -> None:
+        super().__init__()
+        self._figures = figures
+
+    def collect(self) -> Iterable[Metric]:
+        """Give them."""
+        return self._figures

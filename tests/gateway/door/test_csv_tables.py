@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from api.common.csv_tables import csv_of, table_of
 from gateway.core.errors import InvalidRequest
+from gateway.door.csv_tables import csv_of, table_of
 
 HEADER = ("number", "X mm")
 

@@ -2,8 +2,6 @@
 
 from typing import Final, Literal
 
-from starlette.types import Scope
-
 from gateway.core.histogram import Histogram
 
 METHODS: Final = ("GET", "POST", "PUT", "PATCH", "DELETE")
@@ -27,10 +25,3 @@ class Traffic:
         """Count an answer; methods that nobody serves are left out."""
         if (took := self._took.get((method, status // 100))) is not None:
             took.observe(took_s)
-
-
-def kind_of(scope: Scope) -> Client:
-    """What somebody has come for."""
-    if scope["type"] == "websocket":
-        return "websocket"
-    return "sse" if scope["path"].endswith("/events/stream") else "request"

@@ -1,1 +1,0 @@
-"""RC-420 bodies and their groups over HTTP."""

@@ -1,1 +1,0 @@
-"""Fics robots over HTTP."""

@@ -1,0 +1,217 @@
+"""The way in for callers: what their credentials are good for, what they may, and how much; knows no HTTP."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from time import monotonic
+from typing import Final
+
+from gateway.access import keys
+from gateway.access.credentials import Credentials
+from gateway.access.errors import LimitReached, NotAuthenticated, NothingShown, NotPermitted
+from gateway.access.grants import Grant, SessionInfo, Tickets, handle_of
+from gateway.access.limits import Limits, Rates, Usages, Use
+from gateway.access.principal import EVERYBODY, PRINCIPAL, Principal, current
+from gateway.core.errors import GatewayError
+from gateway.core.origin import ORIGIN, Origin
+from gateway.core.own_faults import survived
+from gateway.core.rights import Right
+from gateway.door.table import operations_of
+from gateway.plant import Plant
+from gateway.security import entries
+from gateway.security.folding import network_of
+
+__all__ = ["EVERYBODY", "Admission", "CallersPassage", "Credentials", "Grant", "Passage", "Principal", "Use"]
+
+SIGN_INS_AT_ONCE: Final = 20
+SIGN_INS_PER_S: Final = 1.0
+WRONG_SIGN_INS_AT_ONCE: Final = 100
+WRONG_SIGN_INS_PER_S: Final = 2.0
+
+
+def not_good(kind: type[NotAuthenticated] = NotAuthenticated) -> NotAuthenticated:
+    """What is shown is no credential, or no longer."""
+    return kind.worded("key.not-good")
+
+
+class Passage:
+    """A request that may go on; within it the code acts in the name of the caller."""
+
+    holds: Callable[[], bool] | None = None
+    """Of an event stream, which lasts: whether its credential is still good."""
+
+    def __enter__(self) -> None:
+        """Begin."""
+
+    def __exit__(self, *_: object) -> None:
+        """It is answered."""
+
+
+class CallersPassage(Passage):
+    """A request of somebody."""
+
+    def __init__(self, principal: Principal, origin: Origin) -> None:
+        self._principal, self.origin = principal, origin
+
+    def __enter__(self) -> None:
+        self._before = PRINCIPAL.set(self._principal), ORIGIN.set(self.origin)
+
+    def __exit__(self, *raised: object) -> None:
+        principal, origin = self._before
+        ORIGIN.reset(origin)
+        PRINCIPAL.reset(principal)
+        if self._principal.scope is not None and isinstance(raised[1], GatewayError):
+            raised[1].withhold_names()
+
+
+class _Counted(CallersPassage):
+    """A request of a key, which may have so many."""
+
+    def __init__(self, principal: Principal, origin: Origin, usages: Usages, use: Use) -> None:
+        super().__init__(principal, origin)
+        self._usages, self._use = usages, use
+
+    def __enter__(self) -> None:
+        self._usages.begin(self._principal.id, self._use)
+        super().__enter__()
+
+    def __exit__(self, *raised: object) -> None:
+        super().__exit__(*raised)
+        self._usages.end(self._principal.id, self._use)
+
+
+class Admission:
+    """Who may come in, with what; with mode `open` everybody may."""
+
+    def __init__(self, plant: Plant) -> None:
+        settings = plant.config.access
+        self.is_open = settings.mode == "open"
+        self.credentials = plant.credentials
+        self.sessions = plant.sessions
+        self.tickets = Tickets()
+        self.territory = plant.territory
+        self.targets = frozenset(
+            row.target for row in operations_of(map(type, plant.families.values())) if row.target
+        )
+        """The parameters that name what a request is about."""
+        self._usages = Usages(
+            Limits(settings.subscribers_per_key, settings.requests_per_key, settings.moves_per_key_and_s)
+        )
+        self._good_ones: dict[bytes, Grant] = {}
+        """By what was shown and was good a moment ago."""
+        self._forget_at = 0.0
+        self._security = plant.security
+        self.sessions.on_end = self._session_ended
+        self.sign_ins = Rates(SIGN_INS_AT_ONCE, SIGN_INS_PER_S)
+        """Of each key."""
+        self.wrong_sign_ins = Rates(WRONG_SIGN_INS_AT_ONCE, WRONG_SIGN_INS_PER_S)
+        """From each network address."""
+
+    def let_in(
+        self, grant: Grant, origin: Origin, right: Right, use: Use, targets: Sequence[str] | None
+    ) -> CallersPassage:
+        """Let a caller in who has the right on all targets; on None it is looked at later, if at all.
+
+        :raises NotPermitted: the caller has it not, or not there; nothing was done.
+        """
+        if targets is None:
+            self.territory.require_right(grant.principal, right)
+        else:
+            self.territory.require(grant.principal, right, *targets)
+        passage = _Counted(grant.principal, origin, self._usages, use)
+        if use is Use.SUBSCRIBER:
+            passage.holds = partial(self.holds, grant)
+        return passage
+
+    def sees(self, address: str) -> bool:
+        """Whether the caller may see this in a list."""
+        return self.territory.covers(current(), address)
+
+    def holds(self, grant: Grant) -> bool:
+        """Whether a grant is still good, and its session, if it has one."""
+        lasts = grant.session is None or self.sessions.lasts(grant.session)
+        return self.credentials.holds(grant) and lasts
+
+    def good(self, grant: Grant | None) -> Grant:
+        """Give a grant that is still good.
+
+        :raises NotAuthenticated: it is not, or there is none.
+        """
+        if grant is None or not self.credentials.holds(grant):
+            raise not_good()
+        return grant
+
+    def redeemed(self, ticket: str) -> Grant:
+        """Give what a ticket was given for; errors as of `good`."""
+        grant = self.good(self.tickets.redeem(ticket))
+        if not self.holds(grant):
+            raise not_good()
+        return grant
+
+    def by_key(self, shown: bytes, key_in: Callable[[bytes], str]) -> Grant:
+        """Find whose a key is; one that was good is not read again until the keys are looked at again.
+
+        :raises NotAuthenticated: it is no key, or no longer.
+        """
+        now = monotonic()
+        if now >= self._forget_at:
+            self._forget_at = now + keys.RECHECK_S
+            self._good_ones.clear()
+        grant = self._good_ones.get(shown)
+        if grant is None or not self.credentials.knows(grant):
+            grant = self.credentials.verify(key_in(shown))
+            if grant is None:
+                raise not_good()
+            self._good_ones[shown] = grant
+        return grant
+
+    def note_refusal(
+        self, target: str, error: NotAuthenticated | NotPermitted, name_of: Callable[[], str | None]
+    ) -> None:
+        """Write a refusal into the security log, but for those who have shown nothing."""
+        survived("the security log", partial(self._note, target, error, name_of))
+
+    def _note(
+        self, target: str, error: NotAuthenticated | NotPermitted, name_of: Callable[[], str | None]
+    ) -> None:
+        if isinstance(error, NothingShown):
+            return
+        if isinstance(error, NotAuthenticated):
+            self._security.note(entries.CREDENTIAL_REFUSED, target, why=error.detail)
+        else:
+            self._security.note(entries.REQUEST_REFUSED, target, caller=name_of(), why=error.detail)
+
+    def shown_at_sign_in(self, key: str) -> Grant | None:
+        """Find whose a key is that somebody with a browser shows."""
+        try:
+            grant = self.credentials.verify(key)
+        except NotPermitted:
+            return None
+        if grant is not None and not self.sign_ins.passes(grant.principal.id):
+            raise LimitReached(
+                f"{grant.principal.name} has signed in too often; no session was begun, and none has ended.",
+                "Try again in a few seconds.",
+            )
+        return grant
+
+    def sign_in(self, grant: Grant, address: str, former: str) -> str:
+        """Begin a session, and end the `former` one: its id may be one that somebody else has chosen."""
+        self.sessions.end(former)
+        session = self.sessions.begin(grant, address)
+        who = grant.principal
+        self._security.note(entries.SIGN_IN_ACCEPTED, handle_of(session), caller=who.name, role=who.role)
+        return session
+
+    def refuse_sign_in(self, place: str, address: str) -> None:
+        """Note that a key was not good. One that is good passes, however many were not.
+
+        :raises LimitReached: too many were shown from there.
+        """
+        self._security.note(entries.SIGN_IN_REFUSED, place, why="The key is not good.")
+        if not self.wrong_sign_ins.passes(network_of(address) or ""):
+            raise LimitReached(
+                "From this address too many keys were shown that are not good; no session was begun.",
+                "Use a good key, or try again in a minute.",
+            )
+
+    def _session_ended(self, session: SessionInfo, why: str) -> None:
+        self._security.note(entries.SESSION_ENDED, session.id, why=why, of=session.name)

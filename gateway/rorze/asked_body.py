@@ -1,0 +1,165 @@
+"""A body as its features see it: what they ask of it and heed. `gateway.rorze.bodies.Body` is one."""
+
+import asyncio
+import re
+import secrets
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager, AbstractContextManager
+from typing import Any, Final, Protocol, TypeVar
+
+from gateway.core.errors import GatewayError
+from gateway.core.lanes import Lane
+from gateway.rorze.units import Scale
+from protocols.rorze.row import RorzeCommand
+from protocols.table import Reply
+
+R = TypeVar("R", bound=Reply)
+_MARK: Final = re.compile("GW-[0-9a-f]{8}")
+
+
+class Epochs(Protocol):
+    """The stops that there were: what was admitted before one is not written any more."""
+
+    def epoch(self, target: int, /) -> int:
+        """Counts them."""
+
+    def overtaken(self, target: int, /) -> GatewayError:
+        """Why what was admitted earlier is not written."""
+
+
+class AskedLine(Protocol):
+    """The line of a body."""
+
+    @property
+    def id(self) -> str:
+        """Its id in the configuration."""
+
+    @property
+    def gate(self) -> Epochs:
+        """What looks at each frame."""
+
+    @property
+    def last_error_at(self) -> float | None:
+        """When a reply was last missing or garbled, in the event loop's time."""
+
+    def undivided(
+        self, targets: Iterable[int], expires_at: float | None = None, /
+    ) -> AbstractAsyncContextManager[Any]:
+        """Send a series to several targets that nothing but stops divides."""
+
+    def sending(self, body: int, commands: Sequence[RorzeCommand[Any]], /) -> AbstractContextManager[None]:
+        """Wait for the disk once, whatever of these is sent."""
+
+
+class InFlash(Protocol):
+    """What flash memory is known to hold."""
+
+    @property
+    def known(self) -> bool:
+        """Whether anything is known."""
+
+    def held(self, question: RorzeCommand[Any], /) -> Reply | None:
+        """How a question would be answered by it."""
+
+    def may_be_unset(self, command: RorzeCommand[Any], /) -> bool:
+        """Whether what a command sets may never have been set, though it reads so."""
+
+
+class PowerLosses(Protocol):
+    """The losses of a body's power."""
+
+    @property
+    def losses(self) -> int:
+        """Counts them."""
+
+
+class PowerMark(Protocol):
+    """What a body forgets without power."""
+
+    async def stands(self, lane: Lane, /) -> bool | None:
+        """Whether it is there; None where that is not known."""
+
+
+def new_mark() -> str:
+    """Make a mark that no body has had before."""
+    return f"GW-{secrets.token_hex(4)}"
+
+
+def is_mark(text: str) -> bool:
+    """Whether a comment is empty, or a mark of this gateway or of an earlier one: it may be overwritten."""
+    return not text or _MARK.fullmatch(text) is not None
+
+
+class Resting(Protocol):
+    """What a body says of its motor."""
+
+    @property
+    def runs(self) -> bool:
+        """Whether pulses run."""
+
+
+class AskedBody(Protocol):
+    """One RC-420 axis controller."""
+
+    changing: asyncio.Lock
+    """Held while its settings are being changed."""
+
+    @property
+    def line(self) -> AskedLine:
+        """The line that it is on."""
+
+    @property
+    def number(self) -> int:
+        """Its number on the line."""
+
+    @property
+    def address(self) -> str:
+        """Its address that is always unique, such as `LINE.3F`."""
+
+    @property
+    def scale(self) -> Scale | None:
+        """Its pulses in a unit; None: not configured."""
+
+    @property
+    def input_names(self) -> Mapping[int, str]:
+        """The names of its inputs, by their numbers."""
+
+    @property
+    def flash(self) -> InFlash:
+        """What its flash memory holds."""
+
+    @property
+    def power(self) -> PowerLosses:
+        """What is known of its power."""
+
+    @property
+    def mark(self) -> PowerMark:
+        """What shows that it has kept its power."""
+
+    @property
+    def sent_count(self) -> int:
+        """Counts the commands sent to it that are no reads."""
+
+    @property
+    def poll_interval_s(self) -> float:
+        """While it has a move, its state is asked for this often."""
+
+    @property
+    def move(self) -> object | None:
+        """The move that is not over yet."""
+
+    @property
+    def on_news(self) -> Callable[[str, dict[str, object]], None]:
+        """Called with what it does unasked: the kind of event, and its data."""
+
+    async def ask(self, command: RorzeCommand[R], /) -> tuple[R, Any]:
+        """Send a command and give its reply, with when it came.
+
+        :raises GatewayError: it was refused, not sent, or not answered; the error says which.
+        """
+
+    async def where_it_rests(self) -> Resting:
+        """Give the state it was seen at rest in a moment ago; otherwise ask.
+
+        :raises GatewayError: it did not tell.
+        """

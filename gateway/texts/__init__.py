@@ -1,0 +1,67 @@
+"""Sentences that people read, in English and Japanese, by key: `en.toml` and `ja.toml` beside this file.
+
+A translator edits these two files alone. A key is a path in them, such as `alarms.body.offline.remedy`;
+braces name the facts that are filled in.
+"""
+
+import tomllib
+from collections.abc import Mapping
+from functools import cache
+from importlib import resources
+from typing import Any, Final, NamedTuple
+
+LANGUAGES: Final = ("en", "ja")
+
+
+class Text(NamedTuple):
+    """A sentence in both languages."""
+
+    en: str
+    ja: str
+
+    def of(self, **facts: object) -> "Text":
+        """Fill in the facts; one that is a text itself is filled in language by language."""
+        return Text(*(_filled(told, language, facts) for language, told in zip(LANGUAGES, self, strict=True)))
+
+
+def _filled(told: str, language: str, facts: Mapping[str, object]) -> str:
+    return told.format_map({name: spoken(fact, language) for name, fact in facts.items()})
+
+
+def spoken(fact: object, language: str) -> object:
+    """Say a fact in one language, if it is a text."""
+    return getattr(fact, language) if isinstance(fact, Text) else fact
+
+
+def text(key: str, /, **facts: object) -> Text:
+    """Find a sentence, and fill in the facts.
+
+    :raises KeyError: the catalogue has no such key, or a fact is missing.
+    """
+    return Text(*(entry(language, key) for language in LANGUAGES)).of(**facts)
+
+
+def entry(language: str, key: str) -> Any:
+    """Find what the catalogue of one language has at a key: a sentence, or a table of them.
+
+    :raises KeyError: it has nothing there.
+    """
+    found: Any = catalogue(language)
+    for part in key.split("."):
+        found = found[part]
+    return found
+
+
+def has(key: str) -> bool:
+    """Whether the catalogue knows a key."""
+    try:
+        entry(LANGUAGES[0], key)
+    except (KeyError, TypeError):
+        return False
+    return True
+
+
+@cache
+def catalogue(language: str) -> Mapping[str, Any]:
+    """Read the whole catalogue of one language."""
+    return tomllib.loads(resources.files(__name__).joinpath(f"{language}.toml").read_text("utf-8"))

@@ -1,0 +1,32 @@
+"""What a reader has to know of the house: api sees the door alone, and a small feature few files."""
+
+import tomllib
+from pathlib import Path
+from typing import Any, Final
+
+import grimp
+import pytest
+
+PACKAGES: Final = ("api", "app", "gateway", "protocols", "simulator", "transports")
+MOST: Final = 40
+"""Files that a small feature is read with: itself, and what it imports, directly or not."""
+CONTRACT: Final = "api has no rules: of the gateway it imports the door and nothing else"
+ROOT: Final = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def graph() -> grimp.ImportGraph:
+    return grimp.build_graph(*PACKAGES, cache_dir=None, exclude_type_checking_imports=False)
+
+
+@pytest.mark.parametrize("feature", ["gateway.rorze.captures", "gateway.rorze.noise_filters"])
+def test_a_small_feature_is_read_with_few_files(graph: grimp.ImportGraph, feature: str) -> None:
+    files = {feature, *graph.find_upstream_modules(feature)}
+    assert len(files) <= MOST, sorted(files)
+
+
+def test_the_contract_of_api_names_all_of_the_gateway_but_its_door(graph: grimp.ImportGraph) -> None:
+    settings: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+    contracts = settings["tool"]["importlinter"]["contracts"]
+    [contract] = [it for it in contracts if it["name"] == CONTRACT]
+    assert {*contract["forbidden_modules"], "gateway.door"} == graph.find_children("gateway")
