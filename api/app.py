@@ -2,8 +2,10 @@
 
 from functools import partial
 from typing import Any, Final
+from warnings import catch_warnings, simplefilter
 
 from fastapi import FastAPI, HTTPException
+from pydantic.warnings import UnsupportedFieldAttributeWarning
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api import by_hand, sign_in, streams, walker
@@ -16,6 +18,7 @@ from api.common.request_ids import RequestIds
 from api.common.route_index import RouteIndex
 from api.common.routes import HttpRoute, unguarded
 from api.common.security import SameSite
+from api.common.strict_json import StrictRoute
 from api.console import pages as console
 from api.front import documents
 from gateway.door.admission import Credentials
@@ -70,7 +73,12 @@ class Application(FastAPI):
     def openapi(self) -> dict[str, Any]:
         """Describe the routes, once, as generators of clients need it, and the key that they take."""
         made = self.openapi_schema is not None
-        schema = super().openapi()
+        for route in self.routes if not made else ():
+            if isinstance(route, HttpRoute):
+                route.build()
+        with catch_warnings():  # FastAPI does so where models are built at once
+            simplefilter("ignore", UnsupportedFieldAttributeWarning)
+            schema = super().openapi()
         if not made:
             schemas.complete(schema)
             schema["components"]["securitySchemes"] = {"key": _KEY}
@@ -121,6 +129,9 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     console.install(app)
     app.routes.extend(sign_in.routes())
     app.router.default = _nowhere
+    for route in app.routes:
+        if isinstance(route, StrictRoute) and route.right is Right.STOP:
+            route.call.prepare()  # no stop waits for it
     if bare := list(unguarded(app.routes)):
         raise TypeError(f"Routes without a right: {bare}")
     return app

@@ -1,7 +1,7 @@
 """Routes made of the rows of the door: this module alone knows how an operation looks over HTTP."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from functools import cache
+from functools import cache, partial
 from typing import Annotated, Any
 
 from fastapi import Body, Request, Response
@@ -48,14 +48,21 @@ def route_of(operation: Operation) -> HttpRoute:
         operation.path,
         operation.right,
         _endpoint(operation),
-        operation_id=operation.name,
-        summary=operation.title,
-        description=operation.description,
         any_scope=operation.any_scope,
         include_in_schema=operation.documented,
-        openapi_extra={**shown(operation), **heeded(operation)},
-        **answers(operation),
+        told=partial(_told, operation),
     )
+
+
+def _told(operation: Operation) -> dict[str, Any]:
+    """Describe an operation for the OpenAPI document."""
+    return {
+        "operation_id": operation.name,
+        "summary": operation.title,
+        "description": operation.description,
+        "openapi_extra": {**shown(operation), **heeded(operation)},
+        **answers(operation),
+    }
 
 
 @cache

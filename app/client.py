@@ -4,11 +4,11 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from http import HTTPStatus
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 from uuid import uuid4
 
-import httpx
 import typer
 
 from app import exits
@@ -25,7 +25,8 @@ STEP_S = 2.0
 ANSWER_S = 10.0
 """What an answer may take beyond the wait that was asked for."""
 
-NEVER_REACHED = (httpx.ConnectError, httpx.ConnectTimeout, httpx.UnsupportedProtocol, httpx.InvalidURL)
+if TYPE_CHECKING:
+    import httpx
 
 Url = Annotated[str, typer.Option(help="Where the gateway listens.", envvar="MOTION_GATEWAY_URL")]
 KeyFile = Annotated[
@@ -82,7 +83,10 @@ class Client:
 
         :raises Failure: it was refused, or nobody knows; the sentence names the request's id.
         """
+        import httpx  # not by a server, which never asks
+
         headers, url = self.headers(), self.url + path
+        never_reached = httpx.ConnectError, httpx.ConnectTimeout, httpx.UnsupportedProtocol, httpx.InvalidURL
         if wait_s:
             headers["Prefer"] = f"wait={wait_s:g}"
         try:
@@ -96,11 +100,11 @@ class Client:
             )
             if not answer.is_success:
                 problem = _data(answer)
-                if answer.status_code == httpx.codes.UNAUTHORIZED and not self.key:
+                if answer.status_code == HTTPStatus.UNAUTHORIZED and not self.key:
                     problem["remedy"] = f"Put your key into {KEY_VARIABLE}, or name its file by --key-file."
                 raise refusal(answer.status_code, problem, headers["X-Request-Id"])
             return _data(answer)
-        except NEVER_REACHED as error:
+        except never_reached as error:
             raise Failure(f"{why_not_reached(url, error)} Nothing was sent.", exits.NOT_SENT) from None
         except (httpx.HTTPError, TypeError, ValueError) as error:
             lost = f"The gateway at {url} was asked, and its answer was lost: {str(error).rstrip('.')}."
@@ -162,7 +166,7 @@ def going_on_after(what: str) -> Iterator[None]:
         ) from None
 
 
-def _data(answer: httpx.Response) -> dict[str, Any]:
+def _data(answer: "httpx.Response") -> dict[str, Any]:
     """Read an object.
 
     :raises TypeError: it is none; it may come from no gateway.
@@ -192,9 +196,9 @@ def _exit_code(status: int, problem: dict[str, Any]) -> int:
         return exits.UNKNOWN
     if kind == Ambiguous.kind:
         return exits.USAGE
-    if status == httpx.codes.SERVICE_UNAVAILABLE:
+    if status == HTTPStatus.SERVICE_UNAVAILABLE:
         return exits.NOT_SENT
-    refused = status in (httpx.codes.UNAUTHORIZED, httpx.codes.FORBIDDEN, httpx.codes.CONFLICT)
+    refused = status in (HTTPStatus.UNAUTHORIZED, HTTPStatus.FORBIDDEN, HTTPStatus.CONFLICT)
     return exits.REFUSED if refused or problem.get("code") else exits.USAGE
 
 

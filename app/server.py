@@ -12,6 +12,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from ipaddress import ip_address
 from pathlib import Path
+from typing import Any
 
 import uvicorn
 
@@ -272,21 +273,16 @@ class _Server(uvicorn.Server):
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Listen. A TLS handshake that does not end gives its place back soon: nobody counts it yet."""
         await super().startup(sockets=[])
+        protocol: Any = self.config.http_protocol_class
         for listener in sockets or ():
             server = await asyncio.get_running_loop().create_server(
-                self._connection,
+                partial(protocol, self.config, self.server_state),
                 sock=listener,
                 ssl=self.config.ssl,
                 ssl_handshake_timeout=HANDSHAKE_S if self.config.ssl else None,
                 backlog=self.config.backlog,
             )
             self.servers.append(server)
-
-    def _connection(self) -> asyncio.Protocol:
-        made: asyncio.Protocol = self.config.http_protocol_class(  # type: ignore[call-arg]  # as uvicorn does
-            config=self.config, server_state=self.server_state, app_state=self.lifespan.state
-        )
-        return made
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
@@ -301,8 +297,9 @@ class _Server(uvicorn.Server):
                     await asyncio.sleep(0.02)  # uvicorn has no event for it
 
     def _has_websockets(self) -> bool:
-        kind = self.config.ws_protocol_class
-        return kind is not None and any(isinstance(it, kind) for it in self.server_state.connections)
+        from api.front.websocket_protocol import WebSocketProtocol
+
+        return any(isinstance(it, WebSocketProtocol) for it in self.server_state.connections)
 
     async def end_requests(self, serving: "asyncio.Task[None]") -> None:
         """Take no more requests, and let those that are under way end."""
@@ -313,12 +310,10 @@ class _Server(uvicorn.Server):
 def _uvicorn_config(asgi: object, settings: Server, certificate: Certificate | None) -> uvicorn.Config:
     from api.front.protocols import protocols
 
-    http, websocket = protocols(connections_possible(settings.max_connections))
     return uvicorn.Config(
         asgi,  # type: ignore[arg-type]  # FastAPI is an ASGI application; its stubs say so less exactly
-        http=http,
-        ws=websocket,
-        ws_per_message_deflate=False,
+        http=protocols(connections_possible(settings.max_connections)),
+        ws="none",  # that protocol hands WebSockets over itself
         ws_max_size=65536,
         workers=1,
         access_log=False,

@@ -25,6 +25,7 @@ from benchmarks import (
     live_values,
     move_cost,
     pages,
+    start,
     stop_latency,
     tls_crowd,
     under_flood,
@@ -35,6 +36,7 @@ from benchmarks.figures import Figure, table
 class Benchmark(StrEnum):
     """What can be measured."""
 
+    START = "start"
     LINE_USE = "line-use"
     BULK = "bulk"
     HTTP_READ = "http-read"
@@ -58,6 +60,7 @@ class Benchmark(StrEnum):
 
 
 RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
+    Benchmark.START: start.run,
     Benchmark.LINE_USE: line_use.run,
     Benchmark.BULK: bulk.run,
     Benchmark.HTTP_READ: http_read.run,

@@ -244,7 +244,7 @@ class Spoken(BaseModel):
     separated by `|`. A field is absent when it is None. A combination that no form can write cannot be built.
     """
 
-    model_config = ConfigDict(strict=True, frozen=True, extra="forbid")
+    model_config = ConfigDict(strict=True, frozen=True, extra="forbid", defer_build=True)
 
     forms: ClassVar[tuple[Form, ...]] = ()
     _syntax: ClassVar[str] = ""

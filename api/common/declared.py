@@ -18,9 +18,10 @@ _AGE = {"description": "How old the answer is, in milliseconds.", "schema": {"ty
 def shown(operation: Operation) -> dict[str, Any]:
     """The code of a row, and the first example of its manual."""
     code = {"x-code": operation.code} if operation.code else {}
-    if operation.example is None:
+    example = operation.example() if operation.example else None
+    if example is None:
         return code
-    content = {JSON: {"examples": {"of the manual": {"value": operation.example}}}}
+    content = {JSON: {"examples": {"of the manual": {"value": example}}}}
     return {**code, "requestBody": {"content": content}}
 
 

@@ -19,12 +19,20 @@ MOST_ERRORS = 200
 _MUST_BE: Final = "must be "
 
 
-class InvalidBody(RequestValidationError):
+class InvalidParts(RequestValidationError):
+    """Parts of a request are not as their endpoint takes them; `shape` is the annotation of its body."""
+
+    def __init__(self, errors: Sequence[Any], body: object, shape: object) -> None:
+        super().__init__(errors, body=body)
+        self.shape = shape
+
+
+class InvalidBody(InvalidParts):
     """A body that its route reads, for it comes in several types, is not of its shape."""
 
     def __init__(self, error: ValidationError, body: object, shape: type[BaseModel]) -> None:
-        super().__init__([{**fault, "loc": ("body", *fault["loc"])} for fault in error.errors()], body=body)
-        self.shape = shape
+        faults = [{**fault, "loc": ("body", *fault["loc"])} for fault in error.errors()]
+        super().__init__(faults, body, shape)
 
 
 def faults_of(errors: Sequence[ErrorDetails], body: object, shape: object) -> dict[str, str]:
@@ -124,7 +132,7 @@ def _models_at(shape: object, location: Sequence[str | int]) -> list[type[BaseMo
 
 def _followed(shape: object, location: Sequence[str | int]) -> tuple[list[Any], set[int]]:
     """What may stand at a place of a request, and which words of the place are tags of unions."""
-    options, tags = list(_options(shape)), set()
+    options, tags = list(kinds_of(shape)), set()
     for index, part in enumerate(location):
         inside = [found for option in options for found in _inside(option, part)]
         # The tag of one member of a union may be the name of a field, too.
@@ -136,13 +144,14 @@ def _followed(shape: object, location: Sequence[str | int]) -> tuple[list[Any], 
     return options, tags
 
 
-def _options(annotation: Any) -> Iterator[Any]:
+def kinds_of(annotation: Any) -> Iterator[Any]:
+    """The types that may stand for one."""
     origin = get_origin(annotation)
     if origin is Annotated:
-        yield from _options(get_args(annotation)[0])
+        yield from kinds_of(get_args(annotation)[0])
     elif origin in (Union, UnionType):
         for member in get_args(annotation):
-            yield from _options(member)
+            yield from kinds_of(member)
     else:
         yield annotation
 
@@ -151,9 +160,9 @@ def _inside(option: Any, part: str | int) -> Iterator[Any]:
     if _is_model(option):
         field = option.model_fields.get(str(part))
         if field is not None:
-            yield from _options(field.annotation)
+            yield from kinds_of(field.annotation)
     elif get_origin(option) in (list, tuple, dict):
-        yield from _options(get_args(option)[-1 if get_origin(option) is dict else 0])
+        yield from kinds_of(get_args(option)[-1 if get_origin(option) is dict else 0])
 
 
 def _is_tagged(option: Any, part: str | int) -> bool:

@@ -18,7 +18,7 @@ from api.common.idempotency import HEADER, HONOURED, LONGEST_KEY, WITH_EFFECT, h
 from api.common.problems import plain_problem, response_to
 from api.common.results import render
 from api.common.route_index import RouteIndex
-from api.common.strict_json import again, read_body
+from api.common.strict_json import read_body
 from gateway.door.caller import acting, current
 from gateway.door.calls import aside
 from gateway.door.keys import Answered, Key, Keys, LeftOpen
@@ -153,7 +153,7 @@ class IdempotentRequests:
 
         with acting(replace(current(), key=key.name)):
             request.scope[HONOURED] = True
-            await self._app(request.scope, again(body), note)
+            await self._app(request.scope, _once_more(body), note)
         return answer
 
 
@@ -197,3 +197,12 @@ def _found(left: LeftOpen, request: Request) -> _Answer:
     if left.moves:
         return _Answer.of(render(request, left.begun()))
     return _Answer.of(response_to(problem_of(left.unknown(), request.scope["path"])))
+
+
+def _once_more(body: bytes) -> Receive:
+    """Let a body be read that was read already."""
+
+    async def receive() -> Message:
+        return {"type": "http.request", "body": body, "more_body": False}
+
+    return receive

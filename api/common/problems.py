@@ -19,7 +19,7 @@ from starlette.responses import RedirectResponse
 from starlette.routing import BaseRoute, Route
 from starlette.types import Scope
 
-from api.common.faults import InvalidBody, faults_of
+from api.common.faults import InvalidParts, faults_of
 from api.front.stop_paths import is_stop
 from gateway.door.caller import current
 from gateway.door.problems import (
@@ -160,20 +160,12 @@ def _shows_pages(request: Request) -> bool:
     return (b"sec-fetch-mode", b"navigate") in head and request.scope.get("method") == "GET"
 
 
-async def _tell_invalid(request: Request, error: RequestValidationError) -> Response:
-    faults = faults_of(error.errors(), error.body, _shape_of(request, error))
+async def _tell_invalid(request: Request, error: InvalidParts) -> Response:
+    faults = faults_of(error.errors(), error.body, error.shape)
     place, said = next(iter(faults.items()))
     problem = _plain(request, 422, f"{place or 'The request body'}: {said}; nothing was sent.")
     problem.errors = [InvalidField(field=place, message=said) for place, said in faults.items()]
     return _refusal(request, problem)
-
-
-def _shape_of(request: Request, error: RequestValidationError) -> object:
-    """The annotation of the body that was expected."""
-    if isinstance(error, InvalidBody):
-        return error.shape
-    taken = getattr(request.scope.get("route"), "body_field", None)
-    return taken.field_info.annotation if taken is not None else None
 
 
 async def _tell_http_error(request: Request, error: HTTPException) -> Response:

@@ -11,7 +11,6 @@ from api.common.problems import path_of
 from api.common.routes import HttpRoute
 from gateway.door.table import Right
 
-Key = tuple[str, int, str, str]
 ANY: Final = ""
 """Stands for a last word that is a parameter."""
 
@@ -24,11 +23,13 @@ class RouteIndex:
 
     def __init__(self, routes: Iterable[BaseRoute], search: ASGIApp) -> None:
         self._search = search
-        self._routes: defaultdict[Key, list[HttpRoute]] = defaultdict(list)
+        self._routes: defaultdict[tuple[str | int, ...], list[HttpRoute]] = defaultdict(list)
         for route in routes:
             if isinstance(route, HttpRoute):
+                words = route.path.split("/")
+                last = ANY if words[-1].startswith("{") else words[-1]
                 for method in route.methods or ():
-                    self._routes[_key(method, route.path)].append(route)
+                    self._routes[method, len(words), *words[1:2], last].append(route)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Let the request's route handle it."""
@@ -36,7 +37,7 @@ class RouteIndex:
         if route is None:
             await self._search(scope, receive, send)
         else:
-            await route.let_in(route.app, scope, receive, send)  # its method fits
+            await route.let_in(route.answer, scope, receive, send)  # its method fits
 
     def right_of(self, scope: Scope) -> Right | None:
         """The right that the request's route takes; None where it has none here."""
@@ -45,21 +46,11 @@ class RouteIndex:
 
     def find(self, scope: Scope) -> HttpRoute | None:
         """Find the route of a request, and note in the scope what its path says."""
-        path = path_of(scope) if scope.get("root_path") else scope["path"]
-        key = _key(scope["method"], path)
-        for it in (key, (*key[:3], ANY)):
-            for route in self._routes.get(it, ()):
-                found = route.path_regex.match(path)
-                if found is not None:
-                    params = found.groupdict()
-                    for name, text in params.items():
-                        params[name] = route.param_convertors[name].convert(text)
+        words = (path_of(scope) if scope.get("root_path") else scope["path"]).split("/")
+        for last in (words[-1], ANY):
+            for route in self._routes.get((scope["method"], len(words), *words[1:2], last), ()):
+                params = route.params_in(words)
+                if params is not None:
                     scope.update(endpoint=route.endpoint, path_params=params, route=route)
                     return route
         return None
-
-
-def _key(method: str, path: str) -> Key:
-    first, _, rest = path[1:].partition("/")
-    last = rest.rpartition("/")[2]
-    return method, path.count("/"), first, ANY if last.startswith("{") else last

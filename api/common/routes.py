@@ -1,15 +1,14 @@
 """Routes, each with the right that using it takes: there is none without, and no way past the hook."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final, TypeVar
 
-from fastapi.middleware.asyncexitstack import AsyncExitStackMiddleware
 from fastapi.routing import APIRoute
-from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
+from starlette.routing import BaseRoute, Match, Mount, Route, WebSocketRoute
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api.common.access import CLOSE_NOT_AUTHENTICATED, Access, while_it_holds
-from api.common.problems import DECLARED
+from api.common.problems import DECLARED, path_of
 from gateway.door.table import Right
 
 Endpoint = TypeVar("Endpoint", bound=Callable[..., Any])
@@ -52,16 +51,79 @@ class Guarded(BaseRoute):
 
 
 class HttpRoute(Guarded, APIRoute):
-    """An operation, which its OpenAPI entry shows with its right."""
+    """An operation, which its OpenAPI entry shows with its right.
 
-    def __init__(self, path: str, endpoint: Callable[..., Any], *, right: Right, **options: Any) -> None:
-        extra = {
-            "x-right": right,
-            **({"security": []} if right is Right.OPEN else {}),
-            **(options.pop("openapi_extra", None) or {}),
+    FastAPI only describes it, and builds it for that when it has to: that takes long, and hundreds are never
+    described. `told` gives what only the document shows, with FastAPI's names.
+    """
+
+    def __init__(
+        self,
+        path: str,
+        endpoint: Callable[..., Any],
+        *,
+        right: Right,
+        any_scope: bool = False,
+        told: Callable[[], Mapping[str, Any]] = dict,
+        **options: Any,
+    ) -> None:
+        self.right, self.any_scope = Right(right), any_scope
+        self.path, self.endpoint = path, endpoint
+        self.methods = set(options.get("methods", ("GET",)))
+        self._told, self._options = told, options
+        self._built = False
+        self._words = path.split("/")
+        self._named = [(at, word[1:-1]) for at, word in enumerate(self._words) if word.startswith("{")]
+        self._fixed = [(at, word) for at, word in enumerate(self._words) if not word.startswith("{")]
+
+    def __getattr__(self, name: str) -> Any:
+        """Build what a route of FastAPI has, as soon as any of it is wanted."""
+        if name.startswith("__") or self._built:
+            raise AttributeError(name)
+        self.build()
+        return getattr(self, name)
+
+    def build(self) -> None:
+        """Let FastAPI build it, to be described."""
+        self._built = True
+        options = {
+            **self._options,
+            **self._told(),
+            "openapi_extra": {"x-right": self.right, **self.own_entry},
         }
-        super().__init__(path, endpoint, right=right, openapi_extra=extra, **options)
-        self.app = AsyncExitStackMiddleware(self.app)  # FastAPI's own handling cannot do without
+        super().__init__(self.path, self.endpoint, right=self.right, any_scope=self.any_scope, **options)
+        self.app = self.answer
+
+    @property
+    def in_document(self) -> bool:
+        """Whether the OpenAPI document has it."""
+        return bool(self._options.get("include_in_schema", True))
+
+    @property
+    def own_entry(self) -> dict[str, Any]:
+        """What its OpenAPI entry has besides what FastAPI finds."""
+        told = {**self._options, **self._told()}.get("openapi_extra") or {}
+        return {**({"security": []} if self.right is Right.OPEN else {}), **told}
+
+    async def answer(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Do what the operation does, for a request that was let in."""
+        raise NotImplementedError
+
+    def params_in(self, words: Sequence[str]) -> dict[str, str] | None:
+        """The parameters in the words of a path; None where the path is another's."""
+        if len(words) != len(self._words):
+            return None
+        for at, word in self._fixed:
+            if words[at] != word:
+                return None
+        params = {name: words[at] for at, name in self._named}
+        return params if all(params.values()) else None
+
+    def matches(self, scope: Scope) -> tuple[Match, Scope]:
+        """Tell whether a request is for this route; one for another need not be built for that."""
+        if self.params_in(path_of(scope).split("/")) is None:
+            return Match.NONE, {}
+        return super().matches(scope)
 
 
 class SocketRoute(Guarded, WebSocketRoute):
@@ -96,7 +158,6 @@ class Router:
         **options: Any,
     ) -> HttpRoute:
         """Add an operation, named as its endpoint if nothing else is said; `options` are those of FastAPI."""
-        told = {"responses": DECLARED, **options}
         route = self._route_class(
             path,
             endpoint,
@@ -104,7 +165,7 @@ class Router:
             methods=[method],
             tags=[self.tag],
             generate_unique_id_function=_name_of,
-            **told,
+            **{"responses": DECLARED, **options},
         )
         self.routes.append(route)
         return route
@@ -147,4 +208,4 @@ def unguarded(routes: Iterable[BaseRoute]) -> Iterator[BaseRoute]:
     for route in routes:
         if not isinstance(route, Guarded):
             yield route
-        yield from unguarded(getattr(route, "routes", None) or ())
+        yield from unguarded(route.routes if isinstance(route, Mount) else ())

@@ -1,15 +1,15 @@
 """Request bodies: JSON of which nothing is guessed, rounded, overwritten or silently dropped."""
 
 import json
-from collections.abc import Callable, Coroutine
-from functools import partial
+from collections.abc import Callable
+from functools import cached_property, partial
 from typing import Any, ClassVar, Final
 
-from fastapi import HTTPException, Request, Response
+from fastapi import HTTPException, Request
 from pydantic import ValidationError
-from starlette.types import Message, Receive, Scope, Send
+from starlette.types import Receive, Scope, Send
 
-from api.common.fast_route import NO_QUERY, NOTHING, FastCall, NotPlain
+from api.common.calling import NOTHING, Call
 from api.common.faults import InvalidBody
 from api.common.idempotency import HEADER as KEY
 from api.common.idempotency import READS, WITH_EFFECT, require_no_key
@@ -64,9 +64,9 @@ class StrictRequest(Request):
 
     async def body(self) -> bytes:
         """Read the body's bytes; errors as of `read_body`."""
-        if not hasattr(self, "_body"):
-            self._body = await read_body(self, self.most)
-        return self._body
+        if not hasattr(self, "_content"):
+            self._content = await read_body(self, self.most)
+        return self._content
 
     async def json(self) -> Any:
         """Read the body.
@@ -95,75 +95,44 @@ class StrictRoute(HttpRoute):
 
     def __init__(self, path: str, endpoint: Callable[..., Any], **options: Any) -> None:
         super().__init__(path, endpoint, **options)
-        self._fast_call = FastCall.of(self)
-        self._by_fastapi, self.app = self.app, self._answer
-
-    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
-        """Put the checks before the route's own handler."""
-        handle = super().get_route_handler()
-        self._stops = self.right is Right.STOP
         effect = not WITH_EFFECT.isdisjoint(self.methods or ())
-        self._refuses_keys = self.refuses_keys and effect and self.right not in {*READS, Right.STOP}
-        # One that is not in the document, or describes its body there, reads that itself: CSV, a program.
-        reads_itself = not self.include_in_schema or "requestBody" in (self.openapi_extra or {})
-        takes_nothing = self.body_field is None and not reads_itself
-        self._takes_nothing = takes_nothing and effect and not self._stops
-        self._known = [parameter.alias for parameter in self.dependant.query_params]
+        self._stops = self.right is Right.STOP
+        self._heeds_keys = effect and not self._stops
+        self._refuses_keys = self.refuses_keys and self._heeds_keys and self.right not in READS
 
-        async def strict(request: Request) -> Response:
-            return await handle(await self._checked(request.scope, request.receive))
+    @cached_property
+    def call(self) -> Call:
+        """Its endpoint, with what that takes."""
+        return Call(self.endpoint, self.path)
 
-        return strict
+    @cached_property
+    def _takes_nothing(self) -> bool:
+        """Whether a body would be passed over; CSV and programs are read by routes that describe them."""
+        reads_itself = not self.in_document or "requestBody" in self.own_entry
+        return self._heeds_keys and self.call.body is None and not reads_itself
 
-    async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer directly what can be, and leave the rest to FastAPI."""
-        if self._fast_call is None:
-            await self._by_fastapi(scope, receive, send)
-            return
+    async def answer(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Call the endpoint with what it takes, and send its response."""
         request = await self._checked(scope, receive)
-        query = request.query_params if scope["query_string"] else NO_QUERY
-        body = b"" if self.body_field is None else await request.body()
+        body = b"" if self.call.body is None else await request.body()
         content = await request.json() if body else NOTHING
-        begin = partial(self._fast_call.begin, request, scope["path_params"], content, query)
-        try:
-            answering = begin() if len(body) <= INLINE_BYTES else await aside(begin)
-        except NotPlain:
-            # All that is read already: FastAPI would wait for ever for what does not come twice.
-            reads_anew = self.body_field is None and not self._takes_nothing
-            read_again = receive if reads_anew else again(body)
-            await self._by_fastapi(scope, read_again, send)
-        else:
-            response = await answering
-            await response(scope, receive, send)
+        read = partial(self.call.read, request, scope["path_params"], content)
+        values = read() if len(body) <= INLINE_BYTES else await aside(read)
+        response = await self.endpoint(**values)
+        await response(scope, receive, send)
 
     async def _checked(self, scope: Scope, receive: Receive) -> StrictRequest:
         """Refuse what is not strict; give the request with its body read."""
-        takes_body = self.body_field is not None
-        request = self.request_class(_as_json(scope) if takes_body and self._stops else scope, receive)
+        request = self.request_class(scope, receive)
         if not self._stops and scope["query_string"]:
-            require_known(request, self._known)
+            require_known(request, self.call.query)
         if self._refuses_keys and any(name == KEY for name, _ in scope["headers"]):
             require_no_key(request)
         if self._takes_nothing and _has_body(request):
             await _require_nothing(request)
-        if takes_body and await request.body():
+        if self.call.body is not None and await request.body() and not self._stops:
             require_type(request, JSON)
         return request
-
-
-def again(body: bytes) -> Receive:
-    """Let a body be read that was read already."""
-
-    async def receive() -> Message:
-        return {"type": "http.request", "body": body, "more_body": False}
-
-    return receive
-
-
-def _as_json(scope: Scope) -> Scope:
-    """Take the body for JSON, whatever the header says of it."""
-    headers = [header for header in scope["headers"] if header[0] != b"content-type"]
-    return {**scope, "headers": [*headers, (b"content-type", b"application/json")]}
 
 
 def _has_body(request: Request) -> bool:

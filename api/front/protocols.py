@@ -10,21 +10,20 @@ from api.front.websocket_protocol import WebSocketProtocol
 DEFAULT = Limits()
 
 
-def protocols(
-    max_connections: int, bounds: Limits = DEFAULT
-) -> tuple[type[HttpProtocol], type[WebSocketProtocol]]:
-    """Make the protocols of one server, whose connections share one limit."""
+def protocols(max_connections: int, bounds: Limits = DEFAULT) -> type[HttpProtocol]:
+    """Make the protocol of one server, whose connections share one limit; it hands WebSockets over."""
     entering = Turnstile()
     shared = Intake(bounds, entering)
+
+    class WebSocket(WebSocketProtocol):
+        limits = bounds
+        intake = shared
 
     class Http(HttpProtocol):
         limits = bounds
         connection_limit = ConnectionLimit(max_connections)
         turnstile = entering
         intake = shared
+        websocket = WebSocket
 
-    class WebSocket(WebSocketProtocol):
-        limits = bounds
-        intake = shared
-
-    return Http, WebSocket
+    return Http

@@ -1,11 +1,11 @@
 """Requests that end their connection, and what is answered to them."""
 
 import logging
+import re
 from http import HTTPStatus
 from typing import Final
 
 import httptools
-from uvicorn.protocols.http.httptools_impl import STATUS_LINE
 
 from api.common.problems import MEDIA_TYPE, RETRY_AFTER_S, plain_problem
 from api.common.request_ids import Headers, header_of, request_id_of
@@ -13,6 +13,21 @@ from api.common.request_ids import Headers, header_of, request_id_of
 log = logging.getLogger(__name__)
 
 NOT_HTTP: Final = "The request cannot be read as HTTP/1.1."
+
+
+_STATUS_LINES: Final = {int(it): f"HTTP/1.1 {it.value} {it.phrase}\r\n".encode() for it in HTTPStatus}
+_CONTROL: Final = re.compile(rb"[\x00-\x08\x0a-\x1f\x7f]")
+
+
+def head_of(status: int, headers: Headers) -> bytes:
+    """The head of an answer.
+
+    :raises ValueError: a header has control characters: it could end its line.
+    """
+    if _CONTROL.search(b"".join([part for header in headers for part in header])):
+        raise ValueError("A header of an answer has control characters.")
+    lines = b"".join([b"%b: %b\r\n" % header for header in headers])
+    return b"%b%b\r\n" % (_STATUS_LINES[status], lines)
 
 
 class Refused(Exception):
@@ -39,8 +54,7 @@ class Refused(Exception):
         ]
         if self.status == HTTPStatus.SERVICE_UNAVAILABLE:
             headers.append((b"retry-after", str(RETRY_AFTER_S).encode()))
-        lines = b"".join(b"%b: %b\r\n" % header for header in headers)
-        return b"%b%b\r\n%b" % (STATUS_LINE[self.status], lines, content)
+        return head_of(self.status, headers) + content
 
 
 def refusal_in(error: httptools.HttpParserError) -> Refused:

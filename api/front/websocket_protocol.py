@@ -1,24 +1,32 @@
-"""WebSockets as uvicorn speaks them; whatever a client sends or does not read, its socket ends in time."""
+"""WebSockets in front of an ASGI application; whatever a client sends or does not read, its socket ends.
+
+The protocol itself is that of `websockets`, without its input and output.
+"""
 
 import asyncio
 import logging
 from collections.abc import Callable, Sequence
+from secrets import token_bytes
 from struct import pack
-from typing import Any, ClassVar, Final, cast
+from typing import Any, ClassVar, Final
 
-from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
-from websockets.frames import CloseCode
-from websockets.http11 import Request
+import uvicorn
+from starlette.types import Message
+from uvicorn.server import ServerState
+from websockets.exceptions import InvalidState
+from websockets.frames import Close, CloseCode, Frame, Opcode
+from websockets.http11 import Request, Response
+from websockets.protocol import SEND_EOF, State
+from websockets.server import ServerProtocol
 
-from api.front import certificates
 from api.front.drain import Drain
 from api.front.intake import Inlet, Intake, Rate
 from api.front.limits import LINGER_S, Limits
-from api.front.refusals import Refused
+from api.front.refusals import Refused, head_of
 from gateway.core.events import Event, Writer
 
 _log = logging.getLogger(__name__)
-"""That of uvicorn and websockets, whose lines below warnings have queries and headers, and so keys."""
+"""That of websockets, too, whose lines below warnings have queries and headers, and so keys."""
 _log.setLevel(logging.WARNING)
 
 EVENTS: Final = "motion_gateway.events"
@@ -27,60 +35,136 @@ SINGLY: Final = "cloudevents.json"
 """The subprotocol of one CloudEvent in each text frame."""
 TOGETHER: Final = "cloudevents-batch.json"
 """The subprotocol of a JSON array in each text frame: all CloudEvents that are sent at once."""
+CLOSE_S: Final = 10.0
+"""So long a client may take to say that it closes, too."""
+PING_BYTES: Final = 4
 
 
-class WebSocketProtocol(WebSocketsSansIOProtocol):
+class ClientLeft(OSError):
+    """The application has sent something to a client that is not there any more."""
+
+
+class WebSocketProtocol(asyncio.Protocol):
     """A connection, and the outlet of its events."""
 
     limits: ClassVar[Limits] = Limits()
     intake: ClassVar[Intake]
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
-        self.logger = self.conn.logger = _log
-        self.conn.debug = False
+    transport: asyncio.Transport
+
+    def __init__(self, config: uvicorn.Config, server_state: ServerState) -> None:
+        self._config, self._server = config, server_state
+        self._conn = ServerProtocol(max_size=config.ws_max_size, logger=_log)
+        self._told: asyncio.Queue[Message] = asyncio.Queue()
+        """What the application is to receive."""
+        self._answer: Response | None = None
+        """The handshake's, until it is sent."""
+        self._denial: list[Any] = []
+        """Status, headers and body of an answer that refuses the handshake."""
+        self._answered = self._closes = self._lost = False
+        """Whether the handshake is answered; whether the end has begun; whether it is over."""
         self._in_use = False
         """Whether the application has it."""
+        self._room = asyncio.Event()
+        self._room.set()
+        self._timer: asyncio.TimerHandle | None = None
+        """Of the next ping, of its pong, or of the end."""
+        self._ping = b""
+        self._text: list[bytes] | None = None
+        """The fragments of a text that has begun."""
         self.takes = True
         self.writer: Writer = _frames
         self.on_room: Callable[[], None] = _nobody_asks
         self._inlet = Inlet(self.intake, self.limits.piece_bytes, self._parse, self._hold)
         self._rate = Rate(self.limits.frames_per_s)
 
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Take it over from HTTP."""
-        super().connection_made(transport)
-        self.write: Callable[[bytes], None] = self.transport.write
-        self._drain = Drain(cast("asyncio.Transport", transport), self.limits.stall_s)
+    # the connection
 
-    def connection_lost(self, exc: Exception | None) -> None:
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # it is a socket's
+        """Take it over from HTTP."""
+        self.transport = transport
+        self._server.connections.add(self)  # type: ignore[arg-type]  # uvicorn names its own
+        self.write: Callable[[bytes], None] = transport.write
+        self._drain = Drain(transport, self.limits.stall_s)
+
+    def open(self, scope: dict[str, Any], head: bytes) -> None:
+        """Answer a request that was found good; the application decides whether it is opened."""
+        self._conn.receive_data(head)
+        asked = self._conn.events_received()
+        if not asked:
+            refused = Refused(431, "A header of the request is too long for a WebSocket, or it has too many.")
+            self.write(refused.answer(self._server.default_headers, "", ()))
+            self._close()
+            return
+        assert isinstance(asked[0], Request)  # noqa: S101  # nothing else comes first
+        self._answer = self._conn.accept(asked[0])
+        offered = b",".join(value for name, value in scope["headers"] if name == b"sec-websocket-protocol")
+        scope["subprotocols"] = [it.strip() for it in offered.decode("latin-1").split(",") if it.strip()]
+        scope["extensions"] = {"websocket.http.response": {}, EVENTS: {"outlet": self}}
+        self._in_use = True
+        self._told.put_nowait({"type": "websocket.connect"})
+        task = asyncio.get_running_loop().create_task(self._run(scope))
+        self._server.tasks.add(task)
+        task.add_done_callback(self._server.tasks.discard)
+
+    async def _run(self, scope: dict[str, Any]) -> None:
+        try:
+            await self._config.loaded_app(scope, self._told.get, self._send)
+        except ClientLeft:
+            pass
+        except Exception:
+            _log.exception("A WebSocket has failed.")
+        finally:
+            scope["extensions"].clear()
+            self._in_use = False
+            self._end()
+            self._untie()
+
+    def _end(self) -> None:
+        """End a connection that the application has done with."""
+        if not self._answered and not self._lost:
+            self._refuse(500)
+        if not self._closes:
+            self._close()
+
+    def connection_lost(self, _: Exception | None) -> None:
         """Forget it."""
         self._inlet.end()
-        self.takes = False
+        self.takes, self._lost = False, True
         self._drain.stop()
-        super().connection_lost(exc)
+        self._stop_timer()
+        self._tell_end(CloseCode.NO_STATUS_RCVD if self._answered else CloseCode.ABNORMAL_CLOSURE)
+        self._server.connections.discard(self)
+        self._room.set()
         self._untie()
+
+    def _untie(self) -> None:
+        """Leave nothing to the garbage collector: it holds the loop for 100 ms when a thousand have left."""
+        if self._lost and not self._in_use:
+            vars(self._conn).clear()
 
     def pause_writing(self) -> None:
         """The client does not take events as fast as they come."""
-        super().pause_writing()
+        self._room.clear()
         self.takes = False
         self._drain.watch()
 
     def resume_writing(self) -> None:
         """It has taken most of them."""
-        super().resume_writing()
+        self._room.set()
         self._drain.stop()
         self.takes = True
         self.on_room()
 
-    def handle_connect(self, event: Request) -> None:
-        """Offer the outlet to the application."""
-        super().handle_connect(event)
-        if not self.close_sent:
-            certificates.note(self.scope, certificates.common_name(self.transport))
-            self.scope["extensions"][EVENTS] = {"outlet": self}
-            self._in_use = True
+    def shutdown(self) -> None:
+        """Close, because the gateway ends."""
+        if not self._answered:
+            self._refuse(500)
+        elif not self._closes:
+            self._say_close(CloseCode.SERVICE_RESTART)
+        self._close()
+
+    # what comes in
 
     def data_received(self, data: bytes) -> None:
         """Parse it in pieces that are soon parsed; others have their turn in between."""
@@ -91,85 +175,166 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
             (self.transport.pause_reading if held else self.transport.resume_reading)()
 
     def _parse(self, piece: bytes) -> None:
-        """Answer a handshake, or take frames; what they say is not read."""
+        """Take frames; what they say is not read."""
         if self.transport.is_closing():
             self._inlet.pass_over()
             return
-        super().data_received(piece)
-        if self.conn.handshake_exc is not None and not self.handshake_initiated:
-            refused = Refused(431, "A header of the request is too long for a WebSocket, or it has too many.")
-            self.transport.write(refused.answer(self.default_headers, "", ()))
+        self._conn.receive_data(piece)
+        frames = self._conn.events_received()
+        if self._answered and self._rate.is_exceeded(len(frames)):
+            self._end_for_its_frames()
+            return
+        for frame in frames:
+            if isinstance(frame, Frame):
+                self._take(frame)
+        if self._conn.state is State.CONNECTING:
+            if SEND_EOF in self._conn.data_to_send():  # frames before the handshake was answered
+                self.transport.abort()
+        elif self._flush():
+            self._tell_end(CloseCode.PROTOCOL_ERROR)
             self._close()
 
-    def handle_events(self) -> None:
-        """Take what was parsed; a client that sends more than it can have to say is told so, and leaves."""
-        if self.handshake_complete and self._rate.is_exceeded(len(self.conn.events)):
-            self._end_for_its_frames()
-        else:
-            super().handle_events()
+    def _take(self, frame: Frame) -> None:
+        if frame.opcode is Opcode.PONG and self._ping and bytes(frame.data) == self._ping:
+            self._wait_to_ping()
+        elif frame.opcode is Opcode.CLOSE and not self._closes:
+            self._tell_end(Close.parse(frame.data).code)
+        elif frame.opcode in (Opcode.TEXT, Opcode.CONT) and not self._closes:
+            self._take_text(frame)
+
+    def _take_text(self, frame: Frame) -> None:
+        """Pass a text over; one that is none is the client's mistake, and no error of the gateway."""
+        if frame.opcode is Opcode.TEXT:
+            self._text = []
+        if self._text is not None:
+            self._text.append(bytes(frame.data))
+            if frame.fin:
+                text, self._text = b"".join(self._text), None
+                if not _is_text(text):
+                    self._conn.fail(CloseCode.INVALID_DATA, "text is not UTF-8")
 
     def _end_for_its_frames(self) -> None:
+        """Tell a client that sends more than it can have to say, and leave."""
         most = self.limits.frames_per_s
-        self.conn.fail(CloseCode.POLICY_VIOLATION, f"more than {most} frames in a second")
-        self.queue.put_nowait({"type": "websocket.disconnect", "code": CloseCode.POLICY_VIOLATION})
-        self.transport.write(b"".join(self.conn.data_to_send()))
-        self.close_sent = True
-        self.stop_keepalive()
+        self._conn.fail(CloseCode.POLICY_VIOLATION, f"more than {most} frames in a second")
+        self._closes = True
+        self._flush()
+        self._tell_end(CloseCode.POLICY_VIOLATION)
         self._inlet.pass_over()
         # It may lose the reason if it still sends when the connection is closed.
-        self.close_timer = self.loop.call_later(LINGER_S, self._close)
+        self._start_timer(LINGER_S, self._close)
 
-    def send_receive_event_to_app(self) -> None:
-        """Pass a message over; a text that is none is the client's mistake, and no error of the gateway."""
-        message, self.frames = b"".join(self.frames), []
-        if self.curr_msg_data_type == "text" and not self.close_sent and not _is_text(message):
-            self.conn.fail(CloseCode.INVALID_DATA, "text is not UTF-8")
-            self.handle_parser_exception()
+    # pings
 
-    def handle_parser_exception(self) -> None:
-        """Close with the code of what the client has done wrong."""
-        if self.conn.close_sent is None:  # frames before the handshake was answered
-            self.transport.abort()
-            return
-        super().handle_parser_exception()
-        self._drain.watch()
+    def _wait_to_ping(self) -> None:
+        self._ping = b""
+        if self._config.ws_ping_interval:
+            self._start_timer(self._config.ws_ping_interval, self._send_ping)
 
-    def keepalive_timeout(self) -> None:
+    def _send_ping(self) -> None:
+        self._ping = token_bytes(PING_BYTES)
+        self._conn.send_ping(self._ping)
+        self._flush()
+        self._start_timer(self._config.ws_ping_timeout or CLOSE_S, self._end_in_silence)
+
+    def _end_in_silence(self) -> None:
         """Close; the client has not answered for long, and will not take what it is sent."""
-        super().keepalive_timeout()
-        self._drain.watch()
+        self._conn.fail(CloseCode.INTERNAL_ERROR, "keepalive ping timeout")
+        self._flush()
+        self._tell_end(CloseCode.INTERNAL_ERROR)
+        self._close()
 
-    def shutdown(self) -> None:
-        """Close, because the gateway ends."""
-        super().shutdown()
-        self._drain.watch()
+    def _start_timer(self, seconds: float, then: Callable[[], None]) -> None:
+        self._stop_timer()
+        self._timer = asyncio.get_running_loop().call_later(seconds, then)
 
-    async def send(self, message: Any) -> None:
+    def _stop_timer(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    # what goes out
+
+    async def _send(self, message: Message) -> None:
         """Send for the application; an answer that refuses the handshake is one to it, too."""
-        if message["type"] == "websocket.accept" and message.get("subprotocol") == TOGETHER:
-            self.writer = _frame_of_all
-        await super().send(message)
-        if message["type"] == "websocket.accept" and self.handshake_complete:
-            del self.request, self.response  # kilobytes for each client that stays
-        if message["type"] == "websocket.http.response.body" and not message.get("more_body", False):
-            self.handshake_complete = True
-        if self.close_sent:
-            self._drain.watch()
+        await self._room.wait()
+        if self._lost:
+            raise ClientLeft
+        kind = message["type"]
+        if kind == "websocket.accept":
+            self._accept(message)
+        elif kind == "websocket.send":
+            self._send_frame(message)
+        elif kind == "websocket.close" and self._answered:
+            self._say_close(message.get("code", CloseCode.NORMAL_CLOSURE), message.get("reason") or "")
+        elif kind == "websocket.close":
+            self._refuse(403)
+        elif kind == "websocket.http.response.start":
+            self._denial = [message["status"], list(message.get("headers", ())), b""]
+        else:
+            self._denial[2] += message.get("body", b"")
+            if not message.get("more_body", False):
+                self._refuse(*self._denial)
 
-    def on_task_complete(self, task: asyncio.Task[None]) -> None:
-        """The application has done with it."""
-        super().on_task_complete(task)
-        self.scope["extensions"].clear()
-        self._in_use = False
-        self._untie()
+    def _accept(self, message: Message) -> None:
+        if self._answer is None or self.transport.is_closing():
+            return
+        headers = self._answer.headers
+        del headers["Date"]
+        for name, value in (*self._server.default_headers, *message.get("headers", ())):
+            headers[name.decode("latin-1")] = value.decode("latin-1")
+        if subprotocol := message.get("subprotocol"):
+            headers["Sec-WebSocket-Protocol"] = subprotocol
+            self.writer = _frame_of_all if subprotocol == TOGETHER else _frames
+        self._answered = True
+        self._conn.send_response(self._answer)
+        self._flush()
+        self._answer = None  # kilobytes for each client that stays
+        self._wait_to_ping()
 
-    def _untie(self) -> None:
-        """Leave nothing to the garbage collector: it holds the loop for 100 ms when a thousand have left."""
-        if self.disconnected and not self._in_use:
-            self.conn.parser.close()
-            self.conn.parser_exc = None
+    def _send_frame(self, message: Message) -> None:
+        try:
+            if (text := message.get("text")) is not None:
+                self._conn.send_text(text.encode())
+            else:
+                self._conn.send_binary(message["bytes"])
+        except InvalidState:
+            raise ClientLeft from None
+        self._flush()
+
+    def _refuse(self, status: int, headers: Sequence[tuple[bytes, bytes]] = (), body: bytes = b"") -> None:
+        """Answer the handshake as a request that is refused."""
+        length = (b"content-length", b"%d" % len(body))
+        own = [(name, value) for name, value in headers if name not in (b"content-length", b"connection")]
+        said = [*self._server.default_headers, *own, length, (b"connection", b"close")]
+        self.write(head_of(status, said) + body)
+        self._answered = True
+        self._tell_end(CloseCode.ABNORMAL_CLOSURE)
+        self._close()
+
+    def _say_close(self, code: int, reason: str = "") -> None:
+        if self._closes or self.transport.is_closing():
+            return
+        self._tell_end(code)
+        self._conn.send_close(code, reason)
+        self._closes = True
+        self._flush()
+        self._start_timer(CLOSE_S, self._close)
+        self._drain.watch()
+
+    def _tell_end(self, code: int) -> None:
+        self._told.put_nowait({"type": "websocket.disconnect", "code": int(code)})
+
+    def _flush(self) -> bool:
+        """Send what the protocol has to say; tell whether the connection ends with it."""
+        said = self._conn.data_to_send()
+        if data := b"".join(said):
+            self.write(data)
+        return SEND_EOF in said
 
     def _close(self) -> None:
+        self._closes = True
+        self._stop_timer()
         self.transport.close()
         self._drain.watch()
 

@@ -4,9 +4,8 @@ import json
 import time
 from collections.abc import Iterable, Iterator
 from itertools import islice
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import httpx
 import typer
 
 from app import exits, words
@@ -14,6 +13,9 @@ from app.client import ANSWER_S, LOCAL, Client, Json, KeyFile, Url, refusal, why
 from app.exits import Failure
 from app.output import Row, json_text, table
 from app.targets import find
+
+if TYPE_CHECKING:
+    import httpx
 
 SILENT_S = 45.0
 """A stream says that it is still here every 15 s; one that does not is begun anew."""
@@ -117,6 +119,8 @@ def follow(
 
     :raises Failure: the gateway is not there, or refuses.
     """
+    import httpx
+
     reached = lost = False
     while True:
         try:
@@ -142,6 +146,8 @@ def _stream(
 
     :raises Failure: the gateway refuses.
     """
+    import httpx
+
     headers = {**client.headers(), **({"Last-Event-ID": cursor} if cursor else {})}
     with httpx.stream(
         "GET",
@@ -157,7 +163,7 @@ def _stream(
         yield from _server_sent(_lines(it.iter_text()))
 
 
-def _problem(answer: httpx.Response) -> dict[str, Any]:
+def _problem(answer: "httpx.Response") -> dict[str, Any]:
     try:
         return dict(answer.json())
     except (TypeError, ValueError):

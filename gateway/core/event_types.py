@@ -18,7 +18,7 @@ from gateway.core.leases import Lease
 class EventData(BaseModel):
     """What an event tells."""
 
-    model_config = ConfigDict(extra="forbid", strict=True)
+    model_config = ConfigDict(extra="forbid", strict=True, defer_build=True)
 
 
 class Nothing(EventData):

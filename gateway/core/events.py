@@ -62,7 +62,7 @@ _TYPE = re.compile(r"[a-z0-9_]+(?:\.[a-z0-9_]+)*(?P<any>\.\*)?")
 class CloudEvent(BaseModel):
     """An event as clients see it: CloudEvents 1.0 with the extensions sequence, cursor and correlationid."""
 
-    model_config = ConfigDict(frozen=True)
+    model_config = ConfigDict(frozen=True, defer_build=True)
 
     specversion: Literal["1.0"] = "1.0"
     id: str
@@ -85,7 +85,7 @@ class CloudEvent(BaseModel):
 class Telemetry(BaseModel):
     """A value as it was read: a CloudEvent 1.0 that is not kept, and so has no sequence."""
 
-    model_config = ConfigDict(frozen=True)
+    model_config = ConfigDict(frozen=True, defer_build=True)
 
     specversion: Literal["1.0"] = "1.0"
     id: str

@@ -131,8 +131,8 @@ class Operation:
     """Whether the age of its answer means something."""
     code: str = ""
     """The controller's code, where it is a row of a command table."""
-    example: Mapping[str, Any] | None = None
-    """A request, as the manual has it."""
+    example: Callable[[], Mapping[str, Any] | None] | None = None
+    """Gives a request, as the manual has it."""
     by_hand: str | None = None
     """Why HTTP's route is written by hand beside it."""
     http_only: str | None = None

@@ -35,13 +35,13 @@ def request_id_field(which: str = "the request that asked for it") -> Any:
 class Record(BaseModel):
     """Something the gateway tells: every member is always there, be it null."""
 
-    model_config = ConfigDict(extra="forbid", json_schema_extra=_all_required)
+    model_config = ConfigDict(extra="forbid", defer_build=True, json_schema_extra=_all_required)
 
 
 class RequestModel(BaseModel):
     """What a client asks for: nothing is converted, and nothing unknown is passed over."""
 
-    model_config = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
 
 def require_same(told: Mapping[str, Any], present: BaseModel | None, place: str = "") -> None:

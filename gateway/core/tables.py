@@ -33,7 +33,7 @@ class Weakness(NamedTuple):
 class Table(BaseModel):
     """A TOML table: read-only, with the keys of its fields and no others."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True)
 
     @model_validator(mode="before")
     @classmethod

@@ -84,7 +84,7 @@ AnyCommand = Command[Any]
 class Replies(BaseModel, Generic[R]):
     """All replies to one command, in turn."""
 
-    model_config = ConfigDict(frozen=True)
+    model_config = ConfigDict(frozen=True, defer_build=True)
 
     replies: list[R]
 

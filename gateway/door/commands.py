@@ -1,7 +1,7 @@
 """Every row of the command tables as an operation, with its own types, for whatever it is addressed to."""
 
 from collections.abc import Iterator
-from functools import cache
+from functools import cache, partial
 from inspect import getdoc
 from typing import Any, Final
 
@@ -91,7 +91,7 @@ def _operation(family: type[Family], place: Place, row: Row) -> Operation:
         effect=row.effect,
         request_optional=row.may_be_empty() and not any(it.is_required() for it in row.model_fields.values()),
         code=row.code,
-        example=_example(family, row),
+        example=partial(_example, family, row),
         **_results(family, place, row),
     )
 

@@ -185,10 +185,10 @@ Story = Callable[[Front], Coroutine[Any, Any, None]]
 
 @asynccontextmanager
 async def build_front(limits: Limits, connections: int) -> AsyncIterator[Front]:
-    http, websocket = protocols(connections, limits)
+    http = protocols(connections, limits)
     app = Application()
     config = uvicorn.Config(
-        app, http=http, ws=websocket, lifespan="off", log_config=None, access_log=False, ws_max_size=65_536
+        app, http=http, ws="none", lifespan="off", log_config=None, access_log=False, ws_max_size=65_536
     )
     server = uvicorn.Server(config)
     server.config.load()

@@ -33,7 +33,15 @@ ROW = re.compile(r"(?P<name>.+?)  .*(ratio|figure) (>=|<=) \S+ +(reached|MISSED)
                 for whose in ("the wire's time", "a bare program's")
             ],
         ),
-        ("http-read", ["HTTP read, 1 client: p50", "HTTP read, 16 clients"]),
+        ("start", ["start to /readyz: processor", "memory when ready"]),
+        (
+            "http-read",
+            [
+                "HTTP read, 1 client: p50",
+                "HTTP read, 16 clients",
+                "HTTP read, 16 clients: beside a bare application on such a line",
+            ],
+        ),
         (
             "http-cost",
             [

@@ -4,6 +4,7 @@ import json
 
 import pytest
 from fastapi import FastAPI
+from fastapi import Response as Answer
 from httpx2 import Response
 from hypothesis import given
 from hypothesis import strategies as st
@@ -32,8 +33,8 @@ def client() -> TestClient:
     router = new_router("test")
 
     @router.post("/pulses", Right.OPERATE)
-    async def take_pulses(body: Pulses) -> int:
-        return body.pulses
+    async def take_pulses(body: Pulses) -> Answer:
+        return Answer(str(body.pulses))
 
     app.router.routes[:0] = router.routes
     return TestClient(app, raise_server_exceptions=False)
