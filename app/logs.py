@@ -23,9 +23,12 @@ GATHER_S: Final = 0.02
 """How long a line may wait for others before it is written."""
 LINES_AT_ONCE: Final = 50
 LINES_PER_S: Final = 2.0
-"""Lines of one sort that the requests from one network address may cause."""
+"""Lines of one sort that the requests with one key, or from one network address, may cause."""
+ENDS_AT_ONCE: Final = 200
+ENDS_PER_S: Final = 20.0
+"""The same of what motors did for them; it begins to move no more often, but may be stopped as often."""
 _DOORS: Final = ("api", "uvicorn")
-"""The loggers of what clients send; what others say, of motors too, is never left out."""
+"""The loggers of what clients send; others may warn as often as they like."""
 
 _PRIORITY: Final = {
     logging.DEBUG: 7,
@@ -108,22 +111,31 @@ def _trace(formatter: logging.Formatter, record: logging.LogRecord) -> str:
 
 
 class _Crowds:
-    """Leaves out what one client would fill the log with: by the logger, the words and the address."""
+    """Leaves out what one client would fill the log with: by logger, words, address and key."""
 
     def __init__(self) -> None:
-        self._rates = Rates(LINES_AT_ONCE, LINES_PER_S)
+        self._said = Rates(LINES_AT_ONCE, LINES_PER_S)
+        self._done = Rates(ENDS_AT_ONCE, ENDS_PER_S)
         self._left_out = 0
 
     def pass_over(self, record: logging.LogRecord) -> bool:
         """Whether a record is left out; the next one that is written says how many were."""
-        sort = f"{record.name} {record.msg} {network_of(current().address)}"
-        if record.name.partition(".")[0] in _DOORS and not self._rates.passes(sort):
+        if not self._has_room(record):
             self._left_out += 1
             return True
         if self._left_out:
             record.__dict__["facts"] = {**_facts_of(record), "left_out_before": self._left_out}
             self._left_out = 0
         return False
+
+    def _has_room(self, record: logging.LogRecord) -> bool:
+        of_doors, origin = record.name.partition(".")[0] in _DOORS, current()
+        if not of_doors and (record.levelno > logging.INFO or not origin.address):
+            return True
+        rates, sort = self._said if of_doors else self._done, _facts_of(record).get("event", record.msg)
+        key, has_key, _ = origin.caller.partition(" (")
+        causes = [network_of(origin.address), *([key] if has_key else [])]
+        return all(rates.passes(f"{record.name} {sort} {cause}") for cause in causes)
 
 
 class _Hand(QueueHandler):

@@ -23,12 +23,12 @@ async def run(seconds: float) -> list[Figure]:
     """Stop moving bodies again and again, first alone and then among the crowd."""
     async with full_gateway(CONNECTIONS) as (line, port, process):
         quiet = await stops_ms(line, Door(port), QUIET_SHARE * seconds)
-        before_mib = resident_mib(process)
+        before_mib = resident_mib(process.pid)
         async with announced("-m", "benchmarks.subscribers", str(port), str(READING), str(SILENT)):
             loud = await stops_ms(line, Door(port), (1 - QUIET_SHARE) * seconds)
-            crowded_mib = resident_mib(process)
+            crowded_mib = resident_mib(process.pid)
         await asyncio.sleep(LEAVE_S)
-        after_mib = resident_mib(process)
+        after_mib = resident_mib(process.pid)
     name = f"stop among {READING + SILENT} subscribers"
     return [
         quantile_ms(f"{name}: p50", 0.5, loud, quiet, 10.0),

@@ -80,14 +80,22 @@ def _handshake(keys: Keys, path: str = "/events") -> bytes:
 # how it is said
 
 
-def poured(opening: Callable[[Keys], bytes], repeated: bytes, connections: int = 1) -> Flood:
-    """Say an opening, and then the same without a pause; begin again where the connection ends."""
+def poured(
+    opening: Callable[[Keys], bytes], repeated: bytes, connections: int = 1, first: bytes | None = None
+) -> Flood:
+    """Say an opening, and then the same without a pause; begin again where the connection ends.
+
+    `first` is said when the opening was answered; without it that is not waited for.
+    """
     block = repeated * max(1, BLOCK_BYTES // len(repeated))
 
     async def flood(port: int, keys: Keys, told: Told) -> None:
         async def one() -> None:
             async with _Connection(port, told) as it:
                 it.say(opening(keys))
+                if first is not None:
+                    await it.answered.wait()
+                    it.say(first)
                 while True:
                     it.say(block)
                     await it.drain()
@@ -154,6 +162,8 @@ class _Connection:
 
     def __init__(self, port: int, told: Told, *, reads: bool = True) -> None:
         self._port, self._told, self._reads = port, told, reads
+        self.answered = asyncio.Event()
+        """Something was said in answer, or the connection has ended; set where answers are thrown away."""
 
     async def __aenter__(self) -> "_Connection":
         self.reader, self.writer = await asyncio.open_connection("127.0.0.1", self._port, limit=2**22)
@@ -193,7 +203,10 @@ class _Connection:
 
     async def _read_away(self) -> None:
         """Count the first answer, and the code with which a WebSocket is closed."""
-        last = await self.reader.read(HEAD_BYTES)
+        try:
+            last = await self.reader.read(HEAD_BYTES)
+        finally:
+            self.answered.set()
         self.note(last)
         with suppress(OSError):
             while data := await self.reader.read(BLOCK_BYTES):
@@ -234,8 +247,8 @@ def _keyed(content: bytes, role: str = _VIEWER) -> Any:
     return requests
 
 
-def _socket(repeated: bytes, connections: int = 4, opening: bytes = b"") -> Flood:
-    return poured(lambda keys: _handshake(keys) + opening, repeated, connections)
+def _socket(repeated: bytes, first: bytes | None = b"") -> Flood:
+    return poured(_handshake, repeated, 4, first)
 
 
 def _said(data: bytes) -> Callable[[Keys], bytes]:
@@ -277,14 +290,15 @@ FLOODS: Final[Mapping[str, Flood]] = {
     "pongs": _socket(b"\x8a" + _MASK),
     "pings": _socket(b"\x89" + _MASK),
     "empty-texts": _socket(b"\x81" + _MASK),
-    "empty-continuations": _socket(b"\x00" + _MASK, opening=b"\x01" + _MASK),
+    "empty-continuations": _socket(b"\x00" + _MASK, b"\x01" + _MASK),
     "texts-of-a-byte": _socket(b"\x81\x81\0\0\0\0x"),
     "huge-frames": _socket(b"\x82\xfe\xea\x60\0\0\0\0" + _LONG),
     "frames-without-an-end": _socket(b"\x82\xff\0\0\0\1\0\0\0\0\0\0\0\0" + _LONG),
+    "frames-ahead-of-the-answer": _socket(b"\x89" + _MASK, None),
     "socket-openers": left(_handshake),
     "stream-openers": left(lambda keys: _request(keys, _VIEWER, "GET", "/events/stream")),
     "trace-followers": poured(
-        lambda keys: _handshake(keys, "/lines/line1/trace/stream?last=10000"), b"\x8a" + _MASK, 2
+        lambda keys: _handshake(keys, "/lines/line1/trace/stream?last=10000"), b"\x8a" + _MASK, 2, b""
     ),
     # bodies
     "keyed-json-of-a-viewer": asked(_keyed(b"[" + b"1," * 125_000 + b"1]")),

@@ -14,9 +14,9 @@ async def run(seconds: float) -> list[Figure]:
     """Move flat out; the later half of the rounds beside the earlier one."""
     async with moved_line() as (port, process):
         await moves_per_s(port, seconds / ROUNDS)
-        before_mib = resident_mib(process)
+        before_mib = resident_mib(process.pid)
         costs = [await _cpu_ms(port, process, seconds / ROUNDS) for _ in range(ROUNDS)]
-        after_mib = resident_mib(process)
+        after_mib = resident_mib(process.pid)
     early, late = costs[: ROUNDS // 2], costs[ROUNDS // 2 :]
     return [
         Figure("move: processor time", "ms", late, early, Target("figure", "<=", 1.2)),

@@ -121,14 +121,9 @@ def cpu_s(process: Process) -> float:
     return time.clock_gettime((~process.pid << 3) | _SCHEDULED)
 
 
-def waited_s(process: int) -> float:
-    """For how long a process, its first thread, was ready until now, and no processor was free (Linux)."""
-    return int(Path(f"/proc/{process}/schedstat").read_text().split()[1]) / 1e9
-
-
-def resident_mib(process: Process) -> float:
-    """Memory that a program has now."""
-    pages = int(Path(f"/proc/{process.pid}/statm").read_text().split()[1])
+def resident_mib(process: int) -> float:
+    """Memory that a process has now."""
+    pages = int(Path(f"/proc/{process}/statm").read_text().split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
 
 

@@ -1,27 +1,38 @@
 """What a gateway does while one client floods it: its loop, its stops and its jogs, bodies and a robot.
 
-The yardstick of each flood is the same gateway alone, and a server beside it that only answers.
+`python -m benchmarks.under_flood SECONDS KIND...` pours each kind, and prints what it found as JSON. The
+gateway, its simulated lines and the operator share one event loop in one process, whose waiting for a
+processor is known exactly: so a busy machine is told from a gateway that is held. The flooder is a process
+of its own. The yardstick is the same without a flood.
 """
 
 import asyncio
+import gc
 import json
 import os
+import signal
 import sys
 from asyncio.subprocess import PIPE, Process
-from collections.abc import AsyncIterator, Awaitable
+from collections.abc import AsyncIterator, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from math import ceil
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from time import monotonic
+from time import monotonic, process_time
 from typing import Any, Final
 
+import uvloop
+
+from app.server import serve
 from benchmarks.figures import Figure, Target
 from benchmarks.floods import FLOODS
-from benchmarks.processes import cpu_s, free_port, module, resident_mib, waited_s
+from benchmarks.processes import free_port, resident_mib
 from benchmarks.stop_latency import SPEEDS, quantile_ms
+from benchmarks.unhindered import Span
 from gateway.access.keys import KeyStore
 from gateway.access.roles import Role
+from gateway.config import load
 from simulator.fics.layout import Layout
 from simulator.fics.line import build_line as build_robot
 from simulator.ports import serve_tcp
@@ -33,15 +44,21 @@ BEAT_S: Final = 0.1
 """Between two heartbeats of a jog; the gateway wants one twice a second."""
 HEARTBEAT_S: Final = 0.5
 STOP_PAUSE_S: Final = 0.02
+TURN_S: Final = 0.002
+"""How often somebody looks whether the loop turns."""
+LONG_MS: Final = 5.0
+"""Shorter turns are not noted."""
 READY_S: Final = 60.0
 SETTLE_S: Final = 0.05
 """A flood has begun by then."""
 REST_S: Final = 10.0
 """Connections that a flood has left behind are gone by then."""
 LOOK_S: Final = 0.5
-QUIET_SHARE: Final = 0.1
+QUIET_TIMES: Final = 3
 LEAST_S: Final = 0.2
 """For which each kind is poured, at least."""
+TRIES: Final = 4
+"""A kind that failed is poured again: what a flood does it does each time, what the machine did was once."""
 _ROBOT: Final = '{id = "r1", units = [{number = 1, axes = ["X", "Y", "Z"]}]}'
 _JOGS: Final[dict[str, dict[str, Any]]] = {
     "/bodies/3F/jogs": {"at_most": {"value": 900_000, "unit": "pulse"}},
@@ -53,28 +70,98 @@ _ENDS: Final = {"/bodies/3F/jogs": ("5SS", 0x3F), "/robots/r1/jogs": ("JOG X", N
 """The command by which a jog ends, and of which body."""
 _KEYS: Final = tuple(Role(name) for name in ("viewer", "operator", "admin"))
 
+LONGEST_MS: Final = 20.0
+"""The loop is held by one turn no longer."""
+STOP_MS: Final = 20.0
+"""A stop takes so much longer than without a flood."""
+BEAT_MS: Final = 50.0
+"""A heartbeat is answered, and the dead man's switch stops a jog, so much later than at once."""
+
 
 @dataclass
 class Measured:
-    """One flood, or none."""
+    """One flood, or none; times are without those for which this process waited for a processor."""
 
     stops_ms: list[float] = field(default_factory=list)
-    """From the request of a stop to its answer, for a body that stands still.
-
-    These and the next are without the time for which this process or the gateway waited for a processor.
-    """
+    """From the request of a stop to its answer, for a body that stands still."""
     beats_ms: list[float] = field(default_factory=list)
     """From a heartbeat to its answer."""
-    echoes_ms: list[float] = field(default_factory=list)
-    """The same for a server that does nothing else, at the same moments."""
     holds_ms: list[float] = field(default_factory=list)
-    """Processor time that the gateway's loop took for one turn, where it was long."""
+    """How long the loop was held by one turn, where that was long."""
     silences_ms: list[float] = field(default_factory=list)
     """From the last heartbeat of a jog to the command that ends it."""
     told: dict[int, int] = field(default_factory=dict)
     """How often the flood was answered with each status; a WebSocket, with which code it was closed."""
     failures: list[str] = field(default_factory=list)
     """What was answered wrongly, or not at all."""
+    stretch: float = 1.0
+    """How many times as long all that took: on a busy machine the flooder goes on while the gateway waits."""
+
+    def faults(self, alone: "Measured") -> list[str]:
+        """All that the flood has brought about, in words; `alone` is the same without one."""
+        faults, beat_ms = list(self.failures), BEAT_MS * self.stretch
+        if (longest := max(self.holds_ms, default=0.0)) > LONGEST_MS:
+            faults.append(f"the loop was held for {longest:.0f} ms")
+        if not self.stops_ms:
+            faults.append("no stop was answered")
+        elif (slow := p99(self.stops_ms)) > p99(alone.stops_ms) + STOP_MS * self.stretch:
+            faults.append(f"a stop took {slow:.0f} ms")
+        if (beat := max(self.beats_ms, default=0.0)) > beat_ms:
+            faults.append(f"a heartbeat was answered after {beat:.0f} ms")
+        faults += [
+            f"the dead man's switch stopped after {silence:.0f} ms"
+            for silence in self.silences_ms
+            if silence > 1000 * HEARTBEAT_S + beat_ms
+        ]
+        return faults if len(self.silences_ms) == len(_JOGS) else [*faults, "a jog was not ended"]
+
+
+@dataclass
+class Found:
+    """All floods, one after the other, and what they have left behind."""
+
+    alone: Measured
+    floods: dict[str, Measured]
+    faults: dict[str, list[str]]
+    """Of those kinds that failed each time."""
+    times: int
+    """How often one was poured, in all."""
+    sockets: tuple[int, int]
+    """Open before and after them."""
+    resident_mib: tuple[float, float]
+    idle: float
+    """The part of a processor that is used afterwards."""
+
+
+def p99(values: Sequence[float]) -> float:
+    """The least that 99 of 100 do not exceed."""
+    return sorted(values)[ceil(0.99 * len(values)) - 1]
+
+
+async def poured(seconds: float, kinds: Sequence[str]) -> Found:
+    """Pour each kind for so many seconds in a process of its own, and tell what it found.
+
+    :raises RuntimeError: it ended without an answer; its error stands above.
+    """
+    program = [sys.executable, "-m", "benchmarks.under_flood", str(seconds), *kinds]
+    process = await asyncio.create_subprocess_exec(*program, stdout=PIPE)
+    try:
+        said, _ = await process.communicate()
+    finally:
+        if process.returncode is None:
+            process.kill()
+    if process.returncode:
+        raise RuntimeError(f"floods ended with {process.returncode}; the error stands above.")
+    told = json.loads(said)
+    told["alone"], told["floods"] = (
+        _measured(told["alone"]),
+        {name: _measured(it) for name, it in told["floods"].items()},
+    )
+    return Found(**told)
+
+
+def _measured(told: dict[str, Any]) -> Measured:
+    return Measured(**(told | {"told": {int(status): times for status, times in told["told"].items()}}))
 
 
 class Client:
@@ -110,16 +197,14 @@ class Client:
 
 @dataclass
 class Stand:
-    """A gateway with keys on simulated lines of this process, its loop watched, and a client that floods."""
+    """A gateway with keys on simulated lines, all of this process, and a client that floods."""
 
     port: int
-    gateway: Process
     flooder: Process
     keys: dict[str, str]
     truth: dict[str, TruthLog]
-    holds: list[tuple[float, float]] = field(default_factory=list)
-    """When a turn of the gateway's loop ended that was long, and its milliseconds of processor time."""
-    echo: Client | None = None
+    holds_ms: list[float] = field(default_factory=list)
+    """Long turns of the loop since the last measurement."""
     measured: int = 0
 
     async def flood(self, name: str) -> dict[int, int]:
@@ -140,103 +225,102 @@ class Stand:
         self.measured += 1
         clients = [await self.client() for _ in range(1 + len(_JOGS))]
         await self.flood(name)
-        begun_at = monotonic()
+        self.holds_ms.clear()
+        poured = Span()
         try:
             async with asyncio.timeout(READY_S):
                 await asyncio.sleep(SETTLE_S)
-                ends_at = monotonic() + seconds
+                poured = Span()
                 await asyncio.gather(
-                    self._stop(clients[0], ends_at, found),
+                    self._stop(clients[0], poured, seconds, found),
                     *(
-                        self._jog(client, path, ends_at, found)
+                        self._jog(client, path, poured, seconds, found)
                         for client, path in zip(clients[1:], _JOGS, strict=True)
                     ),
                 )
         except (OSError, EOFError, TimeoutError) as error:
             found.failures.append(f"{name}: {error!r}")
+        found.holds_ms, found.stretch = list(self.holds_ms), poured.stretch()
         found.told = await self.flood("")
-        ended_at = monotonic()
         for client in clients:
             client.close()
-        found.holds_ms = [ms for at, ms in self.holds if begun_at <= at <= ended_at]
         return found
 
     async def rest(self, sockets: int) -> tuple[float, float]:
-        """What floods have left behind: the share of a processor that the gateway takes, and its MiB.
+        """What floods have left behind: the share of a processor that is used, and MiB.
 
         So many sockets may be open before it is looked at.
         """
         until = monotonic() + REST_S
-        while self.sockets() > sockets and monotonic() < until:  # noqa: ASYNC110  # another process
+        while open_sockets() > sockets and monotonic() < until:  # noqa: ASYNC110  # nobody tells of it
             await asyncio.sleep(0.05)
-        before, begun_at = cpu_s(self.gateway), monotonic()
+        before, begun_at = process_time(), monotonic()
         await asyncio.sleep(LOOK_S)
-        return (cpu_s(self.gateway) - before) / (monotonic() - begun_at), resident_mib(self.gateway)
+        return (process_time() - before) / (monotonic() - begun_at), resident_mib(os.getpid())
 
-    def sockets(self) -> int:
-        """How many sockets the gateway has open."""
-        open_now = 0
-        for place in Path(f"/proc/{self.gateway.pid}/fd").iterdir():
-            with suppress(FileNotFoundError):  # closed since
-                open_now += str(place.readlink()).startswith("socket:")
-        return open_now
+    async def watch(self) -> None:
+        """Note each turn of the loop that was long."""
+        while True:
+            turn = Span()
+            await asyncio.sleep(TURN_S)
+            if (held_ms := turn.worked_ms()) > LONG_MS:
+                self.holds_ms.append(held_ms)
 
-    async def _stop(self, client: Client, ends_at: float, found: Measured) -> None:
-        while monotonic() < ends_at:
-            took_ms, status = await self._timed(client.ask("POST", "/bodies/00/stop", {"mode": "immediate"}))
-            found.stops_ms.append(took_ms)
+    async def _stop(self, client: Client, poured: Span, seconds: float, found: Measured) -> None:
+        while poured.ms() < 1000 * seconds:
+            span = Span()
+            status, _ = await client.ask("POST", "/bodies/00/stop", {"mode": "immediate"})
+            found.stops_ms.append(span.ms())
             if status != 200:
                 found.failures.append(f"a stop was answered {status}")
             await asyncio.sleep(STOP_PAUSE_S)
 
-    async def _jog(self, client: Client, path: str, ends_at: float, found: Measured) -> None:
+    async def _jog(self, client: Client, path: str, poured: Span, seconds: float, found: Measured) -> None:
         """Jog, and then be silent, until the dead man's switch has ended it."""
         wanted = _JOGS[path] | {"direction": _DIRECTIONS[self.measured % 2]}
         status, jog = await client.ask("POST", path, wanted)
-        while status == 409 and monotonic() < ends_at:  # the jog before it is not over yet
+        while status == 409 and poured.ms() < 1000 * seconds:  # the jog before it is not over yet
             await asyncio.sleep(STOP_PAUSE_S)
             status, jog = await client.ask("POST", path, wanted)
         if status != 201:
             found.failures.append(f"{path} was answered {status}: {jog}")
             return
-        assert self.echo is not None
         place = f"{path}/{jog['id']}/heartbeat"
-        last_at, before_s = monotonic(), self._waited_s()
-        while monotonic() < ends_at:
+        beat, last_at = Span(), monotonic()
+        while poured.ms() < 1000 * seconds:
             await asyncio.sleep(BEAT_S)
-            found.echoes_ms.append((await self._timed(self.echo.ask("GET", "/")))[0])
-            last_at, before_s = monotonic(), self._waited_s()
-            took_ms, status = await self._timed(client.ask("POST", place))
-            found.beats_ms.append(took_ms)
+            now, at = Span(), monotonic()
+            status, _ = await client.ask("POST", place)
+            found.beats_ms.append(now.ms())
+            if status == 409 and at - last_at > HEARTBEAT_S:  # the machine has kept this process from it
+                break
+            beat, last_at = now, at
             if status != 200:
                 found.failures.append(f"a heartbeat of {path} was answered {status}")
                 return
         text, body = _ENDS[path]
-        while not (ended := self._ended(path, text, body, last_at)):  # noqa: ASYNC110  # the line tells nobody
-            await asyncio.sleep(0.01)
-        found.silences_ms.append(1000 * (ended[0].at - last_at - self._waited_s() + before_s))
-
-    async def _timed(self, asking: Awaitable[tuple[int, Any]]) -> tuple[float, int]:
-        begun_at, before_s = monotonic(), self._waited_s()
-        status, _ = await asking
-        took_s = monotonic() - begun_at - self._waited_s() + before_s
-        return 1000 * max(0.0, took_s), status
-
-    def _waited_s(self) -> float:
-        return waited_s(self.gateway.pid) + waited_s(os.getpid())
+        while not self._ended(path, text, body, last_at):  # noqa: ASYNC110  # the line tells nobody
+            await asyncio.sleep(TURN_S)
+        found.silences_ms.append(beat.ms())
 
     def _ended(self, path: str, text: str, body: int | None, after: float) -> list[Fact]:
         told = self.truth[path].of("command", body)
         return [it for it in told if it.at > after and str(it.facts["text"]).startswith(text)]
 
 
+def open_sockets() -> int:
+    """How many sockets this process has open."""
+    open_now = 0
+    for place in Path("/proc/self/fd").iterdir():
+        with suppress(FileNotFoundError):  # closed since
+            open_now += str(place.readlink()).startswith("socket:")
+    return open_now
+
+
 async def run(seconds: float) -> list[Figure]:
     """Pour each kind of flood for its part of the time; the yardstick is the same gateway alone."""
-    async with stand() as standing:
-        await standing.measure("", LEAST_S)
-        alone = await standing.measure("", max(LEAST_S, QUIET_SHARE * seconds))
-        each_s = max(LEAST_S, (1 - QUIET_SHARE) * seconds / len(FLOODS))
-        floods = [await standing.measure(name, each_s) for name in FLOODS]
+    found = await poured(max(LEAST_S, seconds / len(FLOODS)), list(FLOODS))
+    alone, floods = found.alone, found.floods.values()
     stops_ms = [ms for flood in floods for ms in flood.stops_ms]
     beats_ms = [ms for flood in floods for ms in flood.beats_ms]
     silences_ms = [ms for flood in floods for ms in flood.silences_ms]
@@ -255,6 +339,25 @@ async def run(seconds: float) -> list[Figure]:
     ]
 
 
+async def main(seconds: float, kinds: Sequence[str]) -> Found:
+    """Pour each kind, and those that failed again after the others."""
+    async with stand() as standing:
+        sockets = open_sockets()
+        await standing.measure("", LEAST_S)
+        alone = await standing.measure("", QUIET_TIMES * seconds)
+        _, before_mib = await standing.rest(sockets)
+        floods: dict[str, Measured] = {}
+        failed, poured = list(kinds), 0
+        for _ in range(TRIES):
+            for name in failed:
+                floods[name] = await standing.measure(name, seconds)
+            poured += len(failed)
+            failed = [name for name in failed if floods[name].faults(alone)]
+        idle, after_mib = await standing.rest(sockets)
+        faults = {name: floods[name].faults(alone) for name in failed}
+        return Found(alone, floods, faults, poured, (sockets, open_sockets()), (before_mib, after_mib), idle)
+
+
 @asynccontextmanager
 async def stand() -> AsyncIterator[Stand]:
     """Run all of it; the jogs have been tried once when it is given."""
@@ -269,15 +372,11 @@ async def stand() -> AsyncIterator[Stand]:
         config = _write_config(folder, web, line.address, cell.address)
         keys = KeyStore(config.with_suffix(".data"))
         ours, floods = ({str(role): keys.create(f"{role}{it}", role) for role in _KEYS} for it in (1, 2))
-        process = await stack.enter_async_context(module("benchmarks.watched_gateway", web, str(config)))
+        await stack.enter_async_context(_gateway(config))
         flooder = await stack.enter_async_context(_flooder(web, floods))
-        found = Stand(web, process, flooder, ours, {"/bodies/3F/jogs": bodies, "/robots/r1/jogs": robot})
-        watching = asyncio.create_task(_watch(process, found.holds))
+        found = Stand(web, flooder, ours, {"/bodies/3F/jogs": bodies, "/robots/r1/jogs": robot})
+        watching = asyncio.create_task(found.watch())
         stack.callback(watching.cancel)
-        answering = await asyncio.start_server(_answer, "127.0.0.1", 0)
-        stack.callback(answering.close)
-        found.echo = await Client(answering.sockets[0].getsockname()[1], "").open()
-        stack.callback(found.echo.close)
         await _teach(found)
         yield found
 
@@ -307,29 +406,35 @@ async def _flooder(port: int, keys: dict[str, str]) -> AsyncIterator[Process]:
         await process.wait()
 
 
-async def _watch(process: Process, holds: list[tuple[float, float]]) -> None:
-    assert process.stdout is not None
-    async for line in process.stdout:
-        at, ms = line.split()
-        holds.append((float(at), float(ms)))
-
-
-async def _answer(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-    """Answer each request with nothing, as fast as this machine lets a server do that."""
-    while await reader.readline():
-        while (await reader.readline()).strip():
-            pass
-        writer.write(b"HTTP/1.1 200 OK\r\nContent-Length: 0\r\n\r\n")
-    writer.close()
+@asynccontextmanager
+async def _gateway(config: Path) -> AsyncIterator[None]:
+    serving = asyncio.create_task(serve(load(config), config.with_suffix(".data")))
+    try:
+        yield
+    finally:
+        signal.raise_signal(signal.SIGTERM)
+        await serving
 
 
 async def _teach(stand: Stand) -> None:
     """Wait until the lines are there; let the body that jogs know how fast it moves, and home the robot."""
-    client = await stand.client("admin")
     async with asyncio.timeout(READY_S):
+        client = await _admitted(stand)
         while (await client.ask("GET", "/readyz"))[0] != 200:  # noqa: ASYNC110  # another process
             await asyncio.sleep(0.1)
     for name, value in SPEEDS.items():
         await client.ask("POST", f"/bodies/3F/commands/{name}", value)
     await client.ask("POST", "/robots/r1/units/1/moves?wait=60", {"kind": "home"})
     client.close()
+
+
+async def _admitted(stand: Stand) -> Client:
+    while True:
+        with suppress(OSError):  # it does not listen yet
+            return await stand.client("admin")
+        await asyncio.sleep(TURN_S)
+
+
+if __name__ == "__main__":
+    gc.disable()  # as the command line does
+    print(json.dumps(asdict(uvloop.run(main(float(sys.argv[1]), sys.argv[2:])))))

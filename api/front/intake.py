@@ -7,7 +7,7 @@ from time import monotonic
 from typing import Final
 
 from api.front.limits import LINGER_BYTES, Limits
-from api.front.turnstile import STOP_PAUSE_S, Turnstile
+from api.front.turnstile import Turnstile, after_pause
 
 SECOND: Final = 1.0
 
@@ -28,8 +28,8 @@ class Intake:
         self._turning = False
         self._light: deque[Inlet] = deque()
         self._heavy: deque[Inlet] = deque()
-        self._heavy_at = 0.0
-        """When one of them may be served although a stop is under way."""
+        self._pauses = False
+        """Whether those give way to a stop."""
 
     def enter(self, inlet: "Inlet") -> None:
         """Parse what a connection has sent, now or in a later turn."""
@@ -37,7 +37,7 @@ class Intake:
             self._turning = True
             self._used_s = 0.0
             asyncio.get_running_loop().call_soon(self._turn)
-        if self._used_s < self._limits.turn_s and not self._light:
+        if self._has_time() and not self._light:
             self._serve(inlet)
         else:
             inlet.wait_in(self._light)
@@ -45,22 +45,33 @@ class Intake:
     def _turn(self) -> None:
         used_s, self._used_s = self._used_s, 0.0
         self._serve_from(self._light)
-        # Those that send all they can give way to a stop until its answer.
-        if self._heavy and (not self._turnstile.stops or self._clock() >= self._heavy_at):
-            self._heavy_at = self._clock() + STOP_PAUSE_S
+        if self._heavy and not self._turnstile.stops:
             self._serve_from(self._heavy)
-        loop = asyncio.get_running_loop()
-        self._turning = bool(used_s or self._used_s or self._light or self._heavy)
-        if self._turning and not self._used_s and self._heavy:
-            loop.call_later(STOP_PAUSE_S, self._turn)
-        elif self._turning:
-            loop.call_soon(self._turn)
+        elif self._heavy and not self._pauses:  # those that send all they can give way to a stop
+            self._pauses = True
+            after_pause(self._serve_heavy)
+        waits = self._heavy and not self._pauses
+        self._turning = bool(used_s or self._used_s or self._light or waits)
+        if self._turning:
+            asyncio.get_running_loop().call_soon(self._turn)
+
+    def _serve_heavy(self) -> None:
+        self._pauses = False
+        self._serve_from(self._heavy)
+        if not self._turning:
+            self._turning = True
+            asyncio.get_running_loop().call_soon(self._turn)
+
+    def _has_time(self) -> bool:
+        """Whether there is some left in this turn; there is less while a stop is under way."""
+        limits = self._limits
+        return self._used_s < (limits.connection_s if self._turnstile.stops else limits.turn_s)
 
     def _serve_from(self, queue: "deque[Inlet]") -> None:
         """Serve one at least, so that none waits for ever."""
         for _ in range(len(queue)):
             self._serve(queue.popleft())
-            if self._used_s >= self._limits.turn_s:
+            if not self._has_time():
                 break
 
     def _serve(self, inlet: "Inlet") -> None:

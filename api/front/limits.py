@@ -19,9 +19,9 @@ class Limits:
     """Requests that may be sent ahead of the answers to those before them."""
     frames_per_s: int = 100
     """WebSocket frames that a client may send in a second; it has nothing to say but to answer pings."""
-    piece_bytes: int = 1024
-    """Bytes are parsed in pieces: a WebSocket's, full of empty frames, takes a millisecond or two."""
-    connection_s: float = 0.0005
+    piece_bytes: int = 256
+    """Bytes are parsed in pieces: a WebSocket's, full of empty frames, takes half a millisecond."""
+    connection_s: float = 0.0002
     """Time for which one connection's bytes are parsed in a turn of the loop; a piece is, however long."""
     turn_s: float = 0.001
     """The same for all connections together. A stop takes half a dozen turns to its answer."""

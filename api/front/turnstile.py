@@ -18,7 +18,21 @@ CROWD: Final = 16
 LONG_TURN_S: Final = 0.002
 """After a turn that took longer of the processor one begins at a time, too: they were costly requests."""
 STOP_PAUSE_S: Final = 0.005
-"""While a stop is under way one request begins in this time: a stop takes a dozen turns to its answer."""
+"""While a stop is under way one request begins in this time: a stop takes a dozen turns to its answer, ..."""
+STOP_TURNS: Final = 4
+"""... and in so many turns of the loop: where other programs have the processor, time passes without any."""
+
+
+def after_pause(do: Callable[[], None]) -> None:
+    """Do it when a stop that is under way has had time, and turns of the loop."""
+    asyncio.get_running_loop().call_later(STOP_PAUSE_S, _after_turns, STOP_TURNS, do)
+
+
+def _after_turns(turns: int, do: Callable[[], None]) -> None:
+    if turns:
+        asyncio.get_running_loop().call_soon(_after_turns, turns - 1, do)
+    else:
+        do()
 
 
 class Turnstile:
@@ -65,11 +79,10 @@ class Turnstile:
         self.stops -= 1
 
     def _turn_later(self) -> None:
-        loop = asyncio.get_running_loop()
         if self.stops:
-            loop.call_later(STOP_PAUSE_S, self._turn)
+            after_pause(self._turn)
         else:
-            loop.call_soon(self._turn)
+            asyncio.get_running_loop().call_soon(self._turn)
 
     def _turn(self) -> None:
         used_s = thread_time()

@@ -138,7 +138,8 @@ class Leases:
         self.expire()
         in_the_way = [held for held in self._held.values() if any(map(held.meets, parts))]
         if in_the_way and not over:
-            raise self._is_leased(in_the_way[0])
+            first = in_the_way[0]
+            raise self._is_leased(first, next(filter(first.meets, parts)))
         for other in in_the_way:
             self._end(other, "taken_over")
         held = _Held(scope, subject, parts, holder, token, ttl_s, self.clock() + ttl_s)
@@ -227,17 +228,19 @@ class Leases:
             if held.is_shown_by(claim):
                 shown = shown or held.contains(part)
             elif held.meets(part):
-                return self._is_leased(held)
+                return self._is_leased(held, part)
         if shown or not (tokens or self.mode == "required"):
             return None
         if tokens:
             return LeaseRefused.worded("lease.over", address=part.address)
         return LeaseRefused.worded("lease.needed", address=part.address)
 
-    def _is_leased(self, held: _Held) -> LeaseRefused:
+    def _is_leased(self, held: _Held, asked: Part) -> LeaseRefused:
+        """Name what was asked for where all of it is leased: the rest may be out of the caller's scope."""
         rest_s = max(0.0, held.until - self.clock())
+        scope = asked.address if held.contains(asked) else held.scope
         return LeaseRefused.worded(
-            "lease.held", scope=held.scope, holder=held.holder.told_as, rest_s=f"{rest_s:.1f}"
+            "lease.held", scope=scope, holder=held.holder.told_as, rest_s=f"{rest_s:.1f}"
         )
 
     # time

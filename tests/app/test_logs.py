@@ -10,7 +10,15 @@ from typing import Any
 
 import pytest
 
-from app.logs import LINES_AT_ONCE, JournalLines, JsonLines, TextLines, formatter_for, logging_to
+from app.logs import (
+    ENDS_AT_ONCE,
+    LINES_AT_ONCE,
+    JournalLines,
+    JsonLines,
+    TextLines,
+    formatter_for,
+    logging_to,
+)
 from gateway.core.origin import ORIGIN, Origin
 
 log = logging.getLogger("tests.logs")
@@ -123,10 +131,11 @@ def test_the_writer_lets_lines_gather_instead_of_waking_for_each(monkeypatch: py
     assert len(slept) <= 3
 
 
-def refused_by(address: str, logger: str, times: int) -> None:
-    before = ORIGIN.set(Origin(f"http {address}", address=address))
+def refused_by(address: str, logger: str, times: int, key: str = "", level: int = logging.INFO) -> None:
+    caller = f"{key} (http {address})" if key else f"http {address}"
+    before = ORIGIN.set(Origin(caller, address=address))
     for number in range(times):
-        logging.getLogger(logger).info("%s refused with 404", f"/x{number}")
+        logging.getLogger(logger).log(level, "%s refused with 404", f"/x{number}")
     ORIGIN.reset(before)
 
 
@@ -150,8 +159,28 @@ def test_an_address_of_the_same_ipv6_network_is_no_other_client() -> None:
     assert len(stream.getvalue().splitlines()) <= LINES_AT_ONCE + 20
 
 
-def test_no_line_about_a_motor_is_left_out() -> None:
+def test_a_key_that_is_used_from_many_addresses_is_one_client() -> None:
     stream = StringIO()
     with logging_to(stream, "info", "text"):
-        refused_by("10.0.0.7", "gateway.rorze.moves", 2000)
+        for number in range(1000):
+            refused_by(f"10.{number // 250}.{number % 250}.1", "api.common.problems", 1, key="mes")
+        refused_by("10.0.0.1", "api.common.problems", 1, key="press")
+    assert LINES_AT_ONCE < len(stream.getvalue().splitlines()) <= LINES_AT_ONCE + 21
+
+
+def test_what_a_motor_did_is_left_out_only_where_one_client_stops_it_without_an_end() -> None:
+    stream = StringIO()
+    with logging_to(stream, "info", "text"):
+        refused_by("10.0.0.7", "gateway.logbook", ENDS_AT_ONCE)
+        assert "left_out" not in stream.getvalue()
+        refused_by("10.0.0.7", "gateway.logbook", 2000)
+        refused_by("10.0.0.8", "gateway.logbook", 100)
+    assert ENDS_AT_ONCE + 100 <= len(stream.getvalue().splitlines()) <= ENDS_AT_ONCE + 200
+
+
+def test_no_warning_about_a_motor_is_left_out_nor_what_the_gateway_did_itself() -> None:
+    stream = StringIO()
+    with logging_to(stream, "info", "text"):
+        refused_by("10.0.0.7", "gateway.rorze.moves", 1000, level=logging.WARNING)
+        refused_by("", "gateway.rorze.moves", 1000)
     assert len(stream.getvalue().splitlines()) == 2000

@@ -6,7 +6,7 @@ from typing import Any
 
 from api.front.intake import Inlet, Intake, Rate
 from api.front.limits import LINGER_BYTES, Limits
-from api.front.turnstile import STOP_PAUSE_S, Turnstile
+from api.front.turnstile import STOP_PAUSE_S, STOP_TURNS, Turnstile
 from tests.virtual_time import run_virtual
 
 LIMITS = Limits(piece_bytes=4, connection_s=0.002, turn_s=0.004)
@@ -39,14 +39,14 @@ class Connection:
         self.held = held
 
 
-def story(tell: Any) -> None:
+def story(tell: Any, turn_s: float = 0.0) -> None:
     async def run() -> None:
         clock, turnstile, log = Clock(), Turnstile(), list[str]()
         intake = Intake(LIMITS, turnstile, clock)
         await tell(lambda name: Connection(intake, clock, log, name), log, turnstile)
 
     coroutine: Coroutine[Any, Any, None] = run()
-    run_virtual(coroutine)
+    run_virtual(coroutine, turn_s=turn_s)
 
 
 def test_what_is_short_is_parsed_at_once_and_read_on() -> None:
@@ -113,6 +113,28 @@ def test_while_a_stop_is_under_way_who_sends_all_he_can_is_parsed_now_and_then()
         await asyncio.sleep(10 * STOP_PAUSE_S)
         assert 4 < slow < 40
         assert len(log) == 1_000
+
+    story(tell)
+
+
+def test_where_other_programs_have_the_processor_he_gives_turns_of_the_loop_to_a_stop() -> None:
+    async def tell(connect: Any, log: list[str], turnstile: Turnstile) -> None:
+        connect("a").inlet.take(b"x" * 4_000)
+        turnstile.begin_stop()
+        before = len(log)
+        for _ in range(3 * STOP_TURNS):
+            await asyncio.sleep(0)
+        assert 0 < len(log) - before <= 3 * LIMITS.connection_s / PIECE_S
+
+    story(tell, turn_s=STOP_PAUSE_S)
+
+
+def test_while_a_stop_is_under_way_a_turn_has_less_for_all_others() -> None:
+    async def tell(connect: Any, log: list[str], turnstile: Turnstile) -> None:
+        turnstile.begin_stop()
+        for number in range(100):
+            connect(f"a{number}").inlet.take(b"1234")
+        assert len(log) == LIMITS.connection_s / PIECE_S
 
     story(tell)
 

@@ -2,7 +2,7 @@
 
 import asyncio
 
-from api.front.turnstile import Turnstile
+from api.front.turnstile import STOP_PAUSE_S, STOP_TURNS, Turnstile
 from tests.virtual_time import run_virtual
 
 
@@ -60,3 +60,16 @@ def test_who_comes_later_does_not_go_first() -> None:
         assert begun == ["a", "b", "c"]
 
     run_virtual(story())
+
+
+def test_where_other_programs_have_the_processor_a_stop_has_turns_of_the_loop_before_others_begin() -> None:
+    async def story() -> None:
+        turnstile, begun = Turnstile(), list[int]()
+        turnstile.begin_stop()
+        for number in range(20):
+            turnstile.enter(lambda number=number: begun.append(number))  # type: ignore[misc]
+        for _ in range(3 * STOP_TURNS):
+            await asyncio.sleep(0)
+        assert len(begun) <= 3
+
+    run_virtual(story(), turn_s=STOP_PAUSE_S)

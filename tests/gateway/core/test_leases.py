@@ -94,6 +94,17 @@ def test_a_line_has_all_that_is_on_it(hall: Hall) -> None:
     assert hall.may(FOOT)
 
 
+def test_who_asks_for_a_body_of_a_leased_line_is_told_of_the_body_and_who_asks_for_the_line_of_it_all(
+    hall: Hall,
+) -> None:
+    hall.take(ANNA, ARM)
+    for asked in (LIFT, TURN, ARM):
+        with pytest.raises(LeaseRefused, match=f"^{asked.address} is leased to anna"):
+            hall.leases.admit(Claim((), (asked,), BERT.id))
+        with pytest.raises(LeaseRefused, match=f"^{asked.address} is leased to anna"):
+            hall.take(BERT, asked)
+
+
 def test_a_line_is_set_by_nobody_while_a_body_of_it_is_leased_to_somebody_else(hall: Hall) -> None:
     token = hall.take(ANNA, LIFT).token
     assert not hall.may(ARM)
