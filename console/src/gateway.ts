@@ -1,5 +1,6 @@
 /** The gateway that has served this page, in the language of the page. */
 
+import { GatewayError } from "../../clients/typescript/src/errors.ts";
 import { Gateway } from "../../clients/typescript/src/gateway.ts";
 import type { Schemas } from "../../clients/typescript/src/types.ts";
 import { language } from "./words/index.svelte.ts";
@@ -58,6 +59,15 @@ export const patient = gatewayWithin(LONGEST_S);
 
 /** Something that the gateway is asked for. */
 export type Deed = (gateway: Gateway) => Promise<unknown>;
+
+/** Read what a page shows. Where that fails the banner, or an alarm, says why. */
+export async function quietly(read: () => Promise<unknown>): Promise<void> {
+  try {
+    await read();
+  } catch (error) {
+    if (!(error instanceof GatewayError)) throw error;
+  }
+}
 
 /** Write the request of a deed as a command line. Nothing is sent, and the deed never gets an answer to go on with. */
 export function curlOf(deed: Deed, withKey: boolean): Promise<string> {
