@@ -8,6 +8,7 @@ export const en = {
     axis: "Axis",
     robot: "Robot",
     scara: "SCARA robot",
+    pendant: "Pendant",
     positions: "Positions",
     motion: "Motion",
     program: "Program",
@@ -397,6 +398,19 @@ export const en = {
       distance: "Distance",
       path: "Path",
     },
+  },
+
+  pendant: {
+    title: "Teach pendant",
+    note: "A phone that reads the code becomes the pendant of one thing, with your role, and may administer nothing. It works once, within a minute; the session stands in the list below and can be ended there.",
+    loopback: "This page was opened at an address of this machine alone, which no phone reaches: open it at the machine's name.",
+    show: "Show the code",
+    codeOf: (name: string) => `Code for the pendant of ${name}`,
+    left: (seconds: number) => `Good for ${seconds} s`,
+    open: "Open it here",
+    leave: "Leave",
+    teach: "Teach here as",
+    shortWays: "X and Y go in short ways, one after the other, while the key is held.",
   },
 
   positions: {

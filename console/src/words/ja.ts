@@ -10,6 +10,7 @@ export const ja: typeof en = {
     axis: "軸",
     robot: "ロボット",
     scara: "スカラロボット",
+    pendant: "ペンダント",
     positions: "位置",
     motion: "加減速",
     program: "プログラム",
@@ -397,6 +398,19 @@ export const ja: typeof en = {
       distance: "距離",
       path: "経路番号",
     },
+  },
+
+  pendant: {
+    title: "ティーチペンダント",
+    note: "コードを読み取ったスマートフォンは、選んだ対象だけのペンダントになります。役割はあなたと同じで、管理はできません。コードは1回、1分以内だけ使えます。セッションは下の一覧に出て、そこで終了できます。",
+    loopback: "このページはこのマシンだけのアドレスで開かれていて、スマートフォンからは届きません。マシンの名前で開いてください。",
+    show: "コードを表示",
+    codeOf: (name) => `${name} のペンダントのコード`,
+    left: (seconds) => `あと ${seconds} 秒有効`,
+    open: "ここで開く",
+    leave: "閉じる",
+    teach: "現在位置を登録",
+    shortWays: "X と Y は、キーを押している間、短い動作を続けて行います。",
   },
 
   positions: {
