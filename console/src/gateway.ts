@@ -48,8 +48,26 @@ function speaking(request: Request): Request {
   return request;
 }
 
+const REQUEST_ID = "X-Request-Id";
+/** The newest requests of this page that changed anything. */
+const own = new Set<string>();
+const MOST_OWN = 1000;
+
+/** Whether this page has asked for it. */
+export function isOwn(request_id: string | null): boolean {
+  return request_id !== null && own.has(request_id);
+}
+
+async function fetchNoting(request: Request): Promise<Response> {
+  const answer = await fetch(speaking(request));
+  const id = request.method === "GET" ? null : answer.headers.get(REQUEST_ID);
+  if (id) own.add(id);
+  for (const oldest of own) if (own.size > MOST_OWN) own.delete(oldest);
+  return answer;
+}
+
 function gatewayWithin(timeout: number): Gateway {
-  return new Gateway({ url: address, key: "", timeout, fetch: (request) => fetch(speaking(request as Request)) });
+  return new Gateway({ url: address, key: "", timeout, fetch: (request) => fetchNoting(request as Request) });
 }
 
 /** For what a page shows. */

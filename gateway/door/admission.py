@@ -216,7 +216,7 @@ class Admission:
         return session
 
     def pendant_of(self, grant: Grant, target: str) -> str:
-        """Give a ticket for one session, with the role of the grant, about `target` only; it administers nothing.
+        """Give a ticket for one session, with the role of the grant, about `target`; it administers nothing.
 
         :raises NotPermitted: the caller may not move the target.
         """

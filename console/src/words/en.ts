@@ -75,6 +75,7 @@ export const en = {
   theme: { label: "Colours", auto: "as the system", light: "light", dark: "dark" },
 
   why: {
+    title: "Why?",
     disconnected: "There is no connection to the gateway.",
     role: (role: string, right: string) => `Your role is ${role}, and this takes the right “${right}”.`,
     offline: (who: string) => `${who} does not answer.`,
@@ -556,6 +557,8 @@ export const en = {
     text: "Contains",
     pause: "Pause",
     resume: "Go on",
+    byMe: "by me",
+    raw: "raw",
     earlier: "Read what happened before",
     reading: "Reading …",
     allRead: "This is all that the gateway still has.",

@@ -77,6 +77,7 @@ export const ja: typeof en = {
   theme: { label: "配色", auto: "システムに合わせる", light: "明るい", dark: "暗い" },
 
   why: {
+    title: "原因は？",
     disconnected: "ゲートウェイに接続していません。",
     role: (role, right) => `あなたの役割は${role}です。これには「${right}」の権限が必要です。`,
     offline: (who) => `${who} が応答しません。`,
@@ -556,6 +557,8 @@ export const ja: typeof en = {
     text: "含む文字",
     pause: "一時停止",
     resume: "再開",
+    byMe: "自分の操作",
+    raw: "そのまま表示",
     earlier: "以前の記録を読む",
     reading: "読み込んでいます…",
     allRead: "ゲートウェイに残っているのはこれですべてです。",
