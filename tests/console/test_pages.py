@@ -32,6 +32,8 @@ TITLES = {
     ),
 }
 FAR = 2_000_000
+READS: Final = re.compile("/curve|/commands/get-")
+"""What a page asks for with POST, and changes nothing."""
 
 
 def moves(plant: Plant, body: str = "3F") -> bool:
@@ -432,6 +434,7 @@ def test_an_alarm_has_its_remedy_beside_it(plant: Plant, open_console: Open) -> 
     lost.get_by_role("button", name="Acknowledge").first.click()
     lost.get_by_role("button", name="Reset the alarm", exact=True).click()
     expect(lost).to_have_count(0)
+    console.page.get_by_label("raw").check()
     console.page.get_by_label("Type").fill("body.power_cycle")
     expect(console.page.locator("tbody tr").first).to_contain_text("body.power_cycle.acknowledged")
     console.page.get_by_label("Type").fill("alarm.raised")
@@ -562,6 +565,7 @@ def test_what_happens_while_the_page_reads_is_shown_once(plant: Plant, open_cons
     console.page.route("**/events?*limit=1000*", answer_after_a_move)
     console.page.evaluate("location.hash = '#/events'")
     console.shows("This is all that the gateway still has.")
+    console.page.get_by_label("raw").check()
     console.page.get_by_label("Type").fill("body.stop.confirmed")
     expect(console.page.locator("tbody tr").first).to_contain_text("body.stop.confirmed")
 

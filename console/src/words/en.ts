@@ -9,6 +9,7 @@ export const en = {
     robot: "Robot",
     scara: "SCARA robot",
     pendant: "Pendant",
+    why: "Why?",
     positions: "Positions",
     motion: "Motion",
     program: "Program",
@@ -76,6 +77,10 @@ export const en = {
 
   why: {
     title: "Why?",
+    link: "Copy the link",
+    asked: "Asked by",
+    course: "What came when",
+    gone: "The gateway does not have this move any more.",
     disconnected: "There is no connection to the gateway.",
     role: (role: string, right: string) => `Your role is ${role}, and this takes the right “${right}”.`,
     offline: (who: string) => `${who} does not answer.`,
@@ -415,6 +420,12 @@ export const en = {
   },
 
   positions: {
+    teachAs: (number: number) => `Teach here as ${number}`,
+    putNumberBack: (number: number) => `Put ${number} back`,
+    before: "Earlier numbers",
+    after: "Later numbers",
+    onlyUsed: "used only",
+    noneUsed: "None of these is used.",
     title: "Positions",
     name: "Name",
     upload: "Store from CSV",

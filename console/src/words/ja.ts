@@ -11,6 +11,7 @@ export const ja: typeof en = {
     robot: "ロボット",
     scara: "スカラロボット",
     pendant: "ペンダント",
+    why: "原因",
     positions: "位置",
     motion: "加減速",
     program: "プログラム",
@@ -78,6 +79,10 @@ export const ja: typeof en = {
 
   why: {
     title: "原因は？",
+    link: "リンクをコピー",
+    asked: "要求元",
+    course: "時間の経過",
+    gone: "この動作の記録はゲートウェイに残っていません。",
     disconnected: "ゲートウェイに接続していません。",
     role: (role, right) => `あなたの役割は${role}です。これには「${right}」の権限が必要です。`,
     offline: (who) => `${who} が応答しません。`,
@@ -415,6 +420,12 @@ export const ja: typeof en = {
   },
 
   positions: {
+    teachAs: (number) => `現在位置を ${number} に登録`,
+    putNumberBack: (number) => `${number} を元に戻す`,
+    before: "前の番号",
+    after: "次の番号",
+    onlyUsed: "使用中のみ",
+    noneUsed: "この範囲に使用中の番号はありません。",
     title: "位置",
     name: "名前",
     upload: "CSV から登録",
