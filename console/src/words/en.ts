@@ -480,6 +480,7 @@ export const en = {
     flash: "Flash",
     factory: "Factory",
     range: "Range",
+    onlyChanged: "changed from factory only",
     flashUnknown: "What flash memory holds is not known.",
   },
 

@@ -480,6 +480,7 @@ export const ja: typeof en = {
     flash: "フラッシュ",
     factory: "出荷時",
     range: "範囲",
+    onlyChanged: "工場出荷値と違うものだけ",
     flashUnknown: "フラッシュメモリの内容は分かりません。",
   },
 
