@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Browser, ViewportSize, expect
 
 from tests.console.browser import Console, Guarded, Plant
-from tests.console.test_touch import PHONE, Finger, is_moving
+from tests.console.test_touch import PHONE, Finger, is_moving, newest_status
 from tests.e2e.processes import until
 
 pytestmark = pytest.mark.prove
@@ -127,7 +127,7 @@ def test_arrow_keys_jog_only_where_somebody_has_asked_for_that(plant: Plant, ope
 def test_a_failed_move_is_explained_on_a_page_of_its_own(plant: Plant, open_console: Open) -> None:
     plant.gateway.moving("3F", 2_000_000)
     plant.line.tell("PUT", "/bodies/3F/sensors/ems", on=True)
-    until(lambda: plant.gateway.get("/bodies/3F/moves")["moves"][-1]["status"] == "failed", "it has failed")
+    until(lambda: newest_status(plant) == "failed", "it has failed")
     plant.line.tell("PUT", "/bodies/3F/sensors/ems", on=None)
     console = open_console(plant.url, "#/events")
     row = console.page.locator("tr.bad", has_text="line1.3F").first
