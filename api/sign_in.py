@@ -1,4 +1,4 @@
-"""The page on which somebody with a browser shows a key once, and goes on with a session."""
+"""The page on which somebody with a browser shows a key, or a code, once, and goes on with a session."""
 
 from base64 import b64encode
 from collections.abc import Mapping
@@ -8,17 +8,19 @@ from typing import Final
 from urllib.parse import parse_qs, quote
 
 from fastapi import Request, Response
-from starlette.responses import HTMLResponse, RedirectResponse
+from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse
 
 from api.common.access import is_secure, session_cookie
 from api.common.problems import SIGN_IN, wants_japanese
 from api.common.requests import access_of, plant_of
 from api.common.routes import PageRoute
 from api.common.strict_json import read_body
+from gateway.door.admission import PENDANT_S, Grant
 from gateway.door.problems import words_of_page
 from gateway.door.table import Right
 
 SIGN_OUT: Final = "/sign-out"
+PENDANT: Final = "/pendant"
 MOST_BYTES: Final = 16_384
 """A form with a token of an OpenID provider is no longer."""
 _AFTERWARDS: Final = "/"
@@ -47,6 +49,10 @@ def routes() -> list[PageRoute]:
     return [
         PageRoute(SIGN_IN, _show, right=Right.OPEN),
         PageRoute(SIGN_IN, _sign_in, methods=["POST"], right=Right.OPEN),
+        PageRoute(PENDANT, _use_pendant, right=Right.OPEN),
+        PageRoute(
+            f"{PENDANT}/{{target}}", _lend_pendant, methods=["POST"], right=Right.OPERATE, any_scope=True
+        ),
         PageRoute(SIGN_OUT, _sign_out, methods=["POST"], right=Right.VIEW, any_scope=True),
     ]
 
@@ -64,12 +70,37 @@ async def _sign_in(request: Request) -> Response:
     grant = access.shown_at_sign_in(shown)
     if grant is None and not access.is_open:
         access.refuse_sign_in(SIGN_IN, _address(request))
-        return _page(request, following, refused=True)
+        return _page(request, following, refusal="refused")
     answer = RedirectResponse(quote(_local(following), safe="/?&=%"), 303)
     if grant is not None:
-        name, secure = session_cookie(request.scope), is_secure(request.scope)
-        session = access.sign_in(grant, _address(request), request.cookies.get(name, ""))
-        answer.set_cookie(name, session, httponly=True, samesite="strict", secure=secure, path="/")
+        _begin(request, grant, answer)
+    return answer
+
+
+def _begin(request: Request, grant: Grant, answer: Response) -> None:
+    """Begin a session, and let the browser keep its id."""
+    name, secure = session_cookie(request.scope), is_secure(request.scope)
+    session = access_of(request).sign_in(grant, _address(request), request.cookies.get(name, ""))
+    answer.set_cookie(name, session, httponly=True, samesite="strict", secure=secure, path="/")
+
+
+async def _lend_pendant(request: Request) -> Response:
+    """Give the ticket that a phone begins its session with; it stands in a QR code of the console."""
+    ticket = access_of(request).pendant_for(request.scope, str(request.path_params["target"]))
+    told = {"ticket": ticket, "expires_in_s": PENDANT_S}
+    return JSONResponse(told, headers={"Cache-Control": "no-store"})
+
+
+async def _use_pendant(request: Request) -> Response:
+    """Begin the session of a pendant. The browser keeps what stands behind #: which page to show."""
+    access = access_of(request)
+    grant = access.pendants.redeem(request.query_params.get("ticket", ""))
+    if grant is None or not (access.is_open or access.holds(grant)):
+        access.refuse_sign_in(PENDANT, _address(request))
+        return _page(request, "", refusal="too-late")
+    answer = RedirectResponse("./", 303, {"Cache-Control": "no-store"})
+    if not access.is_open:
+        _begin(request, grant, answer)
     return answer
 
 
@@ -92,24 +123,25 @@ def _local(path: str) -> str:
     return path if good else _AFTERWARDS
 
 
-def _page(request: Request, following: str, *, refused: bool = False) -> Response:
+def _page(request: Request, following: str, *, refusal: str = "") -> Response:
     japanese = wants_japanese(request)
     words, language = words_of_page("sign-in", japanese=japanese), "ja" if japanese else "en"
     access = access_of(request)
     at = escape(plant_of(request).config.server.root_path)
     # A form without an action is sent to where it stands, and so keeps what stands behind # for afterwards.
     session = request.cookies.get(session_cookie(request.scope), "")
-    refusal = f"<p role=alert>{words['refused']}</p>"
+    refused = f"<p role=alert>{words[refusal]}</p>" if refusal else ""
+    elsewhere = f' action="{at}{SIGN_IN}"' if request.url.path.endswith(PENDANT) else ""
     out = f'<form method="post" action="{at}{SIGN_OUT}"><button>{words["sign-out"]}</button></form>'
     content = (
         f'<!doctype html><html lang="{language}"><meta charset="utf-8"><title>{words["title"]}</title>'
         '<meta name="viewport" content="width=device-width">'
         f"<style>{_STYLE}</style><h1>{words['title']}</h1>"
-        f"{refusal if refused else ''}"
-        f'<form method="post"><label>{words["key"]}'
+        f"{refused}"
+        f'<form method="post"{elsewhere}><label>{words["key"]}'
         '<input type="password" name="key" autocomplete="current-password" required autofocus></label>'
         f'<input type="hidden" name="next" value="{escape(_local(following))}">'
         f"<button>{words['sign-in']}</button></form>"
         f"{out if session and access.sessions.grant_of(session) else ''}<p>{words['note']}</p></html>"
     )
-    return HTMLResponse(content, 401 if refused else 200, {**_HEADERS, "Content-Language": language})
+    return HTMLResponse(content, 401 if refusal else 200, {**_HEADERS, "Content-Language": language})

@@ -24,6 +24,7 @@ IN_PAGES: Final = (
     "openapi-fetch",
     "svelte",
     "uplot",
+    "uqr",
 )
 """What the console's sources import; the rest of its packages builds and checks them."""
 _PINNED: Final = re.compile(r"(?m)^([A-Za-z0-9._-]+)==([^\s;\\]+)")

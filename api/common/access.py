@@ -143,6 +143,13 @@ class Access(Admission):
             return self.tickets.issue(Grant(EVERYBODY))
         return self.tickets.issue(self._grant_of(scope))
 
+    def pendant_for(self, scope: Scope, target: str) -> str:
+        """Give the sender of a request that has passed the ticket of a pendant of `target`.
+
+        :raises NotPermitted: the sender may not move the target.
+        """
+        return self.pendant_of(Grant(EVERYBODY) if self.is_open else self._grant_of(scope), target)
+
     def _targets(self, scope: Scope) -> list[str]:
         """What a request is about, by its path; events by their query."""
         params = scope.get("path_params") or {}

@@ -1,5 +1,6 @@
 /** The gateway that has served this page, in the language of the page. */
 
+import { GatewayError } from "../../clients/typescript/src/errors.ts";
 import { Gateway } from "../../clients/typescript/src/gateway.ts";
 import type { Schemas } from "../../clients/typescript/src/types.ts";
 import { language } from "./words/index.svelte.ts";
@@ -47,8 +48,26 @@ function speaking(request: Request): Request {
   return request;
 }
 
+const REQUEST_ID = "X-Request-Id";
+/** The newest requests of this page that changed anything. */
+const own = new Set<string>();
+const MOST_OWN = 1000;
+
+/** Whether this page has asked for it. */
+export function isOwn(request_id: string | null): boolean {
+  return request_id !== null && own.has(request_id);
+}
+
+async function fetchNoting(request: Request): Promise<Response> {
+  const answer = await fetch(speaking(request));
+  const id = request.method === "GET" ? null : answer.headers.get(REQUEST_ID);
+  if (id) own.add(id);
+  for (const oldest of own) if (own.size > MOST_OWN) own.delete(oldest);
+  return answer;
+}
+
 function gatewayWithin(timeout: number): Gateway {
-  return new Gateway({ url: address, key: "", timeout, fetch: (request) => fetch(speaking(request as Request)) });
+  return new Gateway({ url: address, key: "", timeout, fetch: (request) => fetchNoting(request as Request) });
 }
 
 /** For what a page shows. */
@@ -58,6 +77,15 @@ export const patient = gatewayWithin(LONGEST_S);
 
 /** Something that the gateway is asked for. */
 export type Deed = (gateway: Gateway) => Promise<unknown>;
+
+/** Read what a page shows. Where that fails the banner, or an alarm, says why. */
+export async function quietly(read: () => Promise<unknown>): Promise<void> {
+  try {
+    await read();
+  } catch (error) {
+    if (!(error instanceof GatewayError)) throw error;
+  }
+}
 
 /** Write the request of a deed as a command line. Nothing is sent, and the deed never gets an answer to go on with. */
 export function curlOf(deed: Deed, withKey: boolean): Promise<string> {

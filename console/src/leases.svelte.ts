@@ -1,7 +1,6 @@
 /** Who may move: leases, those of this page renewed while it is open. */
 
-import { type Deed, Refused, type Schemas, type Target, gateway, sent } from "./gateway.ts";
-import { quietly } from "./reading.ts";
+import { type Deed, Refused, type Schemas, type Target, gateway, quietly, sent } from "./gateway.ts";
 
 type Lease = Schemas["Lease"];
 type Taken = Schemas["Taken"];

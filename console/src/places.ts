@@ -1,7 +1,7 @@
 /** Places in words: pulses, and the unit of a body's scale. */
 
 import type { AnyMove, Axes, Body } from "./gateway.ts";
-import { words } from "./words/index.svelte.ts";
+import { language, words } from "./words/index.svelte.ts";
 
 export interface Shown {
   value: string;
@@ -58,6 +58,11 @@ export function isOver(move: AnyMove): boolean {
 export function timeOf(text: string): string {
   const tenths = Math.floor(new Date(text).getMilliseconds() / 100);
   return isToday(text) ? `${clockOf(text)}.${tenths}` : clockOf(text);
+}
+
+/** The day of a time, as a heading. */
+export function dayOf(text: string): string {
+  return new Date(text).toLocaleDateString(language.now, { weekday: "long", month: "long", day: "numeric" });
 }
 
 /** A time as HH:MM:SS, with its day where that is another. */

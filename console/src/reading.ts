@@ -1,18 +1,9 @@
-/** Reading what a page shows. Where that fails the banner, or an alarm, says why. */
+/** Reading what a page shows again and again. */
 
 import { untrack } from "svelte";
 
-import { GatewayError, Refused } from "./gateway.ts";
+import { Refused, quietly } from "./gateway.ts";
 import { plant } from "./plant.svelte.ts";
-
-/** Read once. */
-export async function quietly(read: () => Promise<unknown>): Promise<void> {
-  try {
-    await read();
-  } catch (error) {
-    if (!(error instanceof GatewayError)) throw error;
-  }
-}
 
 /** Read now and every so often, while somebody looks and the gateway is there; gives how to end it. */
 export function every(periodMs: number, read: () => Promise<unknown>, gone: (refusal: Refused) => void = () => undefined): () => void {

@@ -18,6 +18,8 @@ const CHOICES: Record<Unit, readonly number[]> = {
 /** Of the choices: slow enough to let go in time. */
 const FIRST = 2;
 const PERCENTS = [1, 5, 10, 25, 50, 100];
+const FACTORS = [10, 25, 50, 75, 100];
+const FULL = 100;
 
 /** One of several speeds, kept by what moves. */
 export class Chosen {
@@ -25,17 +27,35 @@ export class Chosen {
   readonly #key: string;
   now = $state(0);
 
-  constructor(address: string, unit: string, choices: readonly number[]) {
+  constructor(address: string, unit: string, choices: readonly number[], first = choices[FIRST] ?? 1) {
     this.#key = `${KEPT}${address}.${unit}`;
     this.choices = choices;
     const kept = Number(localStorage.getItem(this.#key));
-    this.now = choices.includes(kept) ? kept : (choices[FIRST] ?? 1);
+    this.now = choices.includes(kept) ? kept : first;
   }
 
   choose(value: number): void {
     this.now = value;
     localStorage.setItem(this.#key, String(value));
   }
+}
+
+/** The part of each chosen speed, in percent, that whatever moves by hand from this computer goes at. */
+export const allFactor = new Chosen("all", "factor", FACTORS, FULL);
+
+/** The same of one axis. */
+export function factorOf(address: string): Chosen {
+  return new Chosen(address, "factor", FACTORS, FULL);
+}
+
+/** A speed by hand under the factors: of all, and its own. */
+export function factored(speed: number, own = FULL): number {
+  return Number(((speed * allFactor.now * own) / FULL ** 2).toPrecision(3));
+}
+
+/** A percentage under the factor of all, which no robot takes below one. */
+export function factoredPercent(percent: number): number {
+  return Math.max(1, Math.round((percent * allFactor.now) / FULL));
 }
 
 export function rateUnit(body: Body): Unit {

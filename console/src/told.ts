@@ -1,6 +1,7 @@
 /** Events in words, and as lines of a table. */
 
-import type { AnyMove, Event, Schemas } from "./gateway.ts";
+import { type AnyMove, type Body, type Event, type Schemas, isOwn } from "./gateway.ts";
+import { shown } from "./places.ts";
 import { language, named, words } from "./words/index.svelte.ts";
 
 /** What an event's type says: `body.move.started` is "body: move, started". */
@@ -29,6 +30,83 @@ export function saidBy(event: Event): string {
   if (event.type.startsWith("alarm.")) return saidByAlarm(data as unknown as Schemas["Alarm"]);
   const told = Object.entries(data).filter(([, value]) => value !== null && value !== "");
   return told.map(([name, value]) => `${name}: ${plain(value)}`).join(", ");
+}
+
+/** A line of what has happened: a move from its start to its end, or events alike that came one after the other. */
+export interface Row {
+  key: string;
+  time: string;
+  about: string;
+  what: string;
+  type: string;
+  said: string;
+  isBad: boolean;
+  /** How many events it tells of. */
+  count: number;
+  move: AnyMove | undefined;
+}
+
+const BAD = ["failed", "lost", "unknown", "rejected"];
+
+/** Fold events: of each move one row, of progress one. */
+export function foldedRows(events: readonly Event[], nameOf: (address: string) => { name: string; body: Body | undefined }): Row[] {
+  const rows: Row[] = [];
+  const moves = new Map<string, Row>();
+  for (const event of events) {
+    const { name, body } = nameOf(addressOf(event));
+    const move = moveOf(event);
+    const known = move && moves.get(move.id);
+    const before = rows.at(-1);
+    if (move && known) {
+      known.count += 1;
+      if (event.time > known.time) Object.assign(known, rowOf(event, name, body), { key: known.key, count: known.count });
+    } else if (!move && before && !before.move && before.type === event.type && before.about === name) {
+      before.count += 1;
+    } else {
+      const row = rowOf(event, name, body);
+      rows.push(row);
+      if (move) moves.set(move.id, row);
+    }
+  }
+  return rows;
+}
+
+/** A row for each event. */
+export function rawRows(events: readonly Event[]): Row[] {
+  return events.map((event) => ({ ...rowOf(event, addressOf(event), undefined), what: nameOfEvent(event.type), said: saidBy(event) }));
+}
+
+function rowOf(event: Event, about: string, body: Body | undefined): Row {
+  const move = moveOf(event);
+  return {
+    key: event.id,
+    time: event.time,
+    about,
+    type: event.type,
+    what: move ? named(words().moveKinds, move.kind) : nameOfEvent(event.type),
+    said: move ? wayOf(move, body) : saidBy(event),
+    isBad: move ? BAD.includes(move.status) : event.type.startsWith("alarm.raised"),
+    count: 1,
+    move,
+  };
+}
+
+/** "495 → 5 mm, 1.97 s, succeeded, by me". */
+function wayOf(move: AnyMove, body: Body | undefined): string {
+  const { moveStates, events } = words();
+  const place = (at: number | null): string => (body ? shown(body, at).value : at === null ? "?" : String(at));
+  const way =
+    "group_id" in move && (move.start_position !== null || move.target_position !== null)
+      ? `${place(move.start_position)} → ${place(move.ended_at ? (move.position ?? move.target_position) : move.target_position)} ${body?.unit ?? "pulse"}`
+      : "";
+  const took = move.sent_at && move.ended_at ? `${((Date.parse(move.ended_at) - Date.parse(move.sent_at)) / 1000).toFixed(2)} s` : "";
+  const by = isOwn(move.request_id) ? events.byMe : "";
+  const parts = [way, took, named(moveStates, move.status), move.error?.detail ?? "", by];
+  return parts.filter(Boolean).join(language.now === "ja" ? "、" : ", ");
+}
+
+function moveOf({ data }: Event): AnyMove | undefined {
+  return "event_cursor" in data ? (data as AnyMove) : undefined;
 }
 
 function plain(value: unknown): string {

@@ -8,13 +8,15 @@ const FOR_MS = 10 * 60_000;
 
 interface Step {
   id: number;
-  /** The body, such as `line1.3F`. */
+  /** The body, such as `line1.3F`, or the unit, such as `r1/units/1`. */
   about: string;
   until: number;
   /** What was there before: a user program, or positions. */
   source?: string;
   instructions?: number;
   positions?: Schemas["PositionToStore"][];
+  /** The same of a robot's unit. */
+  robotPositions?: Schemas["StoredEntry"][];
   flash: boolean;
 }
 

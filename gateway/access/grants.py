@@ -22,6 +22,8 @@ LONGEST_S: Final = 12 * 3600.0
 """No session is longer."""
 TICKET_S: Final = 10.0
 """A ticket is valid for this time, and once."""
+PENDANT_S: Final = 60.0
+"""The same of a ticket that begins the session of a pendant: time to hold a phone before the code."""
 MOST_SESSIONS: Final = 1000
 SESSIONS_PER_KEY: Final = 20
 MOST_TICKETS: Final = 1000
@@ -179,10 +181,10 @@ def _crowded(lent: Mapping[str, _Lent], newest: Grant, most_of_one: int, most: i
 
 
 class Tickets:
-    """Tickets for those that can send no header, good once and for seconds, to listen only."""
+    """Tickets for those that can send no header, good once and for `lasts_s` seconds."""
 
-    def __init__(self, clock: Callable[[], float] = monotonic) -> None:
-        self._clock = clock
+    def __init__(self, clock: Callable[[], float] = monotonic, lasts_s: float = TICKET_S) -> None:
+        self._clock, self._lasts_s = clock, lasts_s
         self._tickets: OrderedDict[str, _Lent] = OrderedDict()
 
     def issue(self, grant: Grant) -> str:
@@ -197,4 +199,4 @@ class Tickets:
     def redeem(self, ticket: str) -> Grant | None:
         """Take a ticket, and with it that it can be taken again."""
         lent = self._tickets.pop(ticket, None)
-        return lent.grant if lent is not None and self._clock() - lent.since <= TICKET_S else None
+        return lent.grant if lent is not None and self._clock() - lent.since <= self._lasts_s else None

@@ -1,6 +1,7 @@
 """The way in for callers: what their credentials are good for, what they may, and how much; knows no HTTP."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from time import monotonic
 from typing import Final
@@ -8,9 +9,10 @@ from typing import Final
 from gateway.access import keys
 from gateway.access.credentials import Credentials
 from gateway.access.errors import LimitReached, NotAuthenticated, NothingShown, NotPermitted
-from gateway.access.grants import Grant, SessionInfo, Tickets, handle_of
+from gateway.access.grants import PENDANT_S, Grant, SessionInfo, Tickets, handle_of
 from gateway.access.limits import Limits, Rates, Usages, Use
 from gateway.access.principal import EVERYBODY, PRINCIPAL, Principal, current
+from gateway.access.roles import Role
 from gateway.core.errors import GatewayError
 from gateway.core.origin import ORIGIN, Origin
 from gateway.core.own_faults import survived
@@ -20,7 +22,17 @@ from gateway.plant import Plant
 from gateway.security import entries
 from gateway.security.folding import network_of
 
-__all__ = ["EVERYBODY", "Admission", "CallersPassage", "Credentials", "Grant", "Passage", "Principal", "Use"]
+__all__ = [
+    "EVERYBODY",
+    "PENDANT_S",
+    "Admission",
+    "CallersPassage",
+    "Credentials",
+    "Grant",
+    "Passage",
+    "Principal",
+    "Use",
+]
 
 SIGN_INS_AT_ONCE: Final = 20
 SIGN_INS_PER_S: Final = 1.0
@@ -88,6 +100,8 @@ class Admission:
         self.credentials = plant.credentials
         self.sessions = plant.sessions
         self.tickets = Tickets()
+        self.pendants = Tickets(lasts_s=PENDANT_S)
+        """Tickets that a phone begins its session with."""
         self.territory = plant.territory
         self.targets = frozenset(
             row.target for row in operations_of(map(type, plant.families.values())) if row.target
@@ -201,12 +215,23 @@ class Admission:
         self._security.note(entries.SIGN_IN_ACCEPTED, handle_of(session), caller=who.name, role=who.role)
         return session
 
+    def pendant_of(self, grant: Grant, target: str) -> str:
+        """Give a ticket for one session, with the role of the grant, about `target`; it administers nothing.
+
+        :raises NotPermitted: the caller may not move the target.
+        """
+        who = grant.principal
+        self.territory.require(who, Right.OPERATE, target)
+        role = Role.SETUP if who.role is Role.ADMIN else who.role
+        narrow = replace(who, role=role, scope=frozenset({target}))
+        return self.pendants.issue(replace(grant, principal=narrow, session=None))
+
     def refuse_sign_in(self, place: str, address: str) -> None:
-        """Note that a key was not good. One that is good passes, however many were not.
+        """Note that a key, or a code, was not good. One that is good passes, however many were not.
 
         :raises LimitReached: too many were shown from there.
         """
-        self._security.note(entries.SIGN_IN_REFUSED, place, why="The key is not good.")
+        self._security.note(entries.SIGN_IN_REFUSED, place, why="What was shown is not good.")
         if not self.wrong_sign_ins.passes(network_of(address) or ""):
             raise LimitReached(
                 "From this address too many keys were shown that are not good; no session was begun.",

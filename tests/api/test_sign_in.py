@@ -124,3 +124,43 @@ async def test_over_tls_the_cookie_is_for_this_host_alone(stand: Stand, keys: Ke
 async def test_an_open_gateway_needs_no_session(stand: Stand) -> None:
     assert await sign_in(stand, "anything", "/redoc") == (303, "/redoc", "")
     assert (await stand.get("/docs")).status_code == 200
+
+
+@guarded()
+async def test_a_code_begins_one_session_that_is_about_its_target_only(stand: Stand, keys: Keys) -> None:
+    lent = await stand.post("/pendant/arm.3F", **keys.header("admin"))
+    assert lent.headers["cache-control"] == "no-store"
+    path = f"/pendant?ticket={lent.json()['ticket']}"
+    used = await stand.get(path)
+    assert (used.status_code, used.headers["location"]) == (303, "./")
+    session = {"cookie": used.headers["set-cookie"].partition(";")[0], **OWN}
+    stand.client.cookies.clear()
+    who = (await stand.get("/system/identity", **session)).json()
+    assert (who["role"], who["scope"]) == ("setup", ["arm.3F"])
+    assert (await stand.post("/bodies/arm.3F/moves", RELATIVE, **session)).status_code == 202
+    assert (await stand.post("/bodies/arm.01/moves", RELATIVE, **session)).status_code == 403
+    assert (await stand.get("/access/keys", **session)).status_code == 403
+    again = await stand.get(path)
+    assert (again.status_code, "set-cookie" in again.headers) == (401, False)
+    assert "used before" in again.text
+
+
+@pytest.mark.parametrize(("role", "scope"), [("viewer", ()), ("operator", ("leg",))])
+def test_a_code_is_for_who_may_move_the_target(role: str, scope: tuple[str, ...]) -> None:
+    @guarded()
+    async def story(stand: Stand, keys: Keys) -> None:
+        assert (await stand.post("/pendant/arm.3F", **keys.header(role, *scope))).status_code == 403
+
+    story()
+
+
+@guarded()
+async def test_the_session_of_a_code_ends_with_the_key_of_who_has_shown_it(stand: Stand, keys: Keys) -> None:
+    key = keys.store.create("hanako", "operator")  # type: ignore[arg-type]  # a role's word
+    lent = await stand.post("/pendant/arm.3F", authorization=f"Bearer {key}")
+    used = await stand.get(f"/pendant?ticket={lent.json()['ticket']}")
+    session = {"cookie": used.headers["set-cookie"].partition(";")[0]}
+    stand.client.cookies.clear()
+    assert (await stand.get("/bodies", **session)).status_code == 200
+    keys.store.revoke("hanako")
+    assert (await stand.get("/bodies", **session)).status_code == 401

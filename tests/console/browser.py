@@ -140,11 +140,18 @@ class Console:
         """Wait until the page says something."""
         expect(self.page.get_by_text(text).filter(visible=True).first).to_be_visible()
 
+    def show_calls(self) -> None:
+        """Let each button have its request beside it."""
+        switch = self.button("Show calls")
+        if switch.get_attribute("aria-pressed") == "false":
+            switch.click()
+
     def copied_as_curl(self, action: str) -> list[str]:
         """Copy an action as curl, and give the words of the command in the clipboard.
 
         The browser copies some time after the click, and the clipboard keeps what was copied before.
         """
+        self.show_calls()
         notice = self.page.locator(".notices", has_text="Copied")
         expect(notice).to_have_count(0)
         self.button(f"Copy as curl: {action}").click()

@@ -236,6 +236,8 @@ GET       /readyz                                        open     any
 GET       /version                                       open     any
 GET       /sign-in                                       open     any
 POST      /sign-in                                       open     any
+GET       /pendant                                       open     any
+POST      /pendant/{target}                              operate  any
 POST      /sign-out                                      view     any
 GET       /                                              view     any
 GET       /assets/{name}                                 view     any

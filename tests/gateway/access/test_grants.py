@@ -6,6 +6,7 @@ from gateway.access import grants
 from gateway.access.grants import (
     IDLE_S,
     LONGEST_S,
+    PENDANT_S,
     SESSIONS_PER_KEY,
     TICKET_S,
     TICKETS_PER_KEY,
@@ -54,14 +55,15 @@ def test_a_session_that_is_idle_or_ended_is_none() -> None:
     assert sessions.grant_of("") is None
 
 
-def test_a_ticket_is_taken_once_and_in_time() -> None:
+@pytest.mark.parametrize("lasts_s", [TICKET_S, PENDANT_S])
+def test_a_ticket_is_taken_once_and_in_time(lasts_s: float) -> None:
     clock = Clock()
-    tickets = Tickets(clock)
+    tickets = Tickets(clock, lasts_s)
     ticket, late = tickets.issue(GRANT), tickets.issue(GRANT)
-    clock.now = TICKET_S
+    clock.now = lasts_s
     assert tickets.redeem(ticket) is GRANT
     assert tickets.redeem(ticket) is None
-    clock.now = TICKET_S + 0.1
+    clock.now = lasts_s + 0.1
     assert tickets.redeem(late) is None
 
 
