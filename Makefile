@@ -50,6 +50,7 @@ documents: $(VENV)/.development ## Write the pages anew that are made of the cod
 	$(BIN)/python -m tests.bit_flips.page > docs/bit-flips.md
 	$(BIN)/python -m tests.catalogue.page > docs/faults.md
 	$(BIN)/python -m tests.promises > docs/testing.md
+	$(BIN)/python -m tests.recovery.page > docs/recovery.md
 	$(BIN)/python -m tests.sbom
 
 clients: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) ## Write the OpenAPI documents and the generated parts of the clients anew

@@ -1,5 +1,6 @@
 """The web application: all routes over one plant."""
 
+from collections.abc import Iterable
 from functools import partial
 from typing import Any, Final
 
@@ -24,7 +25,7 @@ from gateway.door.keys import Keys
 from gateway.door.metrics import metrics_of
 from gateway.door.opening import Plant
 from gateway.door.remedies import calls_for
-from gateway.door.table import Right, operations_of
+from gateway.door.table import Operation, Right, operations_of
 from gateway.door.traffic import Traffic
 
 DESCRIPTION = """\
@@ -86,8 +87,10 @@ _KEY: Final = {
 }
 
 
-def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
-    """Make the application. The server starts and closes the plant.
+def create_app(
+    plant: Plant, credentials: Credentials | None = None, besides: Iterable[Operation] = ()
+) -> FastAPI:
+    """Make the application, with operations of its own `besides`. The server starts and closes the plant.
 
     Without credentials nobody gets in, unless the configuration lets everybody in.
     """
@@ -113,7 +116,7 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     app.state.metrics = metrics_of(plant, traffic)
     problems.install(app, partial(calls_for, plant))
     by_hand = [it for module in (catalogue, health, streams, tickets) for it in module.router.routes]
-    operations = operations_of(map(type, plant.families.values()))
+    operations = [*operations_of(map(type, plant.families.values())), *besides]
     rows = walker.routes(operations, [it for it in by_hand if isinstance(it, HttpRoute)])
     # Side by side instead of included, so that one index finds them all; and before the docs.
     app.router.routes[:0] = [*rows, *(it for it in by_hand if not isinstance(it, HttpRoute))]

@@ -38,7 +38,7 @@ app = typer.Typer(
 simulate = typer.Typer(help="Run fake controllers to develop and test against.", no_args_is_help=True)
 
 for command in (
-    *(serve.serve, init.init, init.check),
+    *(serve.serve, serve.demo, init.init, init.check),
     *(watch.status, watch.watch, scan.scan, trace.trace),
     moves.send,
     stop.stop,
