@@ -6,10 +6,9 @@ from collections.abc import Iterable, Iterator
 from itertools import islice
 from typing import Annotated, Any
 
-import httpx
 import typer
 
-from app import exits
+from app import exits, http
 from app.client import ANSWER_S, LOCAL, Client, Json, KeyFile, Url, refusal, why_not_reached
 from app.exits import Failure
 from app.output import Row, json_text, table
@@ -124,7 +123,7 @@ def follow(
                 if event is not None:
                     yield event
                 cursor, reached, lost = event_cursor, True, False
-        except (httpx.HTTPError, httpx.InvalidURL, Failure) as error:
+        except (http.NotReached, http.AnswerLost, Failure) as error:
             if isinstance(error, Failure) and (not reached or error.code != exits.NOT_SENT):
                 raise
             if not reached:
@@ -143,12 +142,13 @@ def _stream(
     :raises Failure: the gateway refuses.
     """
     headers = {**client.headers(), **({"Last-Event-ID": cursor} if cursor else {})}
-    with httpx.stream(
+    with http.stream(
         "GET",
         client.url + path,
         params=query,
         headers=headers,
-        timeout=httpx.Timeout(ANSWER_S, read=SILENT_S),
+        timeout=ANSWER_S,
+        silence=SILENT_S,
         trust_env=client.trust_environment,
     ) as it:
         if not it.is_success:
@@ -157,7 +157,7 @@ def _stream(
         yield from _server_sent(_lines(it.iter_text()))
 
 
-def _problem(answer: httpx.Response) -> dict[str, Any]:
+def _problem(answer: http.Answer) -> dict[str, Any]:
     try:
         return dict(answer.json())
     except (TypeError, ValueError):
