@@ -5,6 +5,7 @@ import socket
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import pytest
 
@@ -12,7 +13,7 @@ from app import http
 
 SLOW_S = 0.2
 PATIENCE_S = 20.0
-ASK = {"headers": {"X-Request-Id": "1"}, "timeout": PATIENCE_S, "trust_env": False}
+ASK: dict[str, Any] = {"headers": {"X-Request-Id": "1"}, "timeout": PATIENCE_S, "trust_env": False}
 
 
 @contextmanager
