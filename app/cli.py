@@ -29,6 +29,7 @@ COMMANDS: Final = {
     "diff": "backups:diff",
     "restore": "backups:restore",
     "journal": "journal:journal",
+    "data": "data:data",
     "audit": "audit:audit",
     "keys": "keys:app",
     "sessions": "security:sessions",
