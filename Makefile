@@ -16,7 +16,7 @@ export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help serve test prove fuzz bench format documents clients console chromium lock
+.PHONY: help serve test prove fuzz bench format documents clients console release chromium lock
 
 help: ## Show the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 11
@@ -53,6 +53,7 @@ documents: $(VENV)/.development ## Write the pages anew that are made of the cod
 	$(BIN)/python -m tests.bit_flips.page > docs/bit-flips.md
 	$(BIN)/python -m tests.catalogue.page > docs/faults.md
 	$(BIN)/python -m tests.promises > docs/testing.md
+	$(BIN)/python -m tests.recovery.page > docs/recovery.md
 	$(BIN)/python -m tests.sbom
 
 clients: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) ## Write the OpenAPI documents and the generated parts of the clients anew
@@ -64,6 +65,9 @@ clients: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) ## Write the OpenAPI doc
 console: $(CONSOLE)/$(PACKAGES) ## Check the console's sources and build its pages anew
 	cd $(CONSOLE) && ../$(NODE) node_modules/svelte-check/bin/svelte-check --fail-on-warnings
 	cd $(CONSOLE) && ../$(NODE) node_modules/vite/bin/vite.js build
+
+release: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) ## Build all that is given to others, with its checksums, into dist/
+	$(BIN)/python packaging/release.py $(CURDIR)/$(NODE) $(CURDIR)/$(NODE_HOME)/lib/node_modules/npm/bin/npm-cli.js
 
 # The pages are tested in it; without it these tests are left out.
 chromium: APT := $(if $(filter-out 0,$(shell id -u)),sudo -n) apt-get -qq -o DPkg::Lock::Timeout=120

@@ -1,5 +1,6 @@
 """The web application: all routes over one plant."""
 
+from collections.abc import Iterable
 from functools import partial
 from typing import Any, Final
 from warnings import catch_warnings, simplefilter
@@ -27,7 +28,7 @@ from gateway.door.metrics import metrics_of
 from gateway.door.opening import Plant
 from gateway.door.remedies import calls_for
 from gateway.door.system import VERSION
-from gateway.door.table import Right, operations_of
+from gateway.door.table import Operation, Right, operations_of
 from gateway.door.traffic import Traffic
 
 DESCRIPTION = """\
@@ -94,8 +95,10 @@ _KEY: Final = {
 }
 
 
-def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
-    """Make the application. The server starts and closes the plant.
+def create_app(
+    plant: Plant, credentials: Credentials | None = None, besides: Iterable[Operation] = ()
+) -> FastAPI:
+    """Make the application, with operations of its own `besides`. The server starts and closes the plant.
 
     Without credentials nobody gets in, unless the configuration lets everybody in.
     """
@@ -121,7 +124,7 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     app.state.metrics = metrics_of(plant, traffic)
     problems.install(app, partial(calls_for, plant))
     written = [it for router in (*by_hand.ROUTERS, streams.router) for it in router.routes]
-    operations = operations_of(map(type, plant.families.values()))
+    operations = [*operations_of(map(type, plant.families.values())), *besides]
     rows = walker.routes(operations, [it for it in written if isinstance(it, HttpRoute)])
     # Side by side instead of included, so that one index finds them all; and before the docs.
     app.router.routes[:0] = [*rows, *(it for it in written if not isinstance(it, HttpRoute))]

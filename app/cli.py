@@ -1,70 +1,102 @@
 """The command line: start the gateway or a simulator, and talk to a running gateway from scripts."""
 
 import sys
-from importlib.metadata import version as distribution_version
-from typing import Annotated
+from collections.abc import Iterator, Mapping
+from importlib import import_module
+from typing import Annotated, Any, Final
 
 import typer
+from typer.main import get_command, get_group
 
 from app import exits, words
-from app.commands import (
-    alarms,
-    audit,
-    backups,
-    init,
-    jog,
-    journal,
-    keys,
-    lease,
-    moves,
-    plot,
-    plot_move,
-    program,
-    reload,
-    scan,
-    security,
-    serve,
-    stop,
-    trace,
-    watch,
-)
+
+COMMANDS: Final = {
+    "serve": "serve:serve",
+    "demo": "serve:demo",
+    "init": "init:init",
+    "check": "init:check",
+    "status": "watch:status",
+    "watch": "watch:watch",
+    "scan": "scan:scan",
+    "trace": "trace:trace",
+    "send": "moves:send",
+    "move": "moves:move",
+    "jog": "jog:jog",
+    "stop": "stop:stop",
+    "reload": "reload:reload",
+    "security": "security:security",
+    "backup": "backups:backup",
+    "diff": "backups:diff",
+    "restore": "backups:restore",
+    "journal": "journal:journal",
+    "data": "data:data",
+    "audit": "audit:audit",
+    "keys": "keys:app",
+    "sessions": "security:sessions",
+    "alarms": "alarms:alarms",
+    "lease": "lease:lease",
+    "program": "program:program",
+    "plot": "plot_move:plot",
+}
+"""Modules of `app.commands`, and what in them is a command: each is loaded when it is called."""
+_WITH_NUMBERS: Final = {"ignore_unknown_options": True}
+"""Negative numbers look like options: `move 3F relative -500`."""
+
+
+class _Commands(Mapping[str, Any]):
+    """The commands of the table, and those that are there already."""
+
+    def __init__(self, there: Mapping[str, Any]) -> None:
+        self._loaded = dict(there)
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._loaded:
+            self._loaded[name] = _load(name)
+        return self._loaded[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(dict.fromkeys((*COMMANDS, *self._loaded)))
+
+    def __len__(self) -> int:
+        return len(list(iter(self)))
+
+
+def _load(name: str) -> Any:
+    module, _, attribute = COMMANDS[name].partition(":")
+    made = getattr(import_module(f"app.commands.{module}"), attribute)
+    if isinstance(made, typer.Typer):
+        command: Any = get_group(made)
+        command.name = name
+        return command
+    alone = typer.Typer(add_completion=False)
+    settings = _WITH_NUMBERS if name in ("move", "jog") else None
+    alone.command(name, cls=words.Command, context_settings=settings)(made)
+    return get_command(alone)
+
+
+class _CommandLine(exits.Commands):
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self.commands: Any = _Commands(self.commands)
+
 
 app = typer.Typer(
-    cls=exits.Commands,
+    cls=_CommandLine,
     help="A network gateway for RORZE and DYNAX motion controllers. It is not a safety function.",
     epilog=exits.IN_WORDS,
     no_args_is_help=True,
 )
-simulate = typer.Typer(help="Run fake controllers to develop and test against.", no_args_is_help=True)
-
-for command in (
-    *(serve.serve, init.init, init.check),
-    *(watch.status, watch.watch, scan.scan, trace.trace),
-    moves.send,
-    stop.stop,
-    reload.reload,
-    security.security,
-    *(backups.backup, backups.diff, backups.restore),
-):
-    app.command(cls=words.Command)(command)
-# Negative numbers look like options: `move 3F relative -500`.
-app.command(cls=words.Command, context_settings={"ignore_unknown_options": True})(moves.move)
-app.command(cls=words.Command, context_settings={"ignore_unknown_options": True})(jog.jog)
-app.add_typer(simulate, name="simulate")
-app.add_typer(journal.journal, name="journal")
-app.add_typer(audit.audit, name="audit")
-app.add_typer(keys.app, name="keys")
-app.add_typer(security.sessions, name="sessions")
-app.add_typer(alarms.alarms, name="alarms")
-app.add_typer(lease.lease, name="lease")
-app.add_typer(program.program, name="program")
-plot.plot.command("move")(plot_move.move)
-app.add_typer(plot.plot, name="plot")
+app.add_typer(
+    typer.Typer(help="Run fake controllers to develop and test against.", no_args_is_help=True),
+    name="simulate",
+)
 
 
 @app.command()
 def version() -> None:
     """Print the version."""
+    from importlib.metadata import version as distribution_version
+
     typer.echo(distribution_version("motion-gateway"))
 
 

@@ -4,18 +4,15 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from http import HTTPStatus
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 from uuid import uuid4
 
 import typer
 
-from app import exits
+from app import exits, http
 from app.exits import Failure, Misuse
 from app.progress import Progress
-from gateway.core.errors import Ambiguous, GarbledReply, NoReply
-from gateway.core.move_record import MoveStatus
 
 LOCAL = "http://127.0.0.1:8420"
 KEY_VARIABLE = "MOTION_GATEWAY_KEY"
@@ -25,8 +22,11 @@ STEP_S = 2.0
 ANSWER_S = 10.0
 """What an answer may take beyond the wait that was asked for."""
 
-if TYPE_CHECKING:
-    import httpx
+OVER = frozenset({"succeeded", "failed", "stopped", "rejected", "cancelled", "lost", "unknown"})
+"""The statuses of moves that are over."""
+UNANSWERED = frozenset({"no-reply", "garbled-reply"})
+AMBIGUOUS = "ambiguous-address"
+"""Kinds of problems. All these are those of `gateway.core`, which takes long to load."""
 
 Url = Annotated[str, typer.Option(help="Where the gateway listens.", envvar="MOTION_GATEWAY_URL")]
 KeyFile = Annotated[
@@ -83,14 +83,11 @@ class Client:
 
         :raises Failure: it was refused, or nobody knows; the sentence names the request's id.
         """
-        import httpx  # not by a server, which never asks
-
         headers, url = self.headers(), self.url + path
-        never_reached = httpx.ConnectError, httpx.ConnectTimeout, httpx.UnsupportedProtocol, httpx.InvalidURL
         if wait_s:
             headers["Prefer"] = f"wait={wait_s:g}"
         try:
-            answer = httpx.request(
+            answer = http.request(
                 method,
                 url,
                 json=content,
@@ -100,13 +97,13 @@ class Client:
             )
             if not answer.is_success:
                 problem = _data(answer)
-                if answer.status_code == HTTPStatus.UNAUTHORIZED and not self.key:
+                if answer.status_code == http.UNAUTHORIZED and not self.key:
                     problem["remedy"] = f"Put your key into {KEY_VARIABLE}, or name its file by --key-file."
                 raise refusal(answer.status_code, problem, headers["X-Request-Id"])
             return _data(answer)
-        except never_reached as error:
+        except http.NotReached as error:
             raise Failure(f"{why_not_reached(url, error)} Nothing was sent.", exits.NOT_SENT) from None
-        except (httpx.HTTPError, TypeError, ValueError) as error:
+        except (http.AnswerLost, TypeError, ValueError) as error:
             lost = f"The gateway at {url} was asked, and its answer was lost: {str(error).rstrip('.')}."
             if method == "GET":
                 raise Failure(f"{lost} It was only a question; nothing was sent.", exits.NOT_SENT) from None
@@ -127,7 +124,7 @@ class Client:
 
     def _follow(self, moves: list[dict[str, Any]], wait_s: float, progress: Progress) -> list[dict[str, Any]]:
         while (wait_s := wait_s - STEP_S) > 0:
-            running = [it for it in moves if not MoveStatus(it["status"]).final]
+            running = [it for it in moves if it["status"] not in OVER]
             if not running:
                 break
             progress.say("; ".join(f"{it['body_id']} {it['status']}" for it in running))
@@ -166,7 +163,7 @@ def going_on_after(what: str) -> Iterator[None]:
         ) from None
 
 
-def _data(answer: "httpx.Response") -> dict[str, Any]:
+def _data(answer: http.Answer) -> dict[str, Any]:
     """Read an object.
 
     :raises TypeError: it is none; it may come from no gateway.
@@ -192,13 +189,13 @@ def refusal(status: int, problem: dict[str, Any], request_id: str) -> Failure:
 
 def _exit_code(status: int, problem: dict[str, Any]) -> int:
     kind = str(problem.get("type", "")).rpartition(":")[2]
-    if problem.get("moved") == "unknown" or kind in (NoReply.kind, GarbledReply.kind):
+    if problem.get("moved") == "unknown" or kind in UNANSWERED:
         return exits.UNKNOWN
-    if kind == Ambiguous.kind:
+    if kind == AMBIGUOUS:
         return exits.USAGE
-    if status == HTTPStatus.SERVICE_UNAVAILABLE:
+    if status == http.UNAVAILABLE:
         return exits.NOT_SENT
-    refused = status in (HTTPStatus.UNAUTHORIZED, HTTPStatus.FORBIDDEN, HTTPStatus.CONFLICT)
+    refused = status in (http.UNAUTHORIZED, http.FORBIDDEN, http.CONFLICT)
     return exits.REFUSED if refused or problem.get("code") else exits.USAGE
 
 
@@ -208,13 +205,13 @@ def exit_of_moves(moves: list[dict[str, Any]], *, awaited: bool) -> int:
 
 
 def _exit_of_move(move: dict[str, Any], *, awaited: bool) -> int:
-    status = MoveStatus(move["status"])
-    if not status.final:
+    status = move["status"]
+    if status not in OVER:
         return exits.UNDER_WAY if awaited else exits.DONE
-    if status is MoveStatus.SUCCEEDED:
+    if status == "succeeded":
         return exits.DONE
     moved = (move["error"] or {}).get("moved")
-    return exits.UNKNOWN if MoveStatus.UNKNOWN in (status, moved) else exits.REFUSED
+    return exits.UNKNOWN if "unknown" in (status, moved) else exits.REFUSED
 
 
 def exit_of_stop(stop: dict[str, Any]) -> int:

@@ -3,8 +3,11 @@
 from pathlib import Path
 from typing import Any, Final
 
+from app.client import LOCAL
 from gateway.config import Config
 
+LINE: Final = "line1"
+ROBOT: Final = "r1"
 _TURN: Final = 360.0
 _BODIES: Final[tuple[dict[str, Any], ...]] = (
     {"id": "00", "name": "left rail"},
@@ -26,7 +29,7 @@ _GROUPS: Final[tuple[dict[str, Any], ...]] = (
 )
 _SCARA: Final[dict[str, Any]] = {
     "id": "wafer",
-    "line": "line1",
+    "line": LINE,
     "group": "8A",
     "members": ["10", "11", "12"],
     "arm_um": 215_000,
@@ -43,7 +46,7 @@ def demo_config(line_path: Path, robot_path: Path, port: int | None = None) -> C
     if port is not None:
         server["port"] = port
     line = {
-        "id": "line1",
+        "id": LINE,
         "address": f"serial://{line_path}?baud=9600",
         "bodies": _BODIES,
         "groups": _GROUPS,
@@ -52,8 +55,20 @@ def demo_config(line_path: Path, robot_path: Path, port: int | None = None) -> C
         {"number": 1, "axes": ["X", "Y", "Z"], "motor_axes": ["A", "B", "Z"]},
         {"number": 2, "axes": ["X", "Y", "Z"]},
     ]
-    robot = {"id": "r1", "units": units, "macros": {"PCK": "pick"}}
+    robot = {"id": ROBOT, "units": units, "macros": {"PCK": "pick"}}
     cell = {"id": "cell1", "protocol": "fics", "address": f"dpram://{robot_path}", "robot": robot}
     return Config.model_validate(
         {"server": server, "access": {"mode": "open"}, "lines": [line, cell], "scaras": [_SCARA]}
     )
+
+
+def welcome(url: str, command: str) -> str:
+    """Say in five lines what to do next; `command` is what the demo was started as."""
+    where = "" if url == LOCAL else f" --url {url}"
+    return f"""
+  1  See the plant, move its motors by hand, STOP ALL:  {url}/
+  2  Move a motor from another shell:  {command} move 3F relative 500 --wait 10{where}
+  3  Break something, and find the way back to work:  {url}/#/system
+  4  Look at the API, and try it:  {url}/docs
+  5  Serve a line of your own:  {command} init --port /dev/ttyUSB0 --out gateway.toml
+"""

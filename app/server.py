@@ -7,8 +7,9 @@ import signal
 import socket
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from functools import partial
 from ipaddress import ip_address
 from pathlib import Path
@@ -27,8 +28,10 @@ from gateway.config import Config, ConfigError, Server
 from gateway.config_file import ConfigFile
 from gateway.core.aside import SWITCH_S
 from gateway.core.errors import GatewayError
+from gateway.core.journal.disk import SqliteDisk
 from gateway.core.journal.opening import Opened, longest_s, open_journal
 from gateway.core.lease_tokens import LeaseTokens
+from gateway.core.operation import Operation
 from gateway.core.origin import Origin, acting
 from gateway.door import configuration
 from gateway.memory import make_sense
@@ -60,7 +63,21 @@ class CannotListen(OSError):
     """The HTTP port cannot be had; the message says which and why."""
 
 
-async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> None:
+@dataclass(frozen=True)
+class Special:
+    """What a demo has, and no other gateway."""
+
+    rows: Sequence[Operation] = ()
+    """Operations besides those of the table."""
+    open_disk: Callable[[Path], SqliteDisk] = SqliteDisk
+    """Opens the journal's disk of a directory."""
+    welcome: Callable[[str], object] = lambda _url: None
+    """Called with the address as soon as clients are served."""
+
+
+async def serve(
+    config: Config, data: Path, file: ConfigFile | None = None, special: Special = Special()
+) -> None:
     """Serve until SIGINT, SIGTERM, or the end of the terminal; SIGHUP from elsewhere reads the `file` again.
 
     `data` is where the keys, the names and the journal are. What `on_exit` leaves moving runs on.
@@ -77,12 +94,12 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
     access = AccessControl(config, data)
     with _bound(config.server) as listener:
         signals = _Signals()
-        journal = _journal(data)
+        journal = _journal(data, special.open_disk)
         security = SecurityLog(data, Keeping(config.security.keep_days, config.security.refusals_per_minute))
         sending = _sending(config, security)
         plant = Plant(config, journal=journal, lease_tokens=LeaseTokens(data), file=file, security=security)
         plant.names.keep_in(data)
-        app = create_app(plant, access.credentials)
+        app = create_app(plant, access.credentials, special.rows)
         server = _Server(_uvicorn_config(app, config.server, access.certificate))
         signals.concern(plant, server)
         if watchdog_wanted():
@@ -94,8 +111,10 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
             with short_collections():
                 plant.watch.start()
                 scheme = "https" if access.certificate else "http"
+                url = f"{scheme}://{config.server.host}:{listener.getsockname()[1]}"
                 log.info("the journal and the keys are in %s", data)
-                log.info("running on %s://%s:%d", scheme, config.server.host, listener.getsockname()[1])
+                log.info("running on %s", url)
+                special.welcome(url)
                 access.on_key = lambda what, key: plant.events.publish(f"gateway.key.{what}", SUBJECT, key)
                 access.start()
                 notify("READY=1", "STATUS=")
@@ -139,13 +158,13 @@ def _sending(config: Config, security: SecurityLog) -> Syslog | None:
     return syslog
 
 
-def _journal(data: Path) -> Opened:
+def _journal(data: Path, open_disk: Callable[[Path], SqliteDisk]) -> Opened:
     """Open the journal. A large one takes a while, in which no line is open."""
     if (takes_s := longest_s(data)) > QUICK_START_S:
         why = f"looking over the journal in {data}; no line is opened before"
         log.info("%s; on a slow disk that takes up to %.0f s", why, takes_s)
         expect_long_start(START_S + takes_s, why)
-    return open_journal(data, make_sense)
+    return open_journal(data, make_sense, open_disk)
 
 
 def _feed_watchdog(plant: Plant) -> None:

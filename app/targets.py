@@ -6,12 +6,12 @@ from typing import Any, Literal
 
 from app.client import Client
 from app.exits import Misuse
-from gateway.core.addresses import numbered_address
-from protocols.rorze.row import FIRST_GROUP
+from gateway.core.spelling import is_numbered, numbered_address
 
 Kind = Literal["bodies", "groups", "scaras", "robots"]
 
-_NUMBERED = re.compile("(?:[a-z][a-z0-9-]*[.])?[0-9][0-9a-f]", re.ASCII | re.IGNORECASE)
+FIRST_GROUP = 0x80
+"""As in `protocols.rorze.row`, which takes long to load."""
 _UNIT = re.compile("(.+?)(?:/units)?/([1-9])", re.IGNORECASE)
 
 
@@ -48,7 +48,7 @@ class Target:
 
 def numbered(word: str) -> Target | None:
     """Read the address of a body or a group, `3F` or `arm.80`; None if it is none."""
-    if not _NUMBERED.fullmatch(word):
+    if not is_numbered(word):
         return None
     group = int(word[-2:], 16) >= FIRST_GROUP
     return Target("groups" if group else "bodies", numbered_address(word))

@@ -22,14 +22,14 @@ from protocols.fics.link import Terminator
 from protocols.rorze.row import LAST_BODY
 from simulator.demo import teach
 from simulator.fics.control import create_control as create_fics_control
-from simulator.fics.dpram_port import SimulatedDpram, serve_dpram
+from simulator.fics.dpram_port import serve_dpram
 from simulator.fics.layout import Layout
-from simulator.fics.line import LineSettings
+from simulator.fics.line import LineSettings, SimulatedFics
 from simulator.fics.line import build_line as build_fics
 from simulator.fics.macros import MACROS, read_macros
-from simulator.ports import Machine, Port, PtyPort, serve_pty, serve_tcp
+from simulator.ports import Machine, Port, serve_pty, serve_tcp
 from simulator.rorze.control import create_control
-from simulator.rorze.line import build_line
+from simulator.rorze.line import Rc400Line, build_line
 from simulator.truth import TruthLog
 
 KEPT_FACTS = 100_000
@@ -271,20 +271,14 @@ async def _control(control: FastAPI, host: str, number: int) -> AsyncIterator[No
         await serving
 
 
-def start_demo_line(bodies: Sequence[int], path: Path) -> PtyPort:
-    """Run an RC-400 line in this event loop, unpaced, behind a pseudo-terminal that `path` will link to.
-
-    :raises OSError: the pseudo-terminal or the link cannot be made.
-    """
+def demo_line(bodies: Sequence[int]) -> Rc400Line:
+    """Build an RC-400 line that has learnt what the demo shows."""
     now = monotonic()
     line = build_line(bodies, now, TruthLog(KEPT_FACTS))
     teach(line, now)
-    return serve_pty(line, path)
+    return line
 
 
-def start_demo_robot(path: Path) -> SimulatedDpram:
-    """Run a Fics of two units in this event loop, behind a dual-port RAM in the file `path`.
-
-    :raises OSError: the file cannot be made.
-    """
-    return serve_dpram(build_fics(Layout(units=2), TruthLog(KEPT_FACTS)), path)
+def demo_robot() -> SimulatedFics:
+    """Build a Fics of two units."""
+    return build_fics(Layout(units=2), TruthLog(KEPT_FACTS))

@@ -143,3 +143,9 @@ class Faults:
             whole = Flight(late, (frame[:cut], frame[cut:]), hits[Fault.SPLIT])
         again = [Flight(late + hits[Fault.DOUBLED], (frame,))] if Fault.DOUBLED in hits else []
         return [whole, *again]
+
+
+def cut(faults: Faults) -> None:
+    """Lose every frame, both ways, until the faults are cleared: a cable that is pulled."""
+    for direction in Direction:
+        faults.set(Switch(Fault.LOST, direction, probability=1.0))

@@ -1,10 +1,13 @@
 """A transport that leads straight into a simulated machine, on the time of the running loop."""
 
 import asyncio
-from typing import Protocol
+from collections.abc import Callable
+from typing import Protocol, TypeVar
 
 from simulator.rorze.line import Rc400Line
 from transports.base import Receiver, Transport, TransportLost, TransportUnavailable
+
+T = TypeVar("T")
 
 
 class Machine(Protocol):
@@ -64,6 +67,12 @@ class SimulatedCable(Transport):
         self._receiver = None
         if self._timer:
             self._timer.cancel()
+
+    def touch(self, deed: Callable[[float], T]) -> T:
+        """Do something to the machine now, other than through its line, and what follows from it."""
+        result = deed(asyncio.get_running_loop().time())
+        self._turn()
+        return result
 
     def unplug(self) -> None:
         """Pull the cable."""

@@ -68,3 +68,11 @@ def headings(page: Path) -> set[str]:
     """The headings of a page, as links name them."""
     found = re.findall(r"^#+ (.*)$", page.read_text("utf-8"), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", it.lower()).replace(" ", "-") for it in found}
+
+
+def test_the_first_page_is_read_in_a_minute_and_shows_a_picture() -> None:
+    page = (ROOT / "README.md").read_text("utf-8")
+    before, _, _ = page.partition("\n    ")
+    assert len(before.split()) <= 90
+    assert len(page.split()) <= 400
+    assert any(file.endswith(".png") for file, _ in LINK.findall(before))

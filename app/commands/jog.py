@@ -15,12 +15,11 @@ from app.exits import Failure, Misuse
 from app.output import json_text
 from app.progress import Progress
 from app.targets import Target, find
-from gateway.core.stops import CONFIRM_WITHIN_S
 
 HEARTBEATS: Final = 3
 """In the time in which one has to come."""
 CHECK_S: Final = 0.1
-STILL_WITHIN_S: Final = 2 * CONFIRM_WITHIN_S
+STILL_WITHIN_S: Final = 4.0
 """Standstill that is not seen by then is not waited for."""
 _WAYS: Final = ("+", "-", "cw", "ccw")
 _ENDS: Final = {

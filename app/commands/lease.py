@@ -12,12 +12,13 @@ from app.completion import addresses
 from app.exits import Failure
 from app.output import json_text, table
 from app.targets import find
-from gateway.core.leases import LONGEST_S
 
 lease = typer.Typer(
     help="Lease what nobody else may move meanwhile. Stops need no lease.", no_args_is_help=True
 )
 
+LONGEST_S: Final = 30.0
+"""As in `gateway.core.leases`."""
 RENEWALS: Final = 3
 """In the time in which one has to come."""
 

@@ -3,7 +3,7 @@
 The tables of commands are loaded where a command is read: half a second that a move does not wait for.
 """
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,7 +14,9 @@ from app.exits import Misuse
 from app.output import json_text
 from app.progress import Progress
 from app.targets import Target, find
-from protocols.table import Command, SyntaxFault, WireFault
+
+if TYPE_CHECKING:
+    from protocols.table import Command
 
 Whose = Annotated[
     str,
@@ -92,9 +94,10 @@ def _move(client: Client, path: str, content: object, wait_s: float) -> None:
 # commands as the manuals write them
 
 
-def _of_body(target: Target, text: str) -> tuple[Command[Any], str]:
+def _of_body(target: Target, text: str) -> "tuple[Command[Any], str]":
     """Read a command of the RC-420; case and blanks matter only where a parameter is a text."""
     from protocols.rorze.commands import COMMANDS
+    from protocols.table import SyntaxFault, WireFault
 
     code, parameters = text.strip()[:3].upper(), text.strip()[3:]
     row = COMMANDS.get(code)
@@ -111,11 +114,12 @@ def _of_body(target: Target, text: str) -> tuple[Command[Any], str]:
         raise Misuse(f"{code}: {error}") from None
 
 
-def _of_robot(target: Target, text: str) -> tuple[Command[Any], str]:
+def _of_robot(target: Target, text: str) -> "tuple[Command[Any], str]":
     """Read a command of C-HOST, and find the unit it is for, or the robot as a whole."""
     from protocols.fics.commands import of_the_robot, read
     from protocols.fics.jog import StartJog
     from protocols.fics.row import NAME_LENGTH
+    from protocols.table import WireFault
 
     written = text.strip().upper()
     name, arguments = written[:NAME_LENGTH], written[NAME_LENGTH:].strip()

@@ -11,7 +11,7 @@ import typer
 from app import exits
 from app.charts import Line, Panel, Point, chart
 from app.client import LOCAL, Client, KeyFile, Url
-from app.commands.plot import Output, require_drawable, write
+from app.commands.plot import Output, plot, require_drawable, write
 from app.exits import Failure
 from app.targets import find
 
@@ -19,6 +19,7 @@ SHORTEST_S: Final = 0.04
 """From answers closer to each other no speed is worked out: each is some milliseconds old."""
 
 
+@plot.command()
 def move(
     move_id: Annotated[
         str, typer.Argument(help="The id of a move, such as `motion-gateway move` prints it.")

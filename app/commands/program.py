@@ -11,11 +11,12 @@ from app.completion import addresses
 from app.exits import Failure, Misuse
 from app.output import json_text
 from app.targets import find
-from protocols.rorze.programs import LAST_ADDRESS, STEPS
 
 if TYPE_CHECKING:
     from protocols.rorze.user_program.assembler import Assembled, Fault
 
+LAST_ADDRESS = 6038
+"""As in `protocols.rorze.programs`, which takes long to load."""
 CHECK_S = 10
 """While an upload runs, its progress is printed at least this often."""
 DOWNLOAD_S = 600
@@ -36,7 +37,7 @@ def check(file: Source) -> None:
     if (fault := assembled.missing_end()) is not None:
         raise Failure(_printed(file, fault), exits.REFUSED)
     labels = ", ".join(assembled.labels) or "none"
-    typer.echo(f"{len(assembled.instructions)} instructions, {assembled.steps} of {STEPS} steps.")
+    typer.echo(f"{len(assembled.instructions)} instructions, {assembled.steps} of {LAST_ADDRESS + 1} steps.")
     typer.echo(f"Labels: {labels}.")
 
 

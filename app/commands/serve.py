@@ -19,6 +19,7 @@ from app.data_directory import Data, data_of, take
 from app.exits import Failure
 
 if TYPE_CHECKING:
+    from app.server import Special
     from gateway.config import Config
     from gateway.config_file import ConfigFile
 
@@ -73,22 +74,52 @@ async def _serve_file(file: "ConfigFile", data: Path) -> None:
     await _serve(config, data, file)
 
 
-async def _serve(config: "Config", data: Path, file: "ConfigFile | None" = None) -> None:
+def demo(
+    port: Annotated[int | None, typer.Option(min=0, max=65535, help="Listen on this port instead.")] = None,
+    data: Data = None,
+) -> None:
+    """Try it without hardware: a simulated line and robot, as `serve --demo`."""
+    serve(demo=True, port=port, data=data)
+
+
+async def _serve(
+    config: "Config", data: Path, file: "ConfigFile | None" = None, special: "Special | None" = None
+) -> None:
     from app.logs import logging_to
+    from app.server import Special
     from app.server import serve as run_server
 
     with logging_to(sys.stderr, config.server.log_level, config.server.log_format):
-        await run_server(config, data, file)
+        await run_server(config, data, file, special or Special())
+
+
+def _started_as() -> str:
+    """Give the command as it was typed; one that was found on PATH by its name."""
+    return sys.argv[0] if sys.argv[0].startswith(".") else "motion-gateway"
 
 
 async def _serve_demo(port: int | None, data: Path | None) -> None:
     """Serve a simulated line and a simulated robot that run in this very process."""
-    from app.demo import BODIES, demo_config
-    from simulator.cli import start_demo_line, start_demo_robot
+    from app.demo import BODIES, LINE, ROBOT, demo_config, welcome
+    from app.demo_faults import DemoFaults, SimulatedPlant
+    from app.server import Special
+    from simulator.cli import demo_line, demo_robot
+    from simulator.fics.dpram_port import serve_dpram
+    from simulator.ports import serve_pty
+
+    line, robot = demo_line(BODIES), demo_robot()
 
     with TemporaryDirectory(prefix="motion-gateway-") as folder:
         line_path, robot_path = Path(folder) / "line1", Path(folder) / "cell1"
         async with AsyncExitStack() as stack:
-            stack.push_async_callback(start_demo_line(BODIES, line_path).aclose)
-            stack.push_async_callback(start_demo_robot(robot_path).aclose)
-            await _serve(demo_config(line_path, robot_path, port), data or Path(folder) / "data")
+            line_port, robot_port = serve_pty(line, line_path), serve_dpram(robot, robot_path)
+            stack.push_async_callback(line_port.aclose)
+            stack.push_async_callback(robot_port.aclose)
+            faults = DemoFaults(SimulatedPlant(line, line_port, robot, robot_port), LINE, ROBOT)
+            special = Special(
+                tuple(faults.rows()),
+                faults.open_disk,
+                lambda url: typer.echo(welcome(url, _started_as()), err=True),
+            )
+            config = demo_config(line_path, robot_path, port)
+            await _serve(config, data or Path(folder) / "data", special=special)

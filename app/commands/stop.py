@@ -1,7 +1,6 @@
 """The software stop from the command line: `stop`."""
 
-from concurrent.futures import ThreadPoolExecutor
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -10,10 +9,10 @@ from app.client import LOCAL, Client, Json, KeyFile, Url, exit_of_stop
 from app.exits import Failure
 from app.output import json_text
 from app.targets import find, numbered
-from gateway.core.addresses import canonical_address
-from gateway.core.errors import InvalidRequest
-from gateway.core.stops import StopMode
+from gateway.core.spelling import spelled
 
+StopMode = Literal["decelerate", "immediate"]
+"""As in `gateway.core.stops`, which takes long to load: no stop waits for that."""
 Stopped = dict[str, Any] | Failure
 
 
@@ -58,6 +57,8 @@ def stop(
 def _outcomes(client: Client, addresses: list[str] | None, content: object) -> list[Stopped]:
     if not addresses:
         return [_post(client, "/stop", content)]
+    from concurrent.futures import ThreadPoolExecutor  # no stop of everything waits for that
+
     with ThreadPoolExecutor(len(addresses)) as together:  # nobody's stop waits for another's
         return list(together.map(lambda word: _stop(client, word, content), addresses))
 
@@ -67,12 +68,10 @@ def _stop(client: Client, word: str, content: object) -> Stopped:
     target = numbered(word)
     if target is not None:
         return _post(client, f"{target.path}/stop", content)
-    try:
-        outcome = _post(client, f"/robots/{canonical_address(word)}/stop", content)
+    if (address := spelled(word)) is not None:
+        outcome = _post(client, f"/robots/{address}/stop", content)
         if not isinstance(outcome, Failure) or outcome.code != exits.USAGE:
             return outcome
-    except InvalidRequest:
-        pass  # a name, then
     try:
         return _post(client, f"{find(client, word).path}/stop", content)
     except Failure as failure:

@@ -4,18 +4,15 @@ import json
 import time
 from collections.abc import Iterable, Iterator
 from itertools import islice
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
-from app import exits, words
+from app import exits, http, words
 from app.client import ANSWER_S, LOCAL, Client, Json, KeyFile, Url, refusal, why_not_reached
 from app.exits import Failure
 from app.output import Row, json_text, table
 from app.targets import find
-
-if TYPE_CHECKING:
-    import httpx
 
 SILENT_S = 45.0
 """A stream says that it is still here every 15 s; one that does not is begun anew."""
@@ -119,8 +116,6 @@ def follow(
 
     :raises Failure: the gateway is not there, or refuses.
     """
-    import httpx
-
     reached = lost = False
     while True:
         try:
@@ -128,7 +123,7 @@ def follow(
                 if event is not None:
                     yield event
                 cursor, reached, lost = event_cursor, True, False
-        except (httpx.HTTPError, httpx.InvalidURL, Failure) as error:
+        except (http.NotReached, http.AnswerLost, Failure) as error:
             if isinstance(error, Failure) and (not reached or error.code != exits.NOT_SENT):
                 raise
             if not reached:
@@ -146,15 +141,14 @@ def _stream(
 
     :raises Failure: the gateway refuses.
     """
-    import httpx
-
     headers = {**client.headers(), **({"Last-Event-ID": cursor} if cursor else {})}
-    with httpx.stream(
+    with http.stream(
         "GET",
         client.url + path,
         params=query,
         headers=headers,
-        timeout=httpx.Timeout(ANSWER_S, read=SILENT_S),
+        timeout=ANSWER_S,
+        silence=SILENT_S,
         trust_env=client.trust_environment,
     ) as it:
         if not it.is_success:
@@ -163,7 +157,7 @@ def _stream(
         yield from _server_sent(_lines(it.iter_text()))
 
 
-def _problem(answer: "httpx.Response") -> dict[str, Any]:
+def _problem(answer: http.Answer) -> dict[str, Any]:
     try:
         return dict(answer.json())
     except (TypeError, ValueError):

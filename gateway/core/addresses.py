@@ -1,23 +1,14 @@
 """How bodies, groups and robots are addressed: in any case, and answered in one."""
 
-import re
 from collections.abc import Collection
 from itertools import islice
 
 from gateway.core.errors import InvalidRequest, NotFound
+from gateway.core.spelling import numbered_address, spelled
 from protocols.wording import as_given
 
 MOST_LISTED = 32
 """As many bodies as a line is likely to have."""
-_NUMBERED = re.compile("(?:[a-z][a-z0-9-]*[.])?[0-9][0-9a-f]", re.ASCII | re.IGNORECASE)
-"""Numbers of bodies and groups all begin with a digit, ids of robots with a letter."""
-_ROBOT = re.compile("[a-z][a-z0-9-]*(?:/units/[0-9]+)?", re.ASCII | re.IGNORECASE)
-
-
-def numbered_address(text: str) -> str:
-    """Write the address of a body or group as it is answered, `arm.3F`; whether there is one shows later."""
-    line, dot, number = text.rpartition(".")
-    return f"{line.lower()}{dot}{number.upper()}"
 
 
 def fits(name: str, address: str) -> bool:
@@ -31,10 +22,8 @@ def canonical_address(text: str) -> str:
 
     :raises InvalidRequest: it is neither a body's nor a robot's.
     """
-    if _NUMBERED.fullmatch(text):
-        return numbered_address(text)
-    if _ROBOT.fullmatch(text):
-        return text.lower()
+    if (address := spelled(text)) is not None:
+        return address
     raise InvalidRequest(
         f"{text!r} is no address of a body or robot.", "Give addresses such as 3F, line.3F, r1 or r1/units/1."
     )

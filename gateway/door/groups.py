@@ -4,10 +4,10 @@ from typing import Annotated, Final
 
 from pydantic import AfterValidator, BaseModel, Field
 
-from gateway.core.addresses import numbered_address
 from gateway.core.operation import Rows
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
+from gateway.core.spelling import numbered_address
 from gateway.core.tables import check_printable
 from gateway.door.caller import require, sees
 from gateway.door.names import GroupId

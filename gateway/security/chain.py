@@ -153,6 +153,18 @@ def verify(data: Path, head: str | None = None) -> Verdict:
         return _Verification(head).of(folder)
 
 
+def content(data: Path) -> dict[str, bytes]:
+    """Read all files of a chain at one moment, by their names; none where there is no log.
+
+    :raises OSError: one cannot be read.
+    """
+    folder = data / FOLDER
+    if not folder.is_dir():
+        return {}
+    with _turn(folder, fcntl.LOCK_SH):
+        return {it.name: it.read_bytes() for it in sorted(folder.iterdir()) if it.name != _LOCK}
+
+
 def newest(data: Path, limit: int, before: int | None = None) -> list[Entry]:
     """Read so many entries, the newest first, of those before a number; lines that are none are left out."""
     found: list[Entry] = []

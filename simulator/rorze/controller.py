@@ -337,6 +337,12 @@ class Rc420(Axis):
             self.stalls.add(StallFinder.ENCODER)
             self.motor.stop(STALL_CAUSE, now)
 
+    def step_out(self, now: float) -> None:
+        """Find the motor stepped out, by the encoder."""
+        self.stalls.add(StallFinder.ENCODER)
+        self.status |= STALL_ERROR
+        self.motor.stop(STALL_CAUSE, now)
+
     def _slit_missed(self, pulses: int) -> bool:
         """Whether the STALL sensor is not as it should be where it is compared."""
         if self.stall_centre is None or pulses not in self._stall_checks(pulses):

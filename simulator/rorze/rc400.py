@@ -111,6 +111,8 @@ class Rc400(Generic[A]):
         self.faults = faults or Faults(Random(0))  # noqa: S311  # dice of a simulation
         self.settings = settings or LinkSettings()
         self._wire = Wire(self._hear, truth, self.faults, LINK_MASTER, LONGEST_FRAME)
+        self.cut_off: set[int] = set()
+        """Bodies whose RS-485 line is broken: they live on, hear nothing and are not heard."""
         self._now = -inf
         self._wakes = {body: at for body, axis in self.axes.items() if (at := axis.wake_at()) is not None}
         self._brown_outs: dict[int, float] = {}
@@ -267,11 +269,13 @@ class Rc400(Generic[A]):
             return self._link_command(request.text)
         if request.body in self._groups:
             return self._group_command(request, now)
-        axis = self.axes.get(request.body)
-        if axis is None or not axis.powered:
-            return None
-        response = axis.execute(request.text, now)
-        return self._shown(response)
+        axis = self._reached(request.body)
+        return None if axis is None else self._shown(axis.execute(request.text, now))
+
+    def _reached(self, body: int) -> A | None:
+        """The controller of a body, if it is there and hears."""
+        axis = self.axes.get(body)
+        return axis if axis is not None and axis.powered and body not in self.cut_off else None
 
     def _members(self, body: int) -> Iterable[int]:
         """The bodies a command may have touched; XID lets the texts of all be collected."""
@@ -290,8 +294,8 @@ class Rc400(Generic[A]):
         """Let every member do the command; one that is not there is left out, or refuses by the setting."""
         answers: dict[int, Response] = {}
         for body in self._groups[request.body]:
-            axis = self.axes.get(body)
-            if axis is not None and axis.powered:
+            axis = self._reached(body)
+            if axis is not None:
                 answers[body] = self._shown(axis.execute(request.text, now))
             elif self.settings.absent_bodies == "error":
                 answers[body] = self._refusal(BUSY)
@@ -320,7 +324,7 @@ class Rc400(Generic[A]):
     def _identify(self, arguments: str) -> str:
         IdentifyControllers.read(arguments)
         self._events_on = True
-        return ",".join(f"{body:02X}" for body, axis in sorted(self.axes.items()) if axis.powered)
+        return ",".join(f"{body:02X}" for body in sorted(self.axes) if self._reached(body))
 
     def _set_reply_format(self, arguments: str) -> str:
         self._move_ends_on = bool(SetReplyFormat.read(arguments).end_of_move)
@@ -347,8 +351,9 @@ class Rc400(Generic[A]):
                 self._wakes.pop(body, None)
             else:
                 self._wakes[body] = wake
-        if messages and self.powered:
-            self._pass_on(sorted(messages, key=lambda message: message.at))
+        heard = [message for message in messages if message.frame.body not in self.cut_off]
+        if heard and self.powered:
+            self._pass_on(sorted(heard, key=lambda message: message.at))
         for message in messages:
             if isinstance(message.frame, MoveEnded) and message.frame.code == StartInterpolation.code:
                 self._leave(message.frame.body, stopped=message.frame.cause != 0, now=message.at)

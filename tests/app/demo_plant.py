@@ -10,8 +10,10 @@ from random import Random
 from httpx2 import ASGITransport, AsyncClient
 
 from api.app import create_app
-from app.demo import BODIES, demo_config
+from app.demo import BODIES, LINE, ROBOT, demo_config
+from app.demo_faults import DemoFaults, SimulatedPlant
 from gateway.access.credentials import Credentials
+from gateway.core.journal.opening import open_journal
 from simulator.demo import teach
 from simulator.fics.layout import Layout
 from simulator.fics.line import build_line as build_fics
@@ -34,23 +36,28 @@ class Demo:
 
 
 @asynccontextmanager
-async def demo(credentials: Credentials | None = None) -> AsyncIterator[Demo]:
-    """Start the demo and wait until its lines are up; with credentials, its door is guarded."""
+async def demo(credentials: Credentials | None = None, data: Path | None = None) -> AsyncIterator[Demo]:
+    """Start the demo and wait until its lines are up; with credentials its door is guarded.
+
+    With a directory for data it has a journal.
+    """
     now = asyncio.get_running_loop().time()
     config = demo_config(Path("/line1"), Path("/cell1"))
     if credentials:
         config = config.model_copy(update={"access": config.access.model_copy(update={"mode": "keys"})})
-    line = build_line(BODIES, now)
+    line, robot = build_line(BODIES, now), build_fics(Layout(units=2))
     teach(line, now)
-    ports = {"line1": SimulatedLine(line), "cell1": SimulatedCable(build_fics(Layout(units=2)))}
+    ports = {LINE: SimulatedLine(line), "cell1": SimulatedCable(robot)}
+    faults = DemoFaults(SimulatedPlant(line, ports[LINE], robot, ports["cell1"]), LINE, ROBOT)
     by_address = {it.address: ports[it.id] for it in config.lines}
-    plant = TestedPlant(config, open_transport=by_address.__getitem__, rng=Random(0))
+    journal = open_journal(data, open_disk=faults.open_disk) if data else None
+    plant = TestedPlant(config, open_transport=by_address.__getitem__, rng=Random(0), journal=journal)
     await plant.start()
     try:
         await asyncio.sleep(SET_UP_S)
         while not all(is_known(body) for body in plant.bodies()):  # noqa: ASYNC110  # no event tells it
             await asyncio.sleep(RECHECK_S)
-        transport = ASGITransport(create_app(plant, credentials), raise_app_exceptions=False)
+        transport = ASGITransport(create_app(plant, credentials, faults.rows()), raise_app_exceptions=False)
         async with AsyncClient(transport=transport, base_url=f"http://{HOST}") as client:
             yield Demo(plant, client)
     finally:

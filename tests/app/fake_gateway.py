@@ -9,6 +9,7 @@ import httpx
 import pytest
 from typer.testing import CliRunner, Result
 
+from app import http
 from app.cli import app
 
 Answer = tuple[int, object]
@@ -54,7 +55,7 @@ class FakeGateway:
         return [(it.path, it.content) for it in self.asked if it.method == "POST"]
 
     def run(self, monkeypatch: pytest.MonkeyPatch, *words: str, **environment: str) -> Result:
-        monkeypatch.setattr(httpx, "request", self.request)
+        monkeypatch.setattr(http, "request", self.request)
         return CliRunner().invoke(app, words, env=environment)
 
 

@@ -2,16 +2,30 @@
 
 import errno
 import os
+import subprocess
+import sys
 from importlib.metadata import version
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 import typer
+from typer.main import get_command
 from typer.testing import CliRunner
 
-from app import exits
-from app.cli import app
+from app import client, exits, targets
+from app.cli import COMMANDS, app
+from app.commands import jog, lease, program, stop
+from gateway.core.errors import Ambiguous, GarbledReply, NoReply
+from gateway.core.leases import LONGEST_S
+from gateway.core.move_record import MoveStatus
+from gateway.core.stops import CONFIRM_WITHIN_S, StopMode
+from protocols.rorze.programs import LAST_ADDRESS
+from protocols.rorze.row import FIRST_GROUP
 from tests.app.fake_gateway import always, move
+
+OWN = {"serve", "init", "keys", "journal", "data", "audit"}
+"""They ask no gateway: they are one, or look after its files."""
+HEAVY = {"asyncio", "httpx", "importlib.metadata", "logging", "pydantic", "rich", "sqlite3", "uvicorn"}
 
 
 @pytest.mark.parametrize("words", [["--version"], ["version"]])
@@ -52,3 +66,28 @@ def test_a_move_that_was_begun_and_cannot_be_printed_is_not_called_refused(
     assert said.stderr.startswith(
         "The outcome cannot be printed: No space left on device. What was asked for may"
     )
+
+
+@pytest.mark.parametrize("name", sorted({place.partition(":")[0] for place in COMMANDS.values()} - OWN))
+def test_a_call_loads_nothing_that_takes_long(name: str) -> None:
+    """What asks a running gateway is at its port in a fraction of a second."""
+    program = f"import sys, app.cli, app.commands.{name}; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)  # noqa: S603
+    assert HEAVY.isdisjoint(done.stdout.split())
+
+
+def test_what_is_written_out_to_load_nothing_is_that_of_the_gateway() -> None:
+    assert {it for it in MoveStatus if it.final} == client.OVER
+    assert {NoReply.kind, GarbledReply.kind} == client.UNANSWERED
+    assert Ambiguous.kind == client.AMBIGUOUS
+    assert get_args(stop.StopMode) == get_args(StopMode)
+    assert lease.LONGEST_S == LONGEST_S
+    assert jog.STILL_WITHIN_S == 2 * CONFIRM_WITHIN_S
+    assert program.LAST_ADDRESS == LAST_ADDRESS
+    assert targets.FIRST_GROUP == FIRST_GROUP
+
+
+def test_every_command_is_found_by_its_name() -> None:
+    assert {name: command.name for name, command in get_command(app).commands.items()} == {  # type: ignore[attr-defined]  # it is a group
+        name: name for name in (*COMMANDS, "version", "simulate")
+    }

@@ -6,6 +6,7 @@ import httpx
 import pytest
 from typer.testing import CliRunner
 
+from app import http
 from app.cli import app
 from tests.app.fake_gateway import always
 
@@ -68,7 +69,7 @@ def test_without_a_key_it_is_said_where_one_goes(monkeypatch: pytest.MonkeyPatch
 
 
 def test_a_certificate_that_is_not_trusted_is_called_that(monkeypatch: pytest.MonkeyPatch) -> None:
-    broken = httpx.ConnectError("[SSL: CERTIFICATE_VERIFY_FAILED] certificate verify failed: self-signed")
+    broken = http.NotReached("[SSL: CERTIFICATE_VERIFY_FAILED] certificate verify failed: self-signed")
     said = always(broken).run(monkeypatch, "status")
     assert said.exit_code == 3
     assert "is not trusted" in said.stderr
@@ -76,7 +77,7 @@ def test_a_certificate_that_is_not_trusted_is_called_that(monkeypatch: pytest.Mo
 
 
 def test_a_question_whose_answer_is_lost_has_sent_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    said = always(httpx.ReadTimeout("too late")).run(monkeypatch, "status")
+    said = always(http.AnswerLost("too late")).run(monkeypatch, "status")
     assert said.exit_code == 3
     assert "may have been carried out" not in said.stderr
 
@@ -115,7 +116,7 @@ def test_no_key_and_no_stop_goes_in_plain_text_to_a_proxy_of_the_environment(
         asked.append(options)
         return httpx.Response(200, json={"confirmed": True, "bodies": [], "robots": []})
 
-    monkeypatch.setattr(httpx, "request", request)
+    monkeypatch.setattr(http, "request", request)
     assert CliRunner().invoke(app, ["stop", "--url", url]).exit_code == 0
     assert [it["trust_env"] for it in asked] == [trusted]
 

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-import httpx
 import pytest
 
+from app import http
 from tests.app.fake_gateway import FakeGateway, always, plant
 
 
@@ -27,7 +27,7 @@ def test_units_of_a_robot_have_addresses(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_without_a_gateway_nothing_is_completed(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert completed(monkeypatch, always(httpx.ConnectError("refused")), "stop", "a") == []
+    assert completed(monkeypatch, always(http.NotReached("refused")), "stop", "a") == []
 
 
 @pytest.mark.parametrize("by_option", [True, False])

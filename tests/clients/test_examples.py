@@ -74,8 +74,8 @@ def test_what_a_readme_shows_runs_as_it_stands(demo: str, tmp_path: Path, langua
         until(lambda: "body.move.succeeded" in said.read_text(), "it follows the move")
 
 
-def test_the_first_page_shows_a_client_that_runs_as_make_has_installed_it(demo: str) -> None:
-    page = (ROOT / "README.md").read_text("utf-8")
+def test_the_tour_shows_a_client_that_runs_as_make_has_installed_it(demo: str) -> None:
+    page = (ROOT / "docs" / "tour.md").read_text("utf-8")
     shown = re.search(r"^    from motion_gateway_client .*\n(?:    .*\n|\n)*", page, re.MULTILINE)
     assert shown
     text = dedent(shown[0]).replace("http://127.0.0.1:8420", demo)
@@ -86,21 +86,22 @@ def test_the_first_page_shows_a_client_that_runs_as_make_has_installed_it(demo: 
     assert "-e . -e clients/python" in (ROOT / "Makefile").read_text("utf-8")
 
 
-def first_steps() -> list[str]:
-    """The commands of the first page that a demo is tried with, in their order."""
-    page = (ROOT / "README.md").read_text("utf-8").replace("\\\n", " ")
-    steps = page[page.index("\n## Try it") : page.index("\n## Install")]
+def steps_of(page: str) -> list[str]:
+    """The commands of a page that a demo is tried with, in their order."""
+    text = (ROOT / page).read_text("utf-8").replace("\\\n", " ")
+    steps = re.split(r"(?m)^## ", text[text.index("\n## Try it") + 1 :])[1]
     return re.findall(r"^    (curl .*|\.venv/bin/motion-gateway .*)$", steps, re.MULTILINE)
 
 
 @pytest.mark.prove
 @pytest.mark.skipif(which("curl") is None, reason="there is no curl here")
-def test_each_command_of_the_first_page_does_what_it_shows(demo: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("page", "least"), [("README.md", 1), ("docs/tour.md", 20)])
+def test_each_command_of_a_page_does_what_it_shows(demo: str, tmp_path: Path, page: str, least: int) -> None:
     """One that follows what happens is left after a while; each of the others succeeds."""
     environment = {**ENVIRONMENT, "MOTION_GATEWAY_URL": demo}
     command_line = str(Path(sys.executable).with_name("motion-gateway"))
-    steps = first_steps()
-    assert len(steps) >= 20
+    steps = steps_of(page)
+    assert len(steps) >= least
     for step in steps:
         follows = step.endswith((" watch", "/events/stream"))
         if "/position" not in step:

@@ -37,7 +37,9 @@ pytestmark = pytest.mark.prove
 ROOT = Path(__file__).parents[2]
 PACKAGING = ROOT / "packaging"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
-PACKAGES = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
+WHEEL = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]
+PLACES = {"motion_gateway": "motion_gateway", **WHEEL["sources"]}
+"""The packages, and where they are installed."""
 SANDBOX = Path(__file__).with_name("sandbox.py")
 EXPOSED = 20
 """The unit's exposure as systemd reckons it, in tenths, is no more than this."""
@@ -149,11 +151,12 @@ def demo(installed: Installed) -> Iterator[str]:
 
 def test_everything_of_the_packages_is_in_the_wheel(distributions: tuple[Path, Path]) -> None:
     names = set(ZipFile(distributions[0]).namelist())
-    for package in PACKAGES:
+    for package, place in PLACES.items():
         for file in (ROOT / package).rglob("*"):
             if file.is_file() and "__pycache__" not in file.parts:
-                assert file.relative_to(ROOT).as_posix() in names
-    assert not any(name.startswith(("tests/", "benchmarks/")) for name in names)
+                assert f"{place}/{file.relative_to(ROOT / package).as_posix()}" in names
+    tops = {name.partition("/")[0] for name in names}
+    assert {top.rpartition(".")[2] for top in tops} == {"motion_gateway", "dist-info", "data"}
 
 
 def test_the_wheel_has_its_bill_of_materials(distributions: tuple[Path, Path]) -> None:
@@ -177,10 +180,36 @@ def test_the_source_makes_the_same_wheel(distributions: tuple[Path, Path], tmp_p
 
 def test_the_installed_command_runs_what_was_installed(installed: Installed) -> None:
     assert installed.run("--version").strip() == PROJECT["project"]["version"]
-    names = ", ".join(PACKAGES)
-    code = f"import json, {names}; print(json.dumps([it.__file__ for it in ({names})]))"
+    names = ", ".join(WHEEL["sources"])
+    code = "import motion_gateway; motion_gateway.use_own_packages(); "
+    code += f"import json, {names}; print(json.dumps([it.__file__ for it in ({names})]))"
     files = json.loads(run(installed.python, "-c", code, cwd=installed.folder))
     assert all(Path(file).is_relative_to(installed.folder) for file in files)
+
+
+def test_it_meets_no_other_packages_of_its_names(distributions: tuple[Path, Path], tmp_path: Path) -> None:
+    """It is installed beside others that are called as its own are, and leaves them alone."""
+    environment = environment_at(tmp_path / "venv")
+    (packages,) = environment.folder.glob("lib/python*/site-packages")
+    for folder in (packages, tmp_path):
+        for name in WHEEL["sources"]:
+            (folder / name).mkdir()
+            (folder / name / "__init__.py").write_text("OTHER = True\n", "utf-8")
+    install(environment, distributions[0])
+    for words in ((environment.command,), (environment.python, "-m", "motion_gateway")):
+        said = run(*words, "simulate", "rc400", "--help", cwd=tmp_path, NO_COLOR="1", TERM="dumb")
+        assert "--bodies" in said
+    process = environment.start("demo", "--port", "0")
+    try:
+        url = served(process)
+        until(lambda: httpx.get(f"{url}/readyz").is_success, "the demo is ready")
+        assert '"succeeded"' in environment.run("move", "3F", "relative", "5", "--wait", "20", "--url", url)
+    finally:
+        process.terminate()
+        process.communicate(timeout=PATIENCE_S)
+    names = ", ".join(WHEEL["sources"])
+    code = f"import {names}; print(all(it.OTHER for it in ({names})))"
+    assert run(environment.python, "-c", code, cwd=environment.folder).strip() == "True"
 
 
 def test_it_has_all_it_serves(demo: str) -> None:
@@ -422,7 +451,7 @@ def test_the_image_serves_and_holds_the_simulator(image: Image) -> None:
 
 
 def test_nothing_private_is_sent_to_the_builder() -> None:
-    outside = {file.parts[0] for file in context()} - {*PACKAGES, "openapi", "packaging"}
+    outside = {file.parts[0] for file in context()} - {*PLACES, "openapi", "packaging"}
     assert outside == {"pyproject.toml", "README.md", "requirements.txt"}
 
 

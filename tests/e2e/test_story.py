@@ -1,4 +1,4 @@
-"""The README's own words against real processes: a curl moves a motor, and a listener sees it."""
+"""The words of README.md against real processes: a curl moves a motor, and a listener sees it."""
 
 import json
 import re

@@ -16,7 +16,9 @@ import httpx
 import pytest
 import typer.testing
 
-from simulator.cli import app, read_bodies, read_endpoint, read_place, start_demo_line, start_demo_robot
+from simulator.cli import app, demo_line, demo_robot, read_bodies, read_endpoint, read_place
+from simulator.fics.dpram_port import serve_dpram
+from simulator.ports import serve_pty
 from tests.simulator.fics.test_dpram_port import Host
 
 PATIENCE_S = 60.0
@@ -94,14 +96,14 @@ async def test_a_paced_line_at_a_terminal_ends_on_ctrl_c(tmp_path: Path) -> None
 
 @pytest.mark.anyio
 async def test_the_demo_runs_in_a_programs_own_event_loop(tmp_path: Path) -> None:
-    demo = start_demo_line([0x3F], tmp_path / "demo")
+    demo = serve_pty(demo_line([0x3F]), tmp_path / "demo")
     assert await answer_of(tmp_path / "demo", b"&3F9MD\r") == b">&3F9MDH00\r"
     await demo.aclose()
 
 
 @pytest.mark.anyio
 async def test_the_demos_robot_has_two_units(tmp_path: Path) -> None:
-    demo = start_demo_robot(tmp_path / "demo")
+    demo = serve_dpram(demo_robot(), tmp_path / "demo")
     host = Host(tmp_path / "demo")
     await host.sends(b"UNT 2\r")
     await host.sends(b"UNT\r")

@@ -65,7 +65,11 @@ def longest_s(directory: Path) -> float:
     return size / SLOW_BYTES_PER_S
 
 
-def open_journal(directory: Path, make_sense: Callable[[Beginning], object] = lambda _: None) -> Opened:
+def open_journal(
+    directory: Path,
+    make_sense: Callable[[Beginning], object] = lambda _: None,
+    open_disk: Callable[[Path], SqliteDisk] = SqliteDisk,
+) -> Opened:
     """Open the journal of a directory; where that is not possible, one that is in trouble from the start.
 
     What `make_sense` raises ValueError for is set aside, as a file is that is not sound.
@@ -74,7 +78,7 @@ def open_journal(directory: Path, make_sense: Callable[[Beginning], object] = la
     :raises TooNew: a later version of the gateway has written it.
     """
     try:
-        disk = SqliteDisk(directory)
+        disk = open_disk(directory)
         journal, past = _begin(disk, make_sense)
     except InUse:
         raise

@@ -4,13 +4,13 @@ import json
 import time
 from typing import Any
 
-import httpx
 import pytest
 from typer.testing import Result
 
+from app import http
 from tests.app.fake_gateway import Answer, FakeGateway, interrupted_at, plant
 
-GONE = httpx.ConnectError("refused")
+GONE = http.NotReached("refused")
 
 
 def jog(state: str) -> dict[str, Any]:

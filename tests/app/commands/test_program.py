@@ -7,7 +7,7 @@ import httpx
 import pytest
 from typer.testing import CliRunner, Result
 
-from app import cli
+from app import cli, http
 from tests.app.fake_gateway import FakeGateway, plant
 
 BLINK = "*BLINK ; a label\n SET OD0\n END\n"
@@ -40,7 +40,7 @@ def answering(monkeypatch: pytest.MonkeyPatch, *answers: httpx.Response) -> list
         asked.append((method, url, options))
         return answers[len(asked) - 1]
 
-    monkeypatch.setattr(httpx, "request", request)
+    monkeypatch.setattr(http, "request", request)
     return asked
 
 
@@ -103,7 +103,7 @@ def test_who_breaks_the_wait_off_is_told_that_it_goes_on(
     def request(*_: object, **__: object) -> httpx.Response:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(httpx, "request", request)
+    monkeypatch.setattr(http, "request", request)
     said = invoke(*(it.format(source) for it in words))
     assert (said.exit_code, "goes on if it was begun" in said.stderr) == (4, True)
 
@@ -163,9 +163,9 @@ def test_a_problem_is_told_in_its_sentence(
 
 def test_without_a_gateway_nothing_is_sent(source: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def nobody(*_: object, **__: object) -> httpx.Response:
-        raise httpx.ConnectError("refused")
+        raise http.NotReached("refused")
 
-    monkeypatch.setattr(httpx, "request", nobody)
+    monkeypatch.setattr(http, "request", nobody)
     assert invoke("upload", "3F", str(source)).exit_code == 3
 
 

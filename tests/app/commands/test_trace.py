@@ -7,6 +7,7 @@ from contextlib import contextmanager
 import httpx
 import pytest
 
+from app import http
 from app.commands import watch
 from tests.app.fake_gateway import FakeGateway, always
 
@@ -43,7 +44,7 @@ def test_a_line_that_is_not_there_is_one_sentence(monkeypatch: pytest.MonkeyPatc
 def test_after_a_break_the_trace_goes_on_where_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
     connections: list[str | BaseException] = [
         f": the trace from now on\n\nevent: trace\ndata: {json.dumps(SENT)}\n\nid: 7\n\n",
-        httpx.ReadError("gone"),
+        http.AnswerLost("gone"),
         'event: gap\ndata: {"missed":12}\n\nid: 20\n\n'
         f"event: trace\ndata: {json.dumps(HEARD)}\n\nid: 21\n\n",
         KeyboardInterrupt(),
@@ -58,7 +59,7 @@ def test_after_a_break_the_trace_goes_on_where_it_was(monkeypatch: pytest.Monkey
             raise now
         yield httpx.Response(200, text=now)
 
-    monkeypatch.setattr(httpx, "stream", stream)
+    monkeypatch.setattr(http, "stream", stream)
     monkeypatch.setattr(watch, "TRY_AGAIN_S", 0.0)
     said = FakeGateway().run(monkeypatch, "trace", "arm", "--follow", "--json")
     assert said.exit_code == 0, said.output

@@ -8,6 +8,7 @@ import httpx
 import pytest
 from typer.testing import CliRunner, Result
 
+from app import http
 from app.cli import app
 from app.commands import watch
 from tests.app.fake_gateway import Answer, FakeGateway, plant
@@ -112,8 +113,8 @@ class FakeStream:
             yield httpx.Response(200, text=now)
 
     def watch(self, monkeypatch: pytest.MonkeyPatch, *words: str) -> Result:
-        monkeypatch.setattr(httpx, "stream", self.stream)
-        monkeypatch.setattr(httpx, "request", FakeGateway(plant(b3F="arm")).request)
+        monkeypatch.setattr(http, "stream", self.stream)
+        monkeypatch.setattr(http, "request", FakeGateway(plant(b3F="arm")).request)
         monkeypatch.setattr(watch, "TRY_AGAIN_S", 0.0)
         return CliRunner().invoke(app, ["watch", *words])
 
@@ -138,8 +139,8 @@ def test_a_text_may_hold_what_unicode_calls_an_end_of_line(monkeypatch: pytest.M
 def test_after_a_break_none_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     stream = FakeStream(
         ": events after e-0\n\n",
-        httpx.ReadError("gone"),
-        httpx.ConnectError("refused"),
+        http.AnswerLost("gone"),
+        http.NotReached("refused"),
         503,
         event(1) + event(2),
         event(3),
@@ -168,7 +169,7 @@ def test_live_values_are_lines_too(monkeypatch: pytest.MonkeyPatch) -> None:
     assert said.stdout.strip().endswith("pulses=500  value=0.5")
 
 
-@pytest.mark.parametrize(("beginning", "code"), [(httpx.ConnectError("refused"), 3), (403, 1), (422, 2)])
+@pytest.mark.parametrize(("beginning", "code"), [(http.NotReached("refused"), 3), (403, 1), (422, 2)])
 def test_what_cannot_begin_is_told(
     beginning: Exception | int, code: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -179,5 +180,5 @@ def test_interrupting_it_is_no_failure(monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(httpx, "stream", interrupted)
+    monkeypatch.setattr(http, "stream", interrupted)
     assert CliRunner().invoke(app, ["watch"]).exit_code == 0

@@ -2,8 +2,9 @@
 
 import pytest
 
-from gateway.core.addresses import MOST_LISTED, canonical_address, numbered_address, there_are
+from gateway.core.addresses import MOST_LISTED, canonical_address, there_are
 from gateway.core.errors import InvalidRequest
+from gateway.core.spelling import numbered_address
 
 
 @pytest.mark.parametrize(

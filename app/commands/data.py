@@ -1,0 +1,130 @@
+"""The whole data directory as one file: copied while a gateway runs, and brought back where none does."""
+
+import os
+import tarfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from io import BytesIO
+from pathlib import Path
+from shutil import rmtree
+from tempfile import TemporaryDirectory, mkdtemp
+from typing import Annotated, BinaryIO, Final
+
+import typer
+
+from app import exits
+from app.data_directory import Data, data_directory
+from app.exits import Failure
+from gateway.core.journal import files
+from gateway.core.journal.disk import FILE, LOCK, DiskFailed, NotWritable
+from gateway.security import chain
+
+data = typer.Typer(
+    help="Copy all that a gateway keeps (keys, journal, names, security log), or bring it back.",
+    no_args_is_help=True,
+)
+_PRIVATE_FILE, _PRIVATE_FOLDER = 0o600, 0o700
+_NOT_COPIED: Final = (FILE, f"{FILE}-wal", f"{FILE}-shm", LOCK)
+"""The journal is copied by SQLite; who holds it is no matter of a copy."""
+
+Kept = Annotated[Path, typer.Argument(help="The file, such as gateway-data.tar.gz.")]
+
+
+@data.command()
+def backup(target: Kept, data: Data = None) -> None:
+    """Copy a data directory into a file that does not exist yet, also while a gateway runs.
+
+    The file holds what lets callers in: keep it as the directory itself.
+    """
+    directory = data or data_directory()
+    with _told():
+        if not directory.is_dir():
+            raise Failure(f"There is no directory {directory}; nothing was written.", exits.USAGE)
+        handle = os.open(target, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, _PRIVATE_FILE)
+        try:
+            with os.fdopen(handle, "wb") as file:
+                _write(directory, file)
+                file.flush()
+                os.fsync(file.fileno())
+        except BaseException:
+            target.unlink(missing_ok=True)
+            raise
+    typer.echo(f"{directory} was copied to {target}.")
+
+
+def _write(directory: Path, file: BinaryIO) -> None:
+    with (
+        tarfile.open(fileobj=file, mode="w:gz") as archive,
+        TemporaryDirectory(dir=directory.parent, prefix=".copy-") as aside,
+    ):
+        if (directory / FILE).exists():
+            copy = Path(aside) / FILE
+            files.backup(directory, copy)
+            _add(archive, FILE, copy.read_bytes())
+        for entry in sorted(directory.iterdir()):
+            if entry.is_file() and not entry.is_symlink() and entry.name not in _NOT_COPIED:
+                _add(archive, entry.name, entry.read_bytes())
+        for name, content in chain.content(directory).items():
+            _add(archive, f"{chain.FOLDER}/{name}", content)
+
+
+def _add(archive: tarfile.TarFile, name: str, content: bytes) -> None:
+    member = tarfile.TarInfo(name)
+    member.size, member.mode = len(content), _PRIVATE_FILE
+    archive.addfile(member, BytesIO(content))
+
+
+@data.command()
+def restore(source: Kept, data: Data = None) -> None:
+    """Bring a data directory back from a file of `data backup`; there must be none yet, or an empty one."""
+    directory = (data or data_directory()).absolute()
+    with _told():
+        if directory.exists() and any(directory.iterdir()):
+            raise Failure(
+                f"{directory} is not empty; nothing was changed. Stop its gateway, and move it away first.",
+                exits.USAGE,
+            )
+        directory.parent.mkdir(parents=True, exist_ok=True)
+        aside = Path(mkdtemp(dir=directory.parent, prefix=f".{directory.name}-"))
+        try:
+            _unpack(source, aside)
+            aside.replace(directory)
+        except BaseException:
+            rmtree(aside, ignore_errors=True)
+            raise
+    typer.echo(
+        f"{directory} is as it was when {source} was made. A key that was revoked since is good again: "
+        "revoke it anew. What was under way then is followed, or told as unknown, at the next start."
+    )
+
+
+def _unpack(source: Path, folder: Path) -> None:
+    """Write all that a file holds; what is no copy of a data directory is refused."""
+    with tarfile.open(source, "r:gz") as archive:
+        archive.extractall(folder, filter="data")
+    for path in (folder, *folder.rglob("*")):
+        path.chmod(_PRIVATE_FOLDER if path.is_dir() else _PRIVATE_FILE)
+    if not (folder / FILE).is_file():
+        raise Failure(f"{source} is no copy of a data directory; nothing was changed.", exits.USAGE)
+    for complaint in files.verify(folder):
+        raise Failure(
+            f"The journal in {source} is not sound: {complaint} Nothing was changed.", exits.REFUSED
+        )
+
+
+@contextmanager
+def _told() -> Iterator[None]:
+    """Tell in one sentence why a copy was not made, or not brought back."""
+    try:
+        yield
+    except FileExistsError as error:
+        raise Failure(f"{error.filename} exists already; nothing was written.", exits.USAGE) from None
+    except (NotWritable, DiskFailed) as error:
+        raise Failure(f"The journal cannot be used: {error}.", exits.REFUSED) from None
+    except (tarfile.TarError, EOFError) as error:
+        raise Failure(
+            f"This is no copy of a data directory ({error}); nothing was changed.", exits.USAGE
+        ) from None
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename else ""
+        raise Failure(f"{place}{error.strerror or error}; nothing was changed.", exits.USAGE) from None

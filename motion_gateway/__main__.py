@@ -1,0 +1,5 @@
+"""`python -m motion_gateway`."""
+
+from motion_gateway import main
+
+main()

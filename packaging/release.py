@@ -1,0 +1,61 @@
+"""What people are given: `make release` puts it into dist/, built without network, with its checksums."""
+
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from hashlib import sha256
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+DIST = ROOT / "dist"
+BILL = ROOT / "packaging" / "motion-gateway.cdx.json"
+RECIPES = ("Dockerfile", "packaging/compose.yaml", "requirements.txt")
+"""What an image, and an installation with the tested versions, are made by."""
+
+
+def version() -> str:
+    """The version of the gateway."""
+    return str(tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["version"])
+
+
+def notes(changelog: str, of: str) -> str:
+    """The section of a version in the changelog; of one that has none yet, what is not released.
+
+    :raises ValueError: there is neither.
+    """
+    for name in (re.escape(of), "Unreleased"):
+        if found := re.search(rf"(?ms)^## \[{name}\][^\n]*\n(.*?)(?=^## \[|\Z)", changelog):
+            return found[1].strip() + "\n"
+    raise ValueError(f"CHANGELOG.md has neither {of} nor Unreleased")
+
+
+def sums(folder: Path) -> str:
+    """The SHA-256 of each file, as `sha256sum --check` reads them."""
+    files = sorted(it for it in folder.iterdir() if it.is_file())
+    return "".join(f"{sha256(it.read_bytes()).hexdigest()}  {it.name}\n" for it in files)
+
+
+def main(node: str, npm: str) -> None:
+    """Build everything anew; Node and its npm pack the client for TypeScript."""
+    shutil.rmtree(DIST, ignore_errors=True)
+    DIST.mkdir()
+    for source in (ROOT, ROOT / "clients" / "python"):
+        _run(sys.executable, "-m", "hatchling", "build", "-d", str(DIST), cwd=source)
+    typescript = ROOT / "clients" / "typescript"
+    _run(node, "node_modules/typescript/bin/tsc", "--project", "tsconfig.build.json", cwd=typescript)
+    _run(node, npm, "pack", "--pack-destination", str(DIST), cwd=typescript)
+    for file in (BILL, *(ROOT / name for name in RECIPES)):
+        shutil.copy(file, DIST)
+    told = notes((ROOT / "CHANGELOG.md").read_text("utf-8"), version())
+    (DIST / f"CHANGES-{version()}.md").write_text(told, "utf-8")
+    (DIST / "SHA256SUMS").write_text(sums(DIST), "utf-8")
+
+
+def _run(*words: str, cwd: Path) -> None:
+    subprocess.run(words, cwd=cwd, check=True)  # noqa: S603  # our own build tools
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
