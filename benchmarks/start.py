@@ -33,7 +33,7 @@ async def _round() -> tuple[float, float, float]:
         async with gateway_on_line(BODIES, apart) as (process, web):
             while not await asyncio.to_thread(_is_ready, web):  # noqa: ASYNC110  # nobody tells
                 await asyncio.sleep(0.02)
-            return cpu_s(process), importing_s, resident_mib(process)
+            return cpu_s(process), importing_s, resident_mib(process.pid)
 
 
 def _children_s() -> float:

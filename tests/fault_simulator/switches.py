@@ -183,7 +183,7 @@ def a_restart_sends_again(patch: Patch) -> None:
                 await body.line.submit(body.number, command, Lane.COMMAND)
 
         took(self, body, move, **how)
-        self._tasks.add(move.id, again, asyncio.get_running_loop().create_future(), lambda _: None)
+        self._see_through(move.id, again, asyncio.get_running_loop().create_future(), lambda _: None)
 
     took = Moves.take_over
     patch.setattr(Moves, "take_over", take_over)
@@ -201,10 +201,10 @@ def no_reply_means_not_sent(patch: Patch) -> None:
 
 
 def a_reply_is_the_end_of_a_move(patch: Patch) -> None:
-    async def see_through(self: Moves, case: Any, result: Any) -> None:
-        self._advance(case.body, case.move, MoveStatus.SUCCEEDED)
+    async def follow_through(self: Moves, proof: Any, result: Any) -> None:
+        self.advance(proof.body, proof.move, MoveStatus.SUCCEEDED)
 
-    patch.setattr(Moves, "_see_through", see_through)
+    patch.setattr(Moves, "_follow_through", follow_through)
 
 
 def frames_begin_in_each_other(patch: Patch) -> None:
