@@ -17,9 +17,10 @@ from gateway.core.operation import Operation
 from gateway.core.rights import Right
 from gateway.door import operations
 from protocols.table import Effect
-from tests.api.stand import HOST, OPEN_TABLE
+from tests.api.stand import HOST
 from tests.api.test_openapi import NEVER_ALONE
 from tests.api.whole_plant import THERE, whole_plant
+from tests.open_access import OPEN_TABLE
 from tests.virtual_time import run_virtual
 
 Asked = dict[str, Any]
