@@ -18,6 +18,7 @@ import pytest
 from websockets.sync.client import connect
 
 from tests.e2e.processes import (
+    BODIES,
     MOTION_GATEWAY,
     PATIENCE_S,
     Gateway,
@@ -34,8 +35,8 @@ pytestmark = pytest.mark.prove
 END_S = 40.0
 """A gateway that takes longer to end has hung."""
 GOING_AWAY = 1001
-LONG = 90_000
-"""Pulses of a move that takes 2.5 s at the speeds of a new controller."""
+LONG = 180_000
+"""Pulses of a move that takes 5 s at the speeds of a new controller: time to end a gateway meanwhile."""
 BEAT_S = 0.2
 ROBOT_UNIT = '{ number = 1, axes = ["X", "Y", "Z"], motor_axes = ["A", "B", "Z"] }'
 SUSPENDED_S = 2.6
@@ -98,7 +99,11 @@ def plant(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cell]:
 
 @pytest.fixture
 def cell(plant: Cell) -> Cell:
-    """Each test knows nothing of what was before it, and leaves nothing that moves."""
+    """Each test knows nothing of what was before it; what one that has failed left moving loses its power."""
+    for body in BODIES.split(","):
+        if len(plant.line.truth("pulses_start", body)) > len(plant.line.truth("pulses_stop", body)):
+            plant.line.tell("PUT", f"/bodies/{body}/power", on=False)
+            plant.line.tell("PUT", f"/bodies/{body}/power", on=True)
     until(lambda: starts(plant.line) == ends(plant.line), "nothing moves")
     plant.line.begin_anew()
     plant.robot.begin_anew()
@@ -163,10 +168,13 @@ def robot_stands(robot: SimulatedRobot) -> bool:
 def test_what_would_never_end_is_stopped_and_what_goes_on_is_named(
     cell: Cell, number: signal.Signals
 ) -> None:
-    with cell.gateway() as gateway, ThreadPoolExecutor(1) as thread:
+    with (
+        cell.gateway() as gateway,
+        ThreadPoolExecutor(1) as thread,
+        connect(gateway.websocket) as client,
+    ):
         endless(gateway, "3F")
-        session = jogging(gateway)
-        with heartbeats(gateway, session), connect(gateway.websocket) as client:
+        with heartbeats(gateway, jogging(gateway)):
             waiting = thread.submit(gateway.move, "00", LONG, 60)
             until(lambda: starts(cell.line) == 2, "both run")
             gateway.program.signal(number)
@@ -182,7 +190,10 @@ def test_what_would_never_end_is_stopped_and_what_goes_on_is_named(
     assert robot_stands(cell.robot)
     assert "JOG Z" in cell.robot.heard("JOG")
     types = [event["type"] for event in events]
-    assert {"body.stop.confirmed", "robot.jog.stopped"} <= set(types[types.index("gateway.shutting_down") :])
+    at_end = types.index("gateway.shutting_down")
+    assert "body.stop.confirmed" in types[at_end:]
+    # On a busy machine a heartbeat may have come too late before that.
+    assert "robot.jog.stopped" in types[at_end:] or "robot.jog.lost" in types[:at_end]
     (left,) = (event for event in events if event["type"].endswith("left_moving"))
     assert (left["subject"], left["data"]["move_id"]) == ("/bodies/line1.00", answer.json()["id"])
     assert types[-1] == "body.left_moving"
