@@ -1,5 +1,6 @@
 """Who was found at a port, in words and as a table of the configuration."""
 
+import re
 from dataclasses import dataclass, field
 from itertools import count
 from typing import Any
@@ -11,6 +12,7 @@ AXES = ("X", "Y", "Z", "@", "W", "U", "V", "R")
 """How the axes of a robot are called here, in their order; nobody can ask it for their names."""
 TERMINAL_AXES = 3
 """Of a robot that has not told how many it has."""
+_NAMES = re.compile("[0-9A-Fa-f]{2}(?:,[0-9A-Fa-f]{2})*")
 LONGEST_IDENTITY = 100
 """Characters of an answer to XID that are repeated."""
 
@@ -25,6 +27,11 @@ class FoundLine:
     bodies: list[int] = field(default_factory=list)
     complete: bool = False
     """Whether all 120 body numbers were asked."""
+
+    def named(self) -> list[int]:
+        """The bodies that the link master names (XID, RC-420 manual 17.2)."""
+        told = self.controllers.strip()
+        return [int(it, 16) for it in told.split(",")] if _NAMES.fullmatch(told) else []
 
     def in_words(self) -> str:
         """Say who was found."""

@@ -87,14 +87,17 @@ async def search(
     *,
     note: Callable[[str], None],
     open_transport: Callable[[str], Transport] = create,
+    thorough: bool = True,
 ) -> None:
     """Search all ports at once, each by its addresses in turn; `found` grows as somebody answers.
 
-    `note` is told what could not be opened. Cancelled, it leaves what was found.
+    Where it is not to be thorough, only the bodies are asked that the link master names, if one of these
+    answers: to wait for the silence of all others takes a minute. `note` is told what could not be opened.
+    Cancelled, it leaves what was found.
     """
     async with asyncio.TaskGroup() as together:
         for addresses in ports:
-            together.create_task(_search_port(addresses, found, tell, note, open_transport))
+            together.create_task(_search_port(addresses, found, tell, note, open_transport, thorough))
 
 
 async def _search_port(
@@ -103,12 +106,13 @@ async def _search_port(
     tell: Tell,
     note: Callable[[str], None],
     open_transport: Callable[[str], Transport],
+    thorough: bool,
 ) -> None:
     for address in addresses:
         tell(address, "asking who is there")
         port = open_transport(address)
         try:
-            if await _search_address(Questions(port), found, tell):
+            if await _search_address(Questions(port), found, tell, thorough):
                 return
         except TransportError as error:
             note(f"{error}")
@@ -117,7 +121,7 @@ async def _search_port(
             await port.close()
 
 
-async def _search_address(questions: "Questions", found: list[Found], tell: Tell) -> bool:
+async def _search_address(questions: "Questions", found: list[Found], tell: Tell, thorough: bool) -> bool:
     """Whether somebody answers at this address."""
     await questions.open()
     address = questions.port.address
@@ -125,7 +129,7 @@ async def _search_address(questions: "Questions", found: list[Found], tell: Tell
         line = await _find_line(questions)
         if line is not None:
             found.append(line)
-            await _find_bodies(questions, line, tell)
+            await _find_bodies(questions, line, tell, thorough)
             return True
     robot = await _find_robot(questions)
     if robot is not None:
@@ -201,9 +205,19 @@ async def _find_line(questions: Questions) -> FoundLine | None:
     return None if controllers is None else FoundLine(questions.port.address, controllers)
 
 
-async def _find_bodies(questions: Questions, line: FoundLine, tell: Tell) -> None:
-    """Ask all body numbers; each by another position entry, whose number comes back."""
-    missing = list(range(LAST_BODY + 1))
+async def _find_bodies(questions: Questions, line: FoundLine, tell: Tell, thorough: bool) -> None:
+    """Ask those that are named, or all body numbers."""
+    named = [body for body in line.named() if body <= LAST_BODY]
+    if not thorough:
+        await _ask_bodies(questions, line, tell, named)
+    if thorough or not line.bodies:
+        await _ask_bodies(questions, line, tell, range(LAST_BODY + 1))
+        line.complete = True
+
+
+async def _ask_bodies(questions: Questions, line: FoundLine, tell: Tell, bodies: Sequence[int]) -> None:
+    """Ask body numbers; each by another position entry, whose number comes back."""
+    missing = list(bodies)
     for turn in range(ROUNDS):
         for body in list(missing):
             tell(line.address, f"asking body {body:02X} of {LAST_BODY:02X}; {len(line.bodies)} found")
@@ -211,7 +225,6 @@ async def _find_bodies(questions: Questions, line: FoundLine, tell: Tell) -> Non
                 missing.remove(body)
                 line.bodies.append(body)
                 line.bodies.sort()
-    line.complete = True
 
 
 async def _is_there(questions: Questions, body: int, entry: int) -> bool:

@@ -65,6 +65,12 @@ def init(
         list[str] | None,
         typer.Option(help="Search here, once or more: /dev/ttyUSB0, tcp://HOST:PORT, dpram:///dev/uio0."),
     ] = None,
+    thorough: Annotated[
+        bool,
+        typer.Option(
+            "--thorough", help="Ask all 120 body numbers, not only those that the link master names."
+        ),
+    ] = False,
     yes: Annotated[bool, typer.Option("--yes", help="Speak to all serial ports without asking.")] = False,
 ) -> None:
     """Find controllers at the ports of this machine, and write a configuration for them.
@@ -81,7 +87,7 @@ def init(
     except ValueError as error:
         raise Misuse(f"{error}") from None
     found: list[Found] = []
-    finished = asyncio.run(_search(ports, found))
+    finished = asyncio.run(_search(ports, found, thorough=thorough))
     if not found:
         raise Failure(
             "Nobody was found. Check the power of the controllers and their cables; a link master that does "
@@ -129,7 +135,7 @@ def _is_asked() -> bool:
     return sys.stdin.isatty()
 
 
-async def _search(ports: list[list[str]], found: list["Found"]) -> bool:
+async def _search(ports: list[list[str]], found: list["Found"], *, thorough: bool) -> bool:
     """Whether the search came to its end; Ctrl-C cancels it."""
     from gateway.search import search
 
@@ -141,7 +147,7 @@ async def _search(ports: list[list[str]], found: list["Found"]) -> bool:
             progress.say("; ".join(doing.values()))
 
         try:
-            await search(ports, found, tell, note=progress.note)
+            await search(ports, found, tell, note=progress.note, thorough=thorough)
         except asyncio.CancelledError:
             return False
     return True

@@ -89,13 +89,14 @@ class Bench:
         self.opened.append(port)
         return port
 
-    async def search(self, *ports: str) -> list[Found]:
+    async def search(self, *ports: str, thorough: bool = True) -> list[Found]:
         await search(
             [addresses_of(port) for port in ports],
             self.found,
             self._tell,
             note=self.notes.append,
             open_transport=self.open,
+            thorough=thorough,
         )
         return self.found
 
@@ -127,6 +128,28 @@ async def test_an_rc400_is_found_at_its_baud_rate_with_its_bodies() -> None:
         f"serial:///dev/ttyS1?baud={baud}" for baud in BAUDS[: BAUDS.index(115200) + 1]
     ]
     assert "serial:///dev/ttyS1?baud=115200 asking body 77 of 77; 3 found" in bench.told
+
+
+@in_virtual_time
+async def test_those_that_the_link_master_names_are_asked_and_no_others() -> None:
+    bench = Bench()
+    bench.machines["/dev/ttyS1", "9600"] = rc400()
+    (line,) = await bench.search("/dev/ttyS1", thorough=False)
+    assert line == FoundLine("serial:///dev/ttyS1?baud=9600", "00,0A,3F", list(BODIES), complete=False)
+    asked = {data[1:3] for data in bench.said() if data[:1] == b"&"} - {b"7F"}
+    assert asked == {b"00", b"0A", b"3F"}
+
+
+@in_virtual_time
+@pytest.mark.parametrize("named", ["", "RC-400", "01,02"])
+async def test_where_none_that_is_named_answers_all_are_asked(
+    named: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench, machine = Bench(), rc400()
+    monkeypatch.setattr(machine, "_identify", lambda _arguments: named)
+    bench.machines["/dev/ttyS1", "9600"] = machine
+    (line,) = await bench.search("/dev/ttyS1", thorough=False)
+    assert line == FoundLine("serial:///dev/ttyS1?baud=9600", named, list(BODIES), complete=True)
 
 
 @pytest.mark.parametrize("terminator", ["cr", "crlf"])
