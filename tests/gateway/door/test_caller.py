@@ -42,7 +42,6 @@ ASKS_ITSELF = {
     "renewLease",
     "endLease",
     "listDeeds",
-    "listEvents",
 }
 """They ask for the right on what the alarm, the lease or the deeds are about."""
 
