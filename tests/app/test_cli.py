@@ -2,6 +2,8 @@
 
 import errno
 import os
+import subprocess
+import sys
 from importlib.metadata import version
 from typing import Any
 
@@ -52,3 +54,16 @@ def test_a_move_that_was_begun_and_cannot_be_printed_is_not_called_refused(
     assert said.stderr.startswith(
         "The outcome cannot be printed: No space left on device. What was asked for may"
     )
+
+
+def test_a_server_loads_nothing_that_only_commands_need() -> None:
+    told = subprocess.run(  # noqa: S603  # our own words
+        [
+            *(sys.executable, "-c"),
+            "import sys, app.cli, app.server, api.app; print({'httpx', 'rich', 'jwt'} & sys.modules.keys())",
+        ],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    assert told.stdout.strip() == "set()"
