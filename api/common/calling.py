@@ -6,13 +6,16 @@ rest of a read; so it describes the operations, and does not call them.
 
 from collections.abc import Callable, Mapping
 from copy import deepcopy
+from functools import cached_property
 from inspect import Parameter, signature
 from typing import Annotated, Any, Final, Literal, get_args, get_origin
+from warnings import catch_warnings, simplefilter
 
 from fastapi import Request
 from fastapi.params import Body, Header, Query
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
+from pydantic.warnings import UnsupportedFieldAttributeWarning
 
 from api.common.faults import InvalidParts, kinds_of
 from gateway.door.table import names_in
@@ -34,11 +37,14 @@ class Part:
         self._is_text = self.annotation is str
         """Whether every text is good for it."""
 
-    def prepare(self) -> None:
-        """Have its type ready, which otherwise the first request waits for."""
-        if not self._is_text:
-            self._adapter = TypeAdapter(self.annotation)
-            self._adapter.rebuild()
+    @cached_property
+    def adapter(self) -> TypeAdapter[Any]:
+        """Its type, ready to be used."""
+        with catch_warnings():  # of words for the document alone, such as `deprecated`
+            simplefilter("ignore", UnsupportedFieldAttributeWarning)
+            made = TypeAdapter(self.annotation)
+            made.rebuild()
+        return made
 
     def read(self, given: object, errors: list[Any]) -> object:
         """Read what a request has; what is wrong with it comes to the errors."""
@@ -46,10 +52,8 @@ class Part:
             return self._left_out(errors)
         if self._is_text:
             return given
-        if not hasattr(self, "_adapter"):
-            self._adapter = TypeAdapter(self.annotation)
         try:
-            return self._adapter.validate_python(given)
+            return self.adapter.validate_python(given)
         except ValidationError as error:
             found = error.errors(include_url=False)
             errors += [{**it, "loc": (*self._at, *it["loc"])} for it in found]
@@ -91,9 +95,9 @@ class Call:
                 self.query[it.name] = Part(it, "query")
 
     def prepare(self) -> None:
-        """Have the types of all parts ready."""
+        """Have the types of all parts ready, which otherwise the first request waits for."""
         for part in (*self._path, *self.query.values(), *self._headers, *([self.body] if self.body else [])):
-            part.prepare()
+            _ = part.adapter
 
     def read(
         self, request: Request, path_params: Mapping[str, Any], content: object = NOTHING

@@ -1,7 +1,9 @@
 """Every route has a right, and none is used without asking the access hook for it."""
 
+import gc
 import re
 from collections.abc import Iterable, Iterator
+from time import thread_time
 
 import httpx2
 import pytest
@@ -200,3 +202,30 @@ async def test_a_refused_websocket_is_never_opened(stand: Stand) -> None:
     assert (b"x-request-id", b"mine") in head["headers"]
     assert b"You may not" in body["body"]
     assert denying.asked == [Right.VIEW]
+
+
+# what is built
+
+
+def test_no_route_is_built_before_the_document_is_made_and_stops_are_ready() -> None:
+    line = {"id": "arm", "address": "tcp://127.0.0.1:1", "bodies": [{"id": "3F"}]}
+    app = create_app(Plant(Config.model_validate({"lines": [line]})))
+    own = [route for route in app.routes if isinstance(route, StrictRoute)]
+    assert [route.path for route in own if "dependant" in vars(route)] == []
+    ready = {route.right for route in own if "call" in vars(route)}
+    assert ready == {Right.STOP}
+
+
+def test_the_first_use_of_no_route_holds_the_loop_for_long(routes: list[BaseRoute]) -> None:
+    took_s: dict[str, float] = {}
+    gc.disable()  # the heap of all tests is none of a gateway
+    try:
+        for route in routes:
+            if isinstance(route, StrictRoute):
+                begun_s = thread_time()
+                route.call.prepare()
+                took_s[route.path] = thread_time() - begun_s
+    finally:
+        gc.enable()
+    longest = max(took_s, key=lambda path: took_s[path])
+    assert took_s[longest] < 0.05, longest
