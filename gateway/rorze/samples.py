@@ -20,8 +20,8 @@ PLAN_POINTS = 200
 
 
 _WHY_NONE: Final[Mapping[MoveKind, str]] = {
-    "interpolated": "It goes along a path with the other axes of its group, which was prepared by commands of "
-    "its own: only the controllers know it."
+    "interpolated": "It goes along a path with the other axes of its group, which was prepared by commands "
+    "of its own: only the controllers know it."
 }
 
 

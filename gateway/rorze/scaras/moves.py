@@ -28,9 +28,9 @@ from gateway.core.verdicts import Unbegun, Unwatched, Verdict, Words, judge, wor
 from gateway.rorze.bodies import PULSES_RUNNING, Body, Group
 from gateway.rorze.move_proof import MOTION_ERRORS, Stretch
 from gateway.rorze.moves import Moves
+from gateway.rorze.samples import samples_of
 from gateway.rorze.scaras.geometry import GeometryDiffers
 from gateway.rorze.scaras.paths import PathsDiffer
-from gateway.rorze.samples import samples_of
 from gateway.rorze.scaras.preparation import (
     Plan,
     know_pattern,
