@@ -95,7 +95,7 @@ class BodyPositions(BaseModel):
     body_id: str
     positions: list[NamedPosition]
     flash: dict[int, int] = Field(
-        description="What flash memory holds of these, in pulses by number: what counts at power-on. "
+        description="What flash memory holds of these, by number, as `pulses`: what counts at power-on. "
         "Only what is known: the gateway has to have seen that the table was saved (FPS) or loaded (FPD)."
     )
 

@@ -63,8 +63,8 @@ async def test_belts_have_a_plan_too() -> None:
 @in_virtual_time
 async def test_a_path_of_commands_of_their_own_is_known_to_the_controllers_alone() -> None:
     async with cell() as robot:
-        group, moves = robot.scara.group, robot.rig.plant.moves
-        await prepare(await work_out(robot.scara, read("line", x=mm(0), y=mm(150), pattern=3)), str)
+        group, moves, frames = robot.scara.group, robot.rig.plant.moves, list[str]()
+        await prepare(await work_out(robot.scara, read("line", x=mm(0), y=mm(150), pattern=3)), frames.append)
         for move in await moves.start(group, StartInterpolation()):
             over = await moves.wait(move.id, 60.0)
             told = await ask(robot.rig.plant, "getSamples", body_id=over.body_id, move_id=over.id)
