@@ -1206,7 +1206,7 @@ class BodyPositions(TypedDict):
     body_id: str
     positions: list[NamedPosition]
     flash: dict[str, int]
-    """What flash memory holds of these, in pulses by number: what counts at power-on. Only what is known: the gateway has to have seen that the table was saved (FPS) or loaded (FPD)."""
+    """What flash memory holds of these, by number, as `pulses`: what counts at power-on. Only what is known: the gateway has to have seen that the table was saved (FPS) or loaded (FPD)."""
 
 
 class BodyPowerCycleAcknowledgedEvent(TypedDict):
@@ -2016,7 +2016,7 @@ class ControllerEvent(TypedDict):
     O: NotRequired[int | None]
     """Outputs."""
     P: NotRequired[int | None]
-    """Position in pulses."""
+    """Position in pulses; encoder counts in encoder mode."""
 
 
 class ControllerGeometry(TypedDict):

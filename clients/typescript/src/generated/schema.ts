@@ -6554,7 +6554,7 @@ export interface components {
             positions: components["schemas"]["NamedPosition"][];
             /**
              * Flash
-             * @description What flash memory holds of these, in pulses by number: what counts at power-on. Only what is known: the gateway has to have seen that the table was saved (FPS) or loaded (FPD).
+             * @description What flash memory holds of these, by number, as `pulses`: what counts at power-on. Only what is known: the gateway has to have seen that the table was saved (FPS) or loaded (FPD).
              */
             flash: {
                 [key: string]: number;
@@ -8507,7 +8507,7 @@ export interface components {
             O?: number | null;
             /**
              * P
-             * @description Position in pulses.
+             * @description Position in pulses; encoder counts in encoder mode.
              */
             P?: number | null;
         };
