@@ -63,8 +63,14 @@ class SentBack(RequestModel):
 
     read_only: ClassVar[frozenset[str]]
     """The members of the document that no request sets."""
+    passing: ClassVar[frozenset[str]] = frozenset()
+    """The members that tell of the reading alone, such as its time: they are never compared."""
+    null_unset: ClassVar[frozenset[str]] = frozenset()
+    """The members that are null where they were never set: null says so, and cannot unset them."""
     wrapped: ClassVar[str | None] = None
     """The member of the document that has the values, where they do not stand beside the others."""
+    compared_whole: ClassVar[bool] = True
+    """Whether the whole document is read before the change, to compare it; else the operation compares."""
     _told: dict[str, Any] = PrivateAttr(default_factory=dict)
 
     @model_validator(mode="wrap")
@@ -74,7 +80,8 @@ class SentBack(RequestModel):
         if not isinstance(given, dict):
             return handler(given)
         told = {name: it for name, it in given.items() if name in cls.read_only and cls._is_told(name, it)}
-        own = {name: it for name, it in given.items() if name not in told}
+        own = {name: it for name, it in given.items() if name not in told and name not in cls.passing}
+        told |= {name: None for name in cls.null_unset & own.keys() if own[name] is None}
         if cls.wrapped is not None and isinstance(own.get(cls.wrapped), dict):
             own |= own.pop(cls.wrapped)
         parted = handler(own)

@@ -29,6 +29,7 @@ from gateway.rorze.backup import BodySource, Contents
 from gateway.rorze.backup_restore import BodyRestore
 from gateway.rorze.bodies import Body
 from gateway.rorze.family import Rorze
+from protocols.rorze.user_program.assembler import Assembled
 
 ROWS: Final = Rows("backups")
 MAX_BACKUP_BYTES: Final = 2_097_152
@@ -474,6 +475,14 @@ async def _for_body(plant: Plant, body_id: str, wanted: BodyComparisonRequest) -
     return for_body(plant, body_id, found, wanted.from_body, wanted.units)
 
 
+def _require_ends(plant: Plant, target: Wanted) -> None:
+    """Refuse programs with a move that only a stop ends; errors as of `EndlessPrograms.forbid`."""
+    endless = plant.family(Rorze).endless
+    for it in target.controllers:
+        if isinstance(it, BodyRestore) and isinstance(program := it.wanted.program, Assembled):
+            endless.forbid(program.instructions, program.lines, "Nothing was sent", "backup")
+
+
 async def _for_line(plant: Plant, line_id: str, wanted: LineComparisonRequest) -> Wanted:
     found = await aside(check_bodies, wanted.backup)
     return for_line(plant, line_id, found, wanted.bodies, wanted.units)
@@ -491,6 +500,7 @@ def chosen_of(bodies: str | None) -> list[str] | None:
 async def _begin(
     plant: Plant, target: Wanted, wanted: RestoreRequest, wait_s: float
 ) -> Restore | RestorePlan:
+    _require_ends(plant, target)
     if wanted.dry_run:
         return await plan(plant, target)
     return await start(plant, target, wanted.flash, wanted.power_cycle, wait_s)

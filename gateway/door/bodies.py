@@ -3,15 +3,15 @@
 import asyncio
 from collections.abc import Mapping, Sequence
 from datetime import datetime
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, Self
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, WithJsonSchema, model_validator
 from typing_extensions import TypedDict
 
 from gateway.core.errors import GatewayError
 from gateway.core.move_record import CountedIn
 from gateway.core.operation import Rows
-from gateway.core.records import RequestModel, example
+from gateway.core.records import RequestModel, SentBack, example, require_same
 from gateway.core.rights import Right
 from gateway.core.times import age_ms_of, utc_of
 from gateway.door.caller import sees
@@ -22,10 +22,11 @@ from gateway.rorze.family import Rorze
 from gateway.rorze.line import Line
 from gateway.rorze.power import Homed
 from gateway.rorze.signals import SensorBits
-from gateway.rorze.units import Length
+from gateway.rorze.units import Length, Unit
 from gateway.security import entries
 from protocols.rorze.encoder import ClearEncoderStallError, GetEncoderStallError
 from protocols.rorze.inputs_outputs import GetSensors
+from protocols.rorze.notation import BILLION
 from protocols.rorze.position import GetPosition, SetPosition
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.stall_sensor import ClearStallSensorError, GetStallSensorError, StallError
@@ -118,6 +119,40 @@ class Position(BaseModel):
     unit: str | None
     read_at: datetime = Field(description="When the controller's answer came.")
     age_ms: float = Field(description="How old the answer was when it was passed on.")
+
+
+class PositionToCall(SentBack, json_schema_extra=example(value=0, unit="pulse")):
+    """What the present position shall be called: by `value` and `unit`, or by `pulses`, as GET gives it."""
+
+    read_only = frozenset(("body_id", "counted_in"))
+    passing = frozenset(("read_at", "age_ms"))
+
+    value: Annotated[int | float, WithJsonSchema({"type": "number"})] | None = Field(
+        default=None, gt=-BILLION, lt=BILLION, description="Pulses are whole numbers."
+    )
+    unit: Unit | None = Field(
+        default=None, description="mm, um, deg and mdeg need the body's scale in the configuration."
+    )
+    pulses: Annotated[int, Field(gt=-BILLION, lt=BILLION)] | None = Field(
+        default=None, description="Encoder counts in encoder mode; `value` and `unit` follow from them."
+    )
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        if self.pulses is None and (self.value is None or self.unit is None):
+            raise ValueError("give value and unit, or pulses")
+        return self
+
+    def pulses_of(self, body: Body) -> int:
+        """The same as the controller counts.
+
+        :raises InvalidRequest: the body has no scale for the unit, or something beside it is otherwise.
+        """
+        if self.pulses is None:
+            return Length(value=self.value or 0, unit=self.unit or "pulse").pulses(body.scale)
+        beside = self.model_dump(include={"value", "unit"} & self.model_fields_set)
+        require_same(self.told | beside, _position(body, self.pulses, 0.0))
+        return self.pulses
 
 
 class StatusBits(BaseModel):
@@ -240,9 +275,9 @@ async def get_position(body: Body) -> Position:
 
 
 @ROWS.put("/bodies/{body_id}/position", Right.SETUP)
-async def set_position(body: Body, position: Length) -> Position:
+async def set_position(body: Body, position: PositionToCall) -> Position:
     """Call the present position by another number (6PS). Nothing moves; refused while the motor moves."""
-    pulses = position.pulses(body.scale)
+    pulses = position.pulses_of(body)
     _, answered = await body.ask(SetPosition(position=pulses))
     return _position(body, pulses, answered.at)
 

@@ -69,6 +69,7 @@ class PositionsToStore(
     """Positions to be stored; others stay as they are."""
 
     read_only = frozenset(("body_id", "flash"))
+    compared_whole = False
 
     positions: Annotated[list[PositionToStore], Field(min_length=1, max_length=LAST_POSITION + 1)]
     flash: bool = Field(default=False, description="Write the whole table to flash memory too (FPS).")
@@ -94,7 +95,7 @@ class BodyPositions(BaseModel):
     body_id: str
     positions: list[NamedPosition]
     flash: dict[int, int] = Field(
-        description="What flash memory holds of these, in pulses by number: what counts at power-on. "
+        description="What flash memory holds of these, by number, as `pulses`: what counts at power-on. "
         "Only what is known: the gateway has to have seen that the table was saved (FPS) or loaded (FPD)."
     )
 
@@ -298,7 +299,14 @@ def _of(body: Body, upload: PositionsToStore) -> tuple[list[Wanted], dict[int, s
 
 
 async def _require_unchanged(plant: Plant, body: Body, upload: PositionsToStore) -> None:
-    """Refuse a value in the body's unit that is neither that of the pulses beside it nor that of now."""
+    """Refuse what cannot be set and is otherwise now.
+
+    A value in the body's unit may be that of the pulses beside it, too.
+    """
+    numbers = (it.number for it in upload.positions)
+    upload.require_unchanged(
+        BodyPositions(body_id=body.address, positions=[], flash=body.position_flash.held_of(numbers))
+    )
     scale = body.scale
     for it in upload.positions:
         follows = {

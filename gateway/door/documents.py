@@ -24,7 +24,7 @@ def expectation(change: object, require_tag: Callable[[str], None] | None = None
     `require_tag` refuses the tag of another document than was read. What is sent back as it was read, though
     no change can set it, is not to contradict the present.
     """
-    told = change if isinstance(change, SentBack) and change.told else None
+    told = change if isinstance(change, SentBack) and change.compared_whole and change.told else None
     if require_tag is None and told is None:
         return None
 

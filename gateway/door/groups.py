@@ -4,8 +4,9 @@ from typing import Annotated, Final
 
 from pydantic import AfterValidator, BaseModel, Field
 
+from gateway.core.errors import Ambiguous, NotFound
 from gateway.core.operation import Rows
-from gateway.core.records import RequestModel, example
+from gateway.core.records import SentBack, example
 from gateway.core.rights import Right
 from gateway.core.spelling import numbered_address
 from gateway.core.tables import check_printable
@@ -38,8 +39,11 @@ def _check_name(name: str) -> str:
     return check_printable(name) if name else name
 
 
-class GroupDefinition(RequestModel, json_schema_extra=example(members=["00", "3F"], name="pair")):
+class GroupDefinition(SentBack, json_schema_extra=example(members=["00", "3F"], name="pair")):
     """What a group shall be."""
+
+    read_only = frozenset(("group_id", "line_id"))
+    compared_whole = False
 
     members: Annotated[list[str], Field(min_length=2, max_length=MOST_MEMBERS)] = Field(
         description="Addresses of bodies on one line, such as 02 or arm.02."
@@ -64,13 +68,28 @@ async def get_group(group: Group) -> GroupInfo:
 async def define_group(plant: Plant, group_id: GroupId, definition: GroupDefinition) -> GroupInfo:
     """Define a group at the link master (XVS), or define it anew; not while a member moves.
 
-    It lasts until the gateway ends; groups of the configuration are defined at every start.
+    It lasts until the gateway ends; groups of the configuration are defined at every start. One that is so
+    already stays as it is, and nothing is sent.
     """
+    rorze = plant.family(Rorze)
     address = numbered_address(group_id)
     home = address.rpartition(".")[0]
     reached = (f"{home}.{it}" if home and "." not in it else it for it in definition.members)
     require(plant, Right.SETUP, address, *reached)  # on all that it will reach
-    return _info(await plant.family(Rorze).define_group(group_id, definition.members, definition.name))
+    present = _present(rorze, group_id)
+    if present is not None:
+        told = _info(present)
+        definition.require_unchanged(told)
+        if (definition.members, definition.name) == (told.members, told.name):
+            return told
+    return _info(await rorze.define_group(group_id, definition.members, definition.name))
+
+
+def _present(rorze: Rorze, group_id: str) -> Group | None:
+    try:
+        return rorze.group(group_id)
+    except (NotFound, Ambiguous):
+        return None
 
 
 def _info(group: Group) -> GroupInfo:

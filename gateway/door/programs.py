@@ -7,7 +7,7 @@ from pydantic import BaseModel, BeforeValidator, Field, model_validator
 from gateway.core.aside import aside
 from gateway.core.errors import InvalidText, Misplaced
 from gateway.core.operation import Rows, Wait
-from gateway.core.records import RequestModel, example
+from gateway.core.records import RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.core.works import Works
 from gateway.door.records import list_records
@@ -39,8 +39,11 @@ class Program(BaseModel):
     running: bool
 
 
-class ProgramSource(RequestModel, json_schema_extra=example(source="*TEST\n1+M500 ; to the right\nEND")):
+class ProgramSource(SentBack, json_schema_extra=example(source="*TEST\n1+M500 ; to the right\nEND")):
     """A program to be uploaded in the place of the present one."""
+
+    read_only = frozenset(("body_id", "instructions", "labels"))
+    passing = frozenset(("steps", "running"))
 
     source: str = Field(description="One command a line; comments begin with `;`.")
     flash: bool = Field(default=False, description="Write it to flash memory too (FUS).")
@@ -109,6 +112,16 @@ async def upload_program(
     """
     # Thousands of lines take a second to assemble, in which no stop may wait.
     assembled = await aside(check, program.source)
+    program.require_unchanged(
+        Program(
+            body_id=body.address,
+            source=program.source,
+            instructions=len(assembled.instructions),
+            steps=assembled.steps,
+            labels=dict(assembled.labels),
+            running=False,
+        )
+    )
     rorze.restores.require_free(body.address)
     begun = await rorze.uploads.start(body, assembled, flash=flash or program.flash)
     await rorze.uploads.wait(begun, wait or 0.0)

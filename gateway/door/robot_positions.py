@@ -60,9 +60,11 @@ class PositionUpload(
 ):
     """Positions to be stored; others stay as they are."""
 
-    read_only = frozenset(("robot_id", "unit", "ended_at"))
+    read_only = frozenset(("robot_id", "unit"))
+    passing = frozenset(("ended_at",))
+    compared_whole = False
 
-    positions: Annotated[list[PositionEntry], Field(min_length=1, max_length=LAST_POSITION)]
+    positions: Annotated[list[PositionEntry], Field(max_length=LAST_POSITION)]
 
 
 class StoredEntry(BaseModel):
@@ -116,6 +118,7 @@ async def store_positions(
     `If-Match` is the ETag of the positions from `first` to `last`, which are read first then.
     """
     it = robot.unit(unit)
+    upload.require_unchanged(table_of(it, Stored([], None)))
     wanted: list[Wanted] = [
         (
             entry.number,

@@ -12,7 +12,7 @@ from gateway.door import moving
 from gateway.door.moves import Limit
 from gateway.plant import Plant
 from gateway.rorze.family import Rorze
-from gateway.rorze.scaras.record import PlannedScaraMove, ScaraMove
+from gateway.rorze.scaras.record import PlannedScaraMove, ScaraMove, ScaraSamples
 from gateway.rorze.scaras.requests import ScaraMoveRequest
 from gateway.rorze.scaras.scara import Scara
 from gateway.rorze.scaras.speed import at_own_speed
@@ -62,3 +62,13 @@ async def list_scara_moves(target: Target, *, limit: Limit = 100) -> ScaraMoveLi
 async def get_scara_move(target: Target, move_id: str, *, wait: Wait = None) -> MoveRecord:
     """Get a move, at once or when it is over."""
     return await moving.get(target, move_id, wait or 0.0)
+
+
+@ROWS.get("/scaras/{scara_id}/moves/{move_id}/samples")
+async def get_scara_samples(target: Target, move_id: str) -> ScaraSamples:
+    """Get where the axes were seen during a move, and where the plan has each, along the path or alone.
+
+    The settings for the plan are read from the controllers when somebody first asks.
+    """
+    told: ScaraSamples = await moving.samples(target, move_id)
+    return told

@@ -7,7 +7,7 @@ from typing import Annotated, Final, Literal
 from pydantic import BaseModel, Field
 
 from gateway.core.operation import Rows
-from gateway.core.records import RequestModel, example
+from gateway.core.records import RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.core.times import age_ms_of, utc_of
 from gateway.door.caller import sees
@@ -136,7 +136,7 @@ PLAINLY: Final = GeometryApplication()
 
 
 class PathDefinition(
-    RequestModel,
+    SentBack,
     json_schema_extra=example(
         points=[
             {
@@ -149,6 +149,8 @@ class PathDefinition(
     ),
 ):
     """A whole path; without points it is cleared."""
+
+    read_only = frozenset(("scara_id", "path"))
 
     points: list[ViaPoint] = Field(max_length=MOST_POINTS, description="In their order; the last is the end.")
 
@@ -235,6 +237,7 @@ async def get_scara_path(scara: Scara, path: PathNumber) -> StoredPath:
 @PATHS.put("/scaras/{scara_id}/paths/{path}", Right.SETUP)
 async def write_scara_path(scara: Scara, path: PathNumber, wanted: PathDefinition) -> StoredPath:
     """Store a path in all controllers, undivided (HDS), in RAM; read it back."""
+    wanted.require_unchanged(_stored(scara, path, {}))
     points = [point.point() for point in wanted.points]
     return _stored(scara, path, await paths.write(scara, path, points))
 

@@ -6,7 +6,7 @@ from pydantic import BaseModel, Field
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.operation import Expectation, Rows
-from gateway.core.records import RequestModel, example
+from gateway.core.records import RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.fics.robot import Robot
 from protocols.fics.inputs_outputs import ChannelBits, GetInputChannel, GetOutputChannel, SwitchOutput
@@ -56,8 +56,11 @@ class VariableList(BaseModel):
     variables: list[VariableValue]
 
 
-class VariableSetting(RequestModel, json_schema_extra=example(value=12.5)):
+class VariableSetting(SentBack, json_schema_extra=example(value=12.5)):
     """What a variable shall hold."""
+
+    read_only = frozenset(("number",))
+    compared_whole = False
 
     value: Number
 
@@ -116,6 +119,7 @@ async def set_variable(
         if expects is not None:
             expects(VariableList(robot_id=robot.id, variables=[value]))
 
+    variable.require_unchanged(VariableValue(number=number, value=variable.value))
     query = GetVariable(number=number)
     since = await robot.asking.as_expected(lambda: robot.read(query), require if expects else None)
     told: VariableValue = await robot.change(SetVariable(number=number, value=variable.value), since=since)

@@ -4,7 +4,7 @@ import asyncio
 import re
 from collections import deque
 from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Final, TypeVar
 
@@ -378,7 +378,7 @@ def _scale(part: Part, faults: list[Misplaced]) -> Scale | None:
 def _assembled(lines: list[Line], faults: list[Misplaced]) -> Assembled | tuple[str, ...]:
     program = assemble("\n".join(line.text for line in lines))
     if isinstance(program, Assembled):
-        return program
+        return replace(program, lines=tuple(lines[it - 1].number for it in program.lines))
     faults += [Misplaced(lines[it.line - 1].number, it.column, it.reason) for it in program]
     return ()
 

@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field, model_validator
 from gateway.core.errors import GatewayError, InvalidRequest, PowerCycled
 from gateway.core.lanes import Lane
 from gateway.core.operation import Rows, Wait
-from gateway.core.records import RequestModel, example
+from gateway.core.records import RequestModel, SentBack, example, require_same
 from gateway.core.rights import Right
 from gateway.rorze.asked_body import AskedBody
 from gateway.rorze.readings import read_pulses
@@ -44,15 +44,16 @@ Entry = Annotated[int, Field(ge=0, le=2047)]
 class Section(RequestModel):
     """The stretch of positions in which an edge counts."""
 
-    lower: Length
-    upper: Length
+    lower: Length | int = Field(description="A number alone, as GET gives it, is in pulses.")
+    upper: Length | int
 
     def bounds(self, body: AskedBody) -> Bounds:
         """The same in pulses.
 
         :raises InvalidRequest: it is empty, too long, or in another unit.
         """
-        lower, upper = self.lower.pulses(body.scale), self.upper.pulses(body.scale)
+        ends = (self.lower, self.upper)
+        lower, upper = (it if isinstance(it, int) else it.pulses(body.scale) for it in ends)
         if not -BILLION < lower < upper < BILLION:
             raise InvalidRequest(
                 f"between: {lower} to {upper} pulses is no stretch of positions; nothing was sent."
@@ -68,31 +69,54 @@ class CapturePulse(RequestModel):
     duration_ms: int = Field(ge=1, le=30_000)
 
 
-class CaptureRequest(RequestModel, json_schema_extra=example(edge="rising", position=25)):
+class EntryToRecord(SentBack):
+    """An entry of the position table that takes a value, as GET gives it."""
+
+    read_only = frozenset(("pulses", "value", "unit"))
+
+    kind: Kind
+    number: Entry
+
+
+class CaptureRequest(SentBack, json_schema_extra=example(edge="rising", position=25)):
     """What an edge in the next move is to do; what is left out, it does not."""
 
-    edge: Literal["falling", "rising"]
+    read_only = frozenset(("body_id", "input", "name", "armed", "captured"))
+
+    edge: Edge = Field(description="`off` only of what is not armed, as GET gives it; DELETE disarms.")
     position: Entry | None = Field(None, description="Position number that takes the position.")
     encoder: Entry | None = Field(None, description="Position number that takes the encoder count.")
     encoder_in_pulses: Entry | None = Field(
         None, description="Position number that takes the encoder count converted to pulses."
+    )
+    recorded: list[EntryToRecord] | None = Field(
+        None, max_length=len(KINDS), description="The three numbers as GET gives them, in their place."
     )
     pulse: CapturePulse | None = None
     between: Section | None = Field(None, description="Left out, the edge counts everywhere.")
 
     def entries(self) -> dict[Kind, int]:
         """The numbers that take values, by what they take."""
-        numbers = {
+        numbers: dict[Kind, int | None] = {it.kind: it.number for it in self.recorded or ()} or {
             "position": self.position,
             "encoder": self.encoder,
             "encoder_in_pulses": self.encoder_in_pulses,
         }
-        return {kind: number for kind in KINDS if (number := numbers[kind]) is not None}
+        return {kind: number for kind in KINDS if (number := numbers.get(kind)) is not None}
+
+    def require_unchanged(self, present: BaseModel) -> None:
+        """Refuse what cannot be set and is otherwise, of the entries, too; errors as of `require_same`."""
+        super().require_unchanged(present)
+        held = {it.kind: it for it in getattr(present, "recorded", ())}
+        for it in self.recorded or ():
+            require_same(it.told, held.get(it.kind), f"recorded.{it.kind}.")
 
     @model_validator(mode="after")
     def _do_something_once(self) -> Self:
         numbers = list(self.entries().values())
-        if not numbers and self.pulse is None:
+        if self.recorded and {self.position, self.encoder, self.encoder_in_pulses} != {None}:
+            raise ValueError("give recorded, or the numbers, not both")
+        if not numbers and self.pulse is None and self.edge != "off":
             raise ValueError("name a position number that takes a value, or a pulse")
         if len(set(numbers)) < len(numbers):
             raise ValueError("a position number can take one value only")
@@ -333,8 +357,33 @@ async def get_capture(body: AskedBody, port: Port, *, wait: Wait = None) -> Capt
 
 @ROWS.put("/bodies/{body_id}/captures/{port}", Right.OPERATE)
 async def arm_capture(body: AskedBody, port: Port, capture: CaptureRequest) -> CaptureState:
-    """Let an input capture in the next move (CSS, CFS, CPS), once; refused while the motor moves."""
+    """Let an input capture in the next move (CSS, CFS, CPS), once; refused while the motor moves.
+
+    A capture that is sent back as GET gives it stays as it is, and nothing is sent.
+    """
+    if capture.told or capture.edge == "off":
+        present = await read(body, port)
+        state = _state(body, present)
+        capture.require_unchanged(state)
+        if _is_as(present, capture, body):
+            return state
     return _state(body, await arm(body, port, capture))
+
+
+def _is_as(present: Capture, wanted: CaptureRequest, body: AskedBody) -> bool:
+    """Whether an input is set up as it is wanted.
+
+    :raises InvalidRequest: it is to be off, and is not so already; nothing was sent.
+    """
+    between = None if wanted.between is None else wanted.between.bounds(body)
+    entries = {it.kind: it.number for it in present.recorded}
+    is_as = (present.edge, present.between, present.pulse, entries) == (
+        *(wanted.edge, between, wanted.pulse),
+        wanted.entries(),
+    )
+    if wanted.edge == "off" and not is_as:
+        raise InvalidRequest("edge: off arms nothing; nothing was sent.", "Name an edge, or use DELETE.")
+    return is_as
 
 
 @ROWS.delete("/bodies/{body_id}/captures/{port}", Right.OPERATE)

@@ -20,8 +20,10 @@ class EndlessPrograms:
     def __init__(self, *, allowed: bool) -> None:
         self._allowed = allowed
 
-    def forbid(self, instructions: Sequence[Instruction], lines: Sequence[int], what: str) -> None:
-        """Refuse a program that has one; `lines` are those of its instructions, `what` was not done.
+    def forbid(
+        self, instructions: Sequence[Instruction], lines: Sequence[int], what: str, text: str = "source"
+    ) -> None:
+        """Refuse a program that has one; `lines` are those in its `text`, and `what` was not done.
 
         :raises InvalidText: it has, with each line.
         """
@@ -31,7 +33,7 @@ class EndlessPrograms:
         if endless:
             reason = "The move has no end, and the configuration does not allow that."
             raise InvalidText(
-                "source",
+                text,
                 f"Line {endless[0]}: {reason} {what}.",
                 REMEDY,
                 [Misplaced(line, 1, reason) for line in endless[:MOST_TOLD]],

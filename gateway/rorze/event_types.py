@@ -78,7 +78,7 @@ class ControllerEvent(EventData):
     S: int | None = Field(None, description="Sensors (CLD).")
     I: int | None = Field(None, description="Inputs.")  # noqa: E741  # the letter of the frame
     O: int | None = Field(None, description="Outputs.")  # noqa: E741  # the letter of the frame
-    P: int | None = Field(None, description="Position in pulses.")
+    P: int | None = Field(None, description="Position in pulses; encoder counts in encoder mode.")
 
 
 class SensorChange(EventData):

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Sequence
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 from pydantic import BaseModel, Field
 
@@ -46,17 +46,22 @@ Value = Annotated[
 ]
 
 
-class MemoryChange(RequestModel, json_schema_extra=example(value=12)):
+AS_IT_IS: Final[Any] = Field(description="Null, as GET gives it, leaves what is no number as it is.")
+
+
+class MemoryChange(SentBack, json_schema_extra=example(value=12)):
     """What a memory shall hold."""
 
-    value: Value
+    read_only = frozenset(("name",))
+
+    value: Value | None = AS_IT_IS
 
 
 class NamedMemory(RequestModel):
     """A memory, and what it shall hold."""
 
     name: Annotated[str, Field(description="D0-D199, C0-C29 or T0-T29.", max_length=8)]
-    value: Value
+    value: Value | None = AS_IT_IS
 
 
 class MemoryChanges(SentBack, json_schema_extra=example(memories=[{"name": "D0", "value": 12}])):
@@ -134,6 +139,26 @@ async def _read(body: Body, name: str) -> Memory:
     return Memory(name=name, value=held.value)
 
 
+async def _change(body: Body, wanted: Sequence[NamedMemory]) -> list[Memory]:
+    """Set memories, but those that are named as null; errors as of `write`."""
+    left = [await _no_number(body, it.name) for it in wanted if it.value is None]
+    held = await write(body, [(it.name, it.value) for it in wanted if it.value is not None])
+    told = {it.name: it for it in (*left, *held)}
+    return [told[it.name.upper()] for it in wanted]
+
+
+async def _no_number(body: Body, name: str) -> Memory:
+    """Read a memory that shall stay as it is.
+
+    :raises InvalidRequest: it holds a number, which null is not; nothing was sent.
+    """
+    bank, place = _split(name)
+    held = await _read(body, f"{bank}{place}")
+    if held.value is not None:
+        raise InvalidRequest(f"value: null is no value of {held.name}, which holds one; nothing was sent.")
+    return held
+
+
 def _split(name: str) -> tuple[str, int]:
     match = _NAME.fullmatch(name.upper())
     if match is None or int(match[2]) > LAST_PLACES[match[1]]:
@@ -153,12 +178,13 @@ async def get_memories(body: Body, *, first: First = "D0", count: Count = 1) -> 
 async def set_memories(body: Body, change: MemoryChanges) -> MemoryList:
     """Set memories in order (UDS), and tell what they hold then: a program may change them at once."""
     change.require_unchanged(MemoryList(body_id=body.address, memories=[]))
-    held = await write(body, [(it.name, it.value) for it in change.memories])
+    held = await _change(body, change.memories)
     return MemoryList(body_id=body.address, memories=held)
 
 
 @ROWS.put("/bodies/{body_id}/memories/{name}", Right.OPERATE)
 async def set_memory(body: Body, name: MemoryName, change: MemoryChange) -> Memory:
     """Set a memory (UDS), and tell what it holds then: a program that runs may change it at once."""
-    [held] = await write(body, [(name, change.value)])
+    change.require_unchanged(Memory(name=name.upper(), value=None))
+    [held] = await _change(body, [NamedMemory(name=name, value=change.value)])
     return held

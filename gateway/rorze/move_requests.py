@@ -150,7 +150,7 @@ def _built(row: type[Row], **parameters: object) -> Row:
     except ValidationError as error:
         fault = error.errors()[0]
         raise InvalidRequest(
-            f"{fault['loc'][0]} comes to {parameters[str(fault['loc'][0])]} pulses: {expectation(fault)}; "
+            f"{fault['loc'][0]} comes to {parameters[str(fault['loc'][0])]}: {expectation(fault)}; "
             "nothing was sent."
         ) from None
 

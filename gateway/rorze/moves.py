@@ -1,7 +1,8 @@
 """The life of a move: sent at most once, followed to its end by what the controller itself says."""
 
 import asyncio
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
@@ -12,6 +13,7 @@ from gateway.core.errors import (
     GatewayError,
     NoReply,
     NotAllowed,
+    NotFound,
     restarted_in_motion,
 )
 from gateway.core.events import Event
@@ -28,6 +30,7 @@ from gateway.rorze.bodies import Body, Group, MotorState, idle_bodies_of
 from gateway.rorze.calls import calls_for_body
 from gateway.rorze.line import Line
 from gateway.rorze.move_proof import MISSING_END_FRAME_S, MoveProof, Stretch
+from gateway.rorze.plans import Planned
 from gateway.rorze.poll_intervals import follow_s, poll_s
 from gateway.rorze.power import ProofTooOld
 from gateway.rorze.samples import BodyTrajectory
@@ -176,6 +179,11 @@ class Moves(MoveRuns[Body, Move]):
                 return await self._write(run, expires_at)
             except ProofTooOld:  # nothing was written
                 continue
+
+    def plan_samples(self, move_id: str, work_out: Callable[[], Awaitable[Planned]]) -> None:
+        """Say what works out the plan beside the samples of a move; without any it is as any other."""
+        with suppress(NotFound):
+            self.trajectories.of(move_id).work_out = work_out
 
     async def _write(self, run: "_MoveRun", expires_at: float) -> "_Results":
         def written(at: float) -> None:

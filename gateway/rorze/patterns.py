@@ -15,7 +15,7 @@ from gateway.rorze.changes import ChangeStep, Codec, Flash, Item, Wanted, as_exp
 from gateway.rorze.own_refusals import clear_own_refusal
 from gateway.rorze.speed_sets import STANDARD, First, Last, numbers_of, parameters_of
 from gateway.rorze.units import Scaled
-from protocols.rorze.notation import Amount, Slot, Speed
+from protocols.rorze.notation import Amount, Speed
 from protocols.rorze.patterns import (
     ChangePoint,
     GetPattern,
@@ -37,6 +37,9 @@ NOT_SET: Final = "0x47"
 NOT_READABLE: Final = "not readable"
 _UNREADABLE: Final = {f"0x{code:02X}": NOT_READABLE for code in (*range(0x40, 0x49), 0x65)}
 """Its speed sets are not complete, or the changes do not suit them."""
+
+
+AnySet = Annotated[int, Field(ge=0, le=STANDARD)]
 
 
 class SpeedChangeRequest(SentBack):
@@ -98,6 +101,7 @@ class PatternSentBack(SentBack):
     """A pattern that may be sent as it was read, with what the body works out of its changes of speed."""
 
     read_only = frozenset(("body_id", "number", "flash", "steps"))
+    null_unset = frozenset(("acceleration_set", "deceleration_set", "changes"))
     changes: Changes | None = None
 
     @property
@@ -116,18 +120,21 @@ class PatternSentBack(SentBack):
 class PatternValues(
     PatternSentBack, json_schema_extra=example(acceleration_set=12, deceleration_set=13, changes=[])
 ):
-    """A pattern: two speed parameter sets, and its changes of speed."""
+    """A pattern: two speed parameter sets, and its changes of speed.
 
-    acceleration_set: Slot = Field(description="Speed parameter set of the acceleration, 0-29.")
-    deceleration_set: Slot = Field(description="Speed parameter set of the deceleration, 0-29.")
-    changes: Changes = Field(default_factory=list)
+    Null, as GET gives it, is what was never set, or cannot be worked out, and stays so.
+    """
+
+    acceleration_set: AnySet | None = Field(description="Speed parameter set of the acceleration, 0-29.")
+    deceleration_set: AnySet | None = Field(description="Speed parameter set of the deceleration, 0-29.")
+    changes: Changes | None = Field(default_factory=list)
 
 
 class PatternChange(PatternSentBack, json_schema_extra=example(deceleration_set=13)):
     """What of a pattern shall change; the rest stays as it is."""
 
-    acceleration_set: Slot | None = Field(default=None, description="0-29.")
-    deceleration_set: Slot | None = Field(default=None, description="0-29.")
+    acceleration_set: AnySet | None = Field(default=None, description="0-29.")
+    deceleration_set: AnySet | None = Field(default=None, description="0-29.")
 
 
 class SpeedChangeInfo(BaseModel):
@@ -266,17 +273,26 @@ async def alter_pattern(
     :raises InvalidRequest: it is the standard pattern, one of two sets is missing, or the changes of speed do
         not suit the sets; nothing was sent.
     """
-    if number == STANDARD:
-        raise InvalidRequest(
-            "Pattern 30 is the standard one, and always made of speed set 30; nothing was sent."
-        )
     told = await as_expected(body, lambda: read_pattern(body, number), expects)
     present = await read_pattern(body, number)
+    if _stays(present, wanted):
+        return ChangedPattern(**dict(present), steps=[])
+    if number == STANDARD or STANDARD in (wanted.acceleration_set, wanted.deceleration_set):
+        raise InvalidRequest(
+            "Pattern 30 is the standard one, and it alone is always made of speed set 30; nothing was sent."
+        )
     sets = _sets_of(present, wanted)
     if wanted.changes:
         await _require_fit(body, sets, wanted.changes)
     steps = await change(body, list(_wanted(present, sets, wanted.changes)), flash=flash, told=told)
     return ChangedPattern(**dict(await read_pattern(body, number)), steps=steps)
+
+
+def _stays(present: Pattern, wanted: PatternValues | PatternChange) -> bool:
+    """Whether a pattern that no command can write is wanted as it is: the standard one, or one never set."""
+    fixed = present.number == STANDARD or present.acceleration_set is None
+    same = (getattr(wanted, name) in (None, getattr(present, name)) for name in PatternSets.model_fields)
+    return fixed and wanted.told != {} and not wanted.changes and all(same)
 
 
 def _sets_of(present: Pattern, wanted: PatternValues | PatternChange) -> dict[str, int]:

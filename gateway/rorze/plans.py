@@ -1,6 +1,9 @@
 """What a move would do, asked without moving: the exact frame, and how long the pulses would run."""
 
 import asyncio
+from bisect import bisect_left
+from collections.abc import Sequence
+from operator import attrgetter
 from typing import Any, Literal, NamedTuple
 
 from pydantic import BaseModel, Field
@@ -23,6 +26,7 @@ from protocols.rorze.moves import (
     RelativeMove,
 )
 from protocols.rorze.notation import Bounds, PositionReference
+from protocols.rorze.path import Knot
 from protocols.rorze.patterns import GetPattern, GetSpeedChange
 from protocols.rorze.position import GetPosition
 from protocols.rorze.position_table import GetPositionEntry
@@ -81,6 +85,38 @@ class PlannedTrajectory(NamedTuple):
     def speed(self, seconds: float) -> float:
         """How fast that position changes a second; at the end as it arrives."""
         return self.profile.curve.at(seconds).speed / self.pulses_per_count
+
+
+class AlongPath(NamedTuple):
+    """Where an axis is led along a path with others, by the time since their start."""
+
+    profile: Profile
+    """Of the path, in micrometres."""
+    start: int
+    knots: Sequence[Knot]
+
+    def position(self, seconds: float) -> float:
+        """The position in pulses."""
+        before, after, along = self._between(seconds)
+        return self.start + before.pulses + (along - before.along) * _slope(before, after)
+
+    def speed(self, seconds: float) -> float:
+        """How fast that position changes a second; at the end as it arrives."""
+        before, after, _ = self._between(seconds)
+        return self.profile.curve.at(seconds).speed * _slope(before, after)
+
+    def _between(self, seconds: float) -> tuple[Knot, Knot, float]:
+        along = min(self.profile.position(seconds), self.knots[-1].along)
+        place = bisect_left(self.knots, along, lo=1, hi=len(self.knots) - 1, key=attrgetter("along"))
+        return self.knots[place - 1], self.knots[place], along
+
+
+def _slope(before: Knot, after: Knot) -> float:
+    """Pulses a micrometre."""
+    return (after.pulses - before.pulses) / (after.along - before.along)
+
+
+Planned = PlannedTrajectory | AlongPath
 
 
 class GroupPlan(BaseModel):

@@ -195,7 +195,7 @@ def check(wanted: Sequence[Wanted]) -> None:
             )
         if pulses is not None and abs(pulses) >= BILLION:
             raise InvalidRequest(
-                f"Position {number} comes to {pulses} pulses: must be less than {BILLION} either way; "
+                f"Position {number} comes to {pulses}: must be less than {BILLION} either way; "
                 "nothing was sent."
             )
         if number in seen:

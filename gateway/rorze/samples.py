@@ -1,6 +1,6 @@
 """Where a body was seen during a move, beside where the speed curve of its settings leads."""
 
-from collections.abc import Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from datetime import datetime
 from typing import Any, Final
 
@@ -11,7 +11,7 @@ from gateway.core.move_record import Move, MoveKind
 from gateway.core.records import Record
 from gateway.core.trajectories import Trajectory
 from gateway.rorze.bodies import Body
-from gateway.rorze.plans import PlannedTrajectory, trajectory_of
+from gateway.rorze.plans import Planned, trajectory_of
 from protocols.rorze.profile import ProfileError
 from protocols.rorze.row import RorzeCommand
 
@@ -20,8 +20,8 @@ PLAN_POINTS = 200
 
 
 _WHY_NONE: Final[Mapping[MoveKind, str]] = {
-    "interpolated": "It goes along a path with the other axes of its group, at the speed of the path, to the "
-    "target in its record."
+    "interpolated": "It goes along a path with the other axes of its group, which was prepared by commands "
+    "of its own: only the controllers know it."
 }
 
 
@@ -67,9 +67,11 @@ class BodyTrajectory(Trajectory[int]):
         super().__init__(move.sent_at or move.created_at, at, move.start_position or 0)
         self.body, self.move, self.command = body, move, command
         self._settings = body.settings
-        self._plan: PlannedTrajectory | str | None = None
+        self._plan: Planned | str | None = None
+        self.work_out: Callable[[], Awaitable[Planned]] | None = None
+        """Of an axis that goes along a path with others: what works out its plan."""
 
-    async def plan(self) -> PlannedTrajectory | str:
+    async def plan(self) -> Planned | str:
         """Work out the plan by the settings that the move was made with, or say why there is none.
 
         They are read when somebody first asks: no move waits for its plan.
@@ -81,15 +83,20 @@ class BodyTrajectory(Trajectory[int]):
                 return f"The settings could not be read: {error.detail}"
         return self._plan
 
-    async def _read_plan(self) -> PlannedTrajectory | str:
+    async def _read_plan(self) -> Planned | str:
         body, move = self.body, self.move
+        plan: Planned | None
         try:
-            plan = await trajectory_of(body, self.command, move.start_position or 0, move.target_position)
+            plan = await (self.work_out() if self.work_out else self._alone())
         except (ProfileError, ControllerRefused) as error:
             return f"The settings make no plan: {error}"
         if body.settings != self._settings:
             return "Settings of the body may have changed since the move began."
         return plan or _WHY_NONE.get(move.kind, "How far it goes was only known when it was done.")
+
+    async def _alone(self) -> Planned | None:
+        move = self.move
+        return await trajectory_of(self.body, self.command, move.start_position or 0, move.target_position)
 
 
 async def samples_of(trajectory: BodyTrajectory) -> BodySamples:
@@ -117,7 +124,7 @@ async def samples_of(trajectory: BodyTrajectory) -> BodySamples:
     )
 
 
-def _points(plan: PlannedTrajectory, seen_s: float) -> list[PlannedPoint]:
+def _points(plan: Planned, seen_s: float) -> list[PlannedPoint]:
     """The plan to its end, or as far as an endless move was seen."""
     end_s = plan.profile.duration_s
     last_s = seen_s if end_s is None else end_s

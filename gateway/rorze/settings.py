@@ -16,14 +16,13 @@ from gateway.rorze.changes import ChangeStep, Flash, Item, Wanted, as_expected, 
 from gateway.rorze.errors import MOVING
 from gateway.rorze.settings_document import BodySettingsChange, Settings
 from gateway.rorze.settings_table import SETTINGS, Key, Setting
-from gateway.rorze.speed_sets import SPEEDS
+from gateway.rorze.speed_sets import SHARES, SPEEDS
 from gateway.rorze.units import Per, Scaled
 from protocols.rorze.row import MODE_NAMES, ModeName
 from protocols.rorze.status import GetInformation
 
 ROWS: Final = Rows("body settings")
 MODE: Final = "operating_mode"
-SHARES: Final = ("rising_percent", "falling_percent")
 _DIGITS: Final = {name: digit for digit, name in MODE_NAMES.items()}
 B = TypeVar("B", bound=AskedBody)
 _PER: Final[Mapping[str | None, Per]] = {"pulse": "", "pps": "/s", "pps/s": "/s2"}

@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field, model_validator
 
 from gateway.core.errors import GatewayError
 from gateway.core.operation import Rows
-from gateway.core.records import RequestModel, example
+from gateway.core.records import RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.core.times import age_ms_of, utc_of
 from gateway.rorze.bodies import Body
@@ -87,8 +87,10 @@ class BodySensors(Reading):
     sensors: SensorBits
 
 
-class OutputSwitch(RequestModel, json_schema_extra=example(on=True)):
+class OutputSwitch(SentBack, json_schema_extra=example(on=True)):
     """What an output shall be."""
+
+    read_only = frozenset(("number", "name"))
 
     on: bool
 
@@ -116,8 +118,10 @@ class BodyErrorOutputs(BaseModel):
     error_outputs: list[ErrorOutputState]
 
 
-class ErrorOutputChoice(RequestModel, json_schema_extra=example(output=7, on=True)):
+class ErrorOutputChoice(SentBack, json_schema_extra=example(output=7, on=True)):
     """Which output reports a cause, and how."""
+
+    read_only = frozenset(("cause", "name", "standing"))
 
     output: int | None = Field(ge=0, le=15, description="General output; null: nothing reports it.")
     on: bool | None = Field(default=None, description="The state it takes on an error; with `output`.")
@@ -155,6 +159,7 @@ async def get_body_outputs(body: Body) -> BodyOutputs:
 @ROWS.put("/bodies/{body_id}/outputs/{output}", Right.OPERATE)
 async def switch_body_output(body: Body, output: Output, wanted: OutputSwitch) -> SignalState:
     """Switch an output (COS), which ends its pulse, and read it back; `not-done` where it is not as asked."""
+    wanted.require_unchanged(SignalState(number=output, name=body.output_names.get(output), on=wanted.on))
     await body.ask(SetOutputs(bit=output, on=int(wanted.on)))
     signal = await _output(body, output)
     if signal.on is not wanted.on:
@@ -193,6 +198,8 @@ async def get_error_outputs(body: Body) -> BodyErrorOutputs:
 @ROWS.put("/bodies/{body_id}/error-outputs/{cause}", Right.SETUP)
 async def set_error_output(body: Body, cause: CauseName, wanted: ErrorOutputChoice) -> BodyErrorOutputs:
     """Set the output that reports a cause (CES), and read it back. Each cause takes one of its own."""
+    if wanted.told:
+        wanted.require_unchanged(await _error_output(body, cause))
     state = None if wanted.on is None else int(wanted.on)
     await body.ask(SetErrorOutput(cause=cause, output=wanted.output, state=state))
     held = await _error_output(body, cause)

@@ -1,12 +1,13 @@
 """The speed parameter sets S[0] to S[29] of a body, and the standard one, 30 (RC-420 manual 13.3.1)."""
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Final, TypeVar
 
 from pydantic import BaseModel, Field, model_validator
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.operation import Expectation, Rows
-from gateway.core.records import SentBack, example
+from gateway.core.records import RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.rorze.asked_body import AskedBody
 from gateway.rorze.changes import ChangeStep, Flash, Item, as_expected, change, plain, read
@@ -49,6 +50,17 @@ _EXAMPLE: Final = example(
 )
 
 
+_ROWS: Final[dict[str, tuple[type[Any], type[Any], str]]] = {
+    "start_speed_pps": (speeds.GetStartSpeed, speeds.SetStartSpeed, "speed"),
+    "maximum_speed_pps": (speeds.GetMaximumSpeed, speeds.SetMaximumSpeed, "speed"),
+    "acceleration_pps_s": (speeds.GetMaximumAcceleration, speeds.SetMaximumAcceleration, "acceleration"),
+    "rising_percent": (speeds.GetRisingAccelerationShare, speeds.SetRisingAccelerationShare, "percent"),
+    "falling_percent": (speeds.GetFallingAccelerationShare, speeds.SetFallingAccelerationShare, "percent"),
+}
+SPEEDS: Final = set(_ROWS)
+"""The parameters of a set."""
+SHARES: Final = ("rising_percent", "falling_percent")
+"""Those of which 0 is a value."""
 OF_THE_SET: Final = frozenset(
     ("body_id", "number", "start_speed", "maximum_speed", "acceleration", "flash", "steps")
 )
@@ -70,10 +82,8 @@ def go_together(request: M) -> M:
     return request
 
 
-class SpeedSetValues(SentBack, json_schema_extra=_EXAMPLE):
+class SpeedSetValues(RequestModel, json_schema_extra=_EXAMPLE):
     """The five parameters of a set."""
-
-    read_only = OF_THE_SET
 
     start_speed_pps: StartSpeed
     maximum_speed_pps: MaximumSpeed
@@ -95,6 +105,7 @@ class SpeedSetChange(SentBack, json_schema_extra=example(maximum_speed_pps=20_00
     """Parameters of a set to change; the others stay as they are."""
 
     read_only = OF_THE_SET
+    null_unset = frozenset(_ROWS)
 
     start_speed_pps: StartSpeed | None = None
     maximum_speed_pps: MaximumSpeed | None = None
@@ -103,6 +114,16 @@ class SpeedSetChange(SentBack, json_schema_extra=example(maximum_speed_pps=20_00
     falling_percent: Falling | None = None
 
     _go_together = model_validator(mode="after")(go_together)
+
+
+class SpeedSetWanted(SpeedSetChange, json_schema_extra=_EXAMPLE):
+    """The five parameters of a set; null, as GET gives it, is one that was never set, and stays so."""
+
+    start_speed_pps: StartSpeed | None
+    maximum_speed_pps: MaximumSpeed | None
+    acceleration_pps_s: Acceleration | None
+    rising_percent: Rising | None
+    falling_percent: Falling | None
 
 
 class InFlash(BaseModel):
@@ -116,15 +137,18 @@ class InFlash(BaseModel):
 
 
 class SpeedSet(BaseModel):
-    """A speed parameter set as the body holds it in RAM; a speed of 0 was never set."""
+    """A speed parameter set as the body holds it in RAM; null is what was never set."""
 
     body_id: str
     number: int = Field(description="0-29, or 30: the standard set.")
-    start_speed_pps: int = Field(description="OL, 1-30,000; 0 where it was never set.")
-    maximum_speed_pps: int = Field(description="OH, 1-1,000,000; 0 where it was never set.")
-    acceleration_pps_s: int = Field(description="OS, 1-10,000,000; 0 where it was never set.")
-    rising_percent: int = Field(description="OA, 0-100; 0 where it was never set, too.")
-    falling_percent: int = Field(description="OB, 0-100; 0 where it was never set, too.")
+    start_speed_pps: int | None = Field(description="OL, 1-30,000.")
+    maximum_speed_pps: int | None = Field(description="OH, 1-1,000,000.")
+    acceleration_pps_s: int | None = Field(description="OS, 1-10,000,000.")
+    rising_percent: int | None = Field(
+        description="OA, 0-100. The controller tells one that was never set as 0: null where it does so in a "
+        "set that has no speeds either."
+    )
+    falling_percent: int | None = Field(description="OB, 0-100; null as `rising_percent`.")
     start_speed: Scaled | None = Field(description="In the body's unit; null without a scale.")
     maximum_speed: Scaled | None
     acceleration: Scaled | None
@@ -138,17 +162,6 @@ class ChangedSpeedSet(SpeedSet):
     """A set as it was read back after a change."""
 
     steps: list[ChangeStep] = Field(description="What the change took, in order.")
-
-
-_ROWS: Final[dict[str, tuple[type[Any], type[Any], str]]] = {
-    "start_speed_pps": (speeds.GetStartSpeed, speeds.SetStartSpeed, "speed"),
-    "maximum_speed_pps": (speeds.GetMaximumSpeed, speeds.SetMaximumSpeed, "speed"),
-    "acceleration_pps_s": (speeds.GetMaximumAcceleration, speeds.SetMaximumAcceleration, "acceleration"),
-    "rising_percent": (speeds.GetRisingAccelerationShare, speeds.SetRisingAccelerationShare, "percent"),
-    "falling_percent": (speeds.GetFallingAccelerationShare, speeds.SetFallingAccelerationShare, "percent"),
-}
-SPEEDS: Final = set(_ROWS)
-"""The parameters of a set."""
 
 
 class SpeedSetList(BaseModel):
@@ -173,7 +186,7 @@ async def read_set(body: AskedBody, number: int) -> SpeedSet:
     :raises GatewayError: it was not read.
     """
     items = items_of(number)
-    values = {name: await read(body, item) for name, item in items.items()}
+    values = _known(body, items, {name: await read(body, item) for name, item in items.items()})
     held = {name: item.value_in(body.flash.held(item.question)) for name, item in items.items()}
     return SpeedSet(
         body_id=body.address,
@@ -186,10 +199,18 @@ async def read_set(body: AskedBody, number: int) -> SpeedSet:
     )
 
 
+def _known(body: AskedBody, items: Mapping[str, Item], read: Mapping[str, int]) -> dict[str, int | None]:
+    """Give the values without those that were never set, which a controller tells as 0."""
+    unset = {name for name, value in read.items() if value == 0 and name not in SHARES}
+    if len(unset) == len(items) - len(SHARES):
+        unset |= {it for it in SHARES if not read[it] and body.flash.may_be_unset(items[it].command(0))}
+    return {name: None if name in unset else value for name, value in read.items()}
+
+
 async def change_set(
     body: AskedBody,
     number: int,
-    wanted: SpeedSetValues | SpeedSetChange,
+    wanted: SpeedSetChange,
     expects: Expectation | None,
     *,
     flash: bool,
@@ -229,7 +250,7 @@ async def get_speed_set(body: AskedBody, n: SetNumber) -> SpeedSet:
 async def set_speed_set(
     body: AskedBody,
     n: SetNumber,
-    values: SpeedSetValues,
+    values: SpeedSetWanted,
     *,
     flash: Flash = False,
     expects: Expectation | None,

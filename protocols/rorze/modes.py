@@ -57,7 +57,9 @@ class EventReport(BaseModel):
     sensors: SensorMask | None = Field(None, description=f"Sensor inputs: {SENSORS}.")
     inputs: InputMask | None = Field(None, description="General inputs, bit 0 is D0.")
     outputs: OutputMask | None = Field(None, description="General outputs, bit 0 is D0.")
-    position: SignedValue | None = Field(None, description="Position in pulses.")
+    position: SignedValue | None = Field(
+        None, description="Position in pulses; encoder counts in encoder mode."
+    )
 
 
 class Lettered(Wire):

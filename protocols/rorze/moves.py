@@ -32,7 +32,7 @@ class AbsoluteMove(
     """What the moves to a position have in common."""
 
     position: Pulses | PositionRef = Field(
-        description="Position in pulses to move to, or the table entry that holds it."
+        description="Position to move to, or the table entry that holds it. Encoder mode counts its own."
     )
     pattern: Slot | None = Field(default=None, description="Acceleration pattern; left out, number 30.")
 

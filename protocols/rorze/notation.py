@@ -191,8 +191,10 @@ class PaddedHundredths(Hundredths):
 class Interval(Spoken):
     """A stretch of positions from lower to upper, in pulses; both or neither are given."""
 
-    lower: Pulses | None = Field(None, description="First position in pulses, below `upper`.")
-    upper: Pulses | None = Field(None, description="Last position in pulses.")
+    lower: Pulses | None = Field(
+        None, description="First position, below `upper`; encoder counts in encoder mode."
+    )
+    upper: Pulses | None = Field(None, description="Last position, in pulses or encoder counts.")
 
     @model_validator(mode="after")
     def _is_not_empty(self) -> Self:

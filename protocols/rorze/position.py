@@ -12,7 +12,7 @@ from protocols.table import Ack, Effect, Reply, Retry
 class SignedPulses(Reply, args="{pulses}"):
     """A position or an amount."""
 
-    pulses: SignedValue = Field(description="In pulses.")
+    pulses: SignedValue = Field(description="In pulses; encoder counts in encoder mode.")
 
 
 class EncoderCount(Reply, args="{count}"):

@@ -111,7 +111,7 @@ class NumberedPositionEntry(Reply, args="P[{position}],{pulses}"):
     """A position entry with its number."""
 
     position: Annotated[int, Field(ge=0, le=2047), Digits(4)]
-    pulses: SignedValue = Field(description="Position or amount, in pulses.")
+    pulses: SignedValue = Field(description="Position or amount, in pulses; encoder counts in encoder mode.")
 
 
 class GetNumberedPositionEntry(

@@ -68,7 +68,6 @@ def test_a_move_that_was_begun_and_cannot_be_printed_is_not_called_refused(
     )
 
 
-<<<<<<< HEAD
 @pytest.mark.parametrize("name", sorted({place.partition(":")[0] for place in COMMANDS.values()} - OWN))
 def test_a_call_loads_nothing_that_takes_long(name: str) -> None:
     """What asks a running gateway is at its port in a fraction of a second."""
@@ -92,7 +91,8 @@ def test_every_command_is_found_by_its_name() -> None:
     assert {name: command.name for name, command in get_command(app).commands.items()} == {  # type: ignore[attr-defined]  # it is a group
         name: name for name in (*COMMANDS, "version", "simulate")
     }
-=======
+
+
 def test_a_server_loads_nothing_that_only_commands_need() -> None:
     told = subprocess.run(  # noqa: S603  # our own words
         [
@@ -104,4 +104,3 @@ def test_a_server_loads_nothing_that_only_commands_need() -> None:
         text=True,
     )
     assert told.stdout.strip() == "set()"
->>>>>>> w-lean

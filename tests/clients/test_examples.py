@@ -86,27 +86,45 @@ def test_the_tour_shows_a_client_that_runs_as_make_has_installed_it(demo: str) -
     assert "-e . -e clients/python" in (ROOT / "Makefile").read_text("utf-8")
 
 
+PAGES = {
+    "README.md": ("\n## Try it", "\n## ", 1),
+    "docs/tour.md": ("\n## Try it", "\n## ", 20),
+    "docs/programs.md": ("\n## Check", "\n## Memories", 9),
+    "docs/scara.md": ("\n## Configuration", "\n**The record**", 5),
+}
+"""The part of a page whose commands are tried with a demo, and how many there are at least."""
+
+
 def steps_of(page: str) -> list[str]:
-    """The commands of a page that a demo is tried with, in their order."""
+    """The commands of a page, in their order."""
+    begin, end, least = PAGES[page]
     text = (ROOT / page).read_text("utf-8").replace("\\\n", " ")
-    steps = re.split(r"(?m)^## ", text[text.index("\n## Try it") + 1 :])[1]
-    return re.findall(r"^    (curl .*|\.venv/bin/motion-gateway .*)$", steps, re.MULTILINE)
+    begun = text.index(begin) + 1
+    part = text[begun : text.index(end, begun)]
+    steps = re.findall(r"^    (curl .*|(?:\.venv/bin/)?motion-gateway .*)$", part, re.MULTILINE)
+    assert len(steps) >= least
+    return steps
+
+
+def program_of_the_page() -> str:
+    page = (ROOT / "docs/programs.md").read_text("utf-8")
+    return dedent(page[page.index("    ; example 2") : page.index("Addresses count")])
 
 
 @pytest.mark.prove
 @pytest.mark.skipif(which("curl") is None, reason="there is no curl here")
-@pytest.mark.parametrize(("page", "least"), [("README.md", 1), ("docs/tour.md", 20)])
-def test_each_command_of_a_page_does_what_it_shows(demo: str, tmp_path: Path, page: str, least: int) -> None:
+@pytest.mark.parametrize("page", PAGES)
+def test_each_command_of_a_page_does_what_it_shows(demo: str, tmp_path: Path, page: str) -> None:
     """One that follows what happens is left after a while; each of the others succeeds."""
     environment = {**ENVIRONMENT, "MOTION_GATEWAY_URL": demo}
     command_line = str(Path(sys.executable).with_name("motion-gateway"))
-    steps = steps_of(page)
-    assert len(steps) >= least
-    for step in steps:
+    (tmp_path / "lift.txt").write_text(program_of_the_page(), "utf-8")
+    for step in steps_of(page):
         follows = step.endswith((" watch", "/events/stream"))
         if "/position" not in step:
             until(lambda: httpx.get(f"{demo}/bodies/3F").json()["moving"] is False, "the motor stands")
-        shown = step.replace("http://127.0.0.1:8420", demo).replace(".venv/bin/motion-gateway", command_line)
+        shown = re.sub(r"^(\.venv/bin/)?motion-gateway", command_line, step)
+        shown = shown.replace("http://127.0.0.1:8420", demo)
         words = shown.replace("curl", "curl --fail-with-body --silent", 1)
         done = subprocess.run(  # noqa: S602
             f"timeout 3 {words}" if follows else words,

@@ -30,10 +30,25 @@ from gateway.core.verdicts import Unbegun, Unwatched, Verdict, Words, judge, wor
 from gateway.rorze.bodies import PULSES_RUNNING, Body, Group
 from gateway.rorze.move_proof import MOTION_ERRORS, Stretch
 from gateway.rorze.moves import Moves
+from gateway.rorze.samples import samples_of
 from gateway.rorze.scaras.geometry import GeometryDiffers
 from gateway.rorze.scaras.paths import PathsDiffer
-from gateway.rorze.scaras.preparation import Plan, know_pattern, prepare, prove_power, weigh, work_out
-from gateway.rorze.scaras.record import PlannedScaraMove, ScaraAxisMove, ScaraMove, ScaraPlace
+from gateway.rorze.scaras.preparation import (
+    Plan,
+    know_pattern,
+    prepare,
+    prove_power,
+    trajectory_of,
+    weigh,
+    work_out,
+)
+from gateway.rorze.scaras.record import (
+    PlannedScaraMove,
+    ScaraAxisMove,
+    ScaraMove,
+    ScaraPlace,
+    ScaraSamples,
+)
 from gateway.rorze.scaras.requests import ScaraMoveRequest
 from gateway.rorze.scaras.scara import Scara
 from gateway.rorze.scaras.speed import wish_of, with_own_pattern
@@ -119,6 +134,15 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
         """
         sent = with_own_pattern(scara, request)
         return await weigh(await work_out(scara, sent), sent.pattern, wish_of(scara, request))
+
+    async def samples(self, move_id: str) -> ScaraSamples:
+        """Give where its axes were seen during a move, beside their plans; errors as of `Trajectories.of`."""
+        move = self.log.get(move_id)
+        of_axes = [self._moves.trajectories.of(it.move_id) for it in move.axes if it.move_id is not None]
+        if not of_axes:
+            raise NotFound(f"The move {move_id} was not started, so there are no samples of it.")
+        axes = [await samples_of(it) for it in of_axes]
+        return ScaraSamples(scara_id=move.scara_id, move_id=move_id, axes=axes)
 
     async def close(self) -> None:
         """Stop watching, once the lines are closed; the motors keep doing what they do."""
@@ -217,7 +241,10 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
             expires_at = asyncio.get_running_loop().time() + start_within_s
             await know_pattern(scara, request.pattern)
             async with scara.line.undivided([scara.group.number], expires_at):
-                await self._set_off(run, await self._prepare(run, request), expires_at)
+                plan = await self._prepare(run, request)
+                await self._set_off(run, plan, expires_at)
+                for body, move in run.moves.items():
+                    self._moves.plan_samples(move.id, partial(trajectory_of, plan, body, request.pattern))
         except GatewayError as error:
             refused = isinstance(error, ControllerRefused)
             self.end(run, run.move, judge(Unbegun.REFUSED if refused else Unbegun.WITHHELD, given=error))

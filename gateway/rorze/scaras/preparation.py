@@ -10,7 +10,7 @@ from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest,
 from gateway.core.lanes import Lane
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.limited_speed import Wish
-from gateway.rorze.plans import crossed_of, parameters_of_pattern
+from gateway.rorze.plans import AlongPath, Planned, PlannedTrajectory, crossed_of, parameters_of_pattern
 from gateway.rorze.scaras import geometry, paths
 from gateway.rorze.scaras.record import PlannedScaraMove, ScaraPlace
 from gateway.rorze.scaras.requests import Course, Manoeuvre, MoveStart, ScaraMoveRequest
@@ -155,6 +155,20 @@ async def _ramps(
     members = plan.scara.members
     wished = zip(members, await wish(members), strict=True)
     return [(speeds, speeds) for body, speeds in wished if body in plan.movers]
+
+
+async def trajectory_of(plan: Plan, body: Body, pattern: int | None) -> Planned:
+    """Work out how an axis goes in a move, by the controller's present settings.
+
+    :raises ProfileError: the controller would not make such a move.
+    :raises GatewayError: the settings could not be read.
+    """
+    axis, (up, down) = plan.scara.members.index(body), await parameters_of_pattern(body, pattern)
+    start, path = plan.here.pulses[axis], plan.course.path
+    if path is not None:
+        return AlongPath(profile(ceil(path.length), up, down), start, path.knots(axis))
+    turned = plan.course.turned[axis]
+    return PlannedTrajectory(profile(abs(turned), up, down), start, 1.0 if turned >= 0 else -1.0)
 
 
 async def know_pattern(scara: Scara, pattern: int | None) -> None:

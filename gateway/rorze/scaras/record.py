@@ -6,6 +6,7 @@ from pydantic import Field
 
 from gateway.core.move_record import MoveRecord, MoveStatus
 from gateway.core.records import Record
+from gateway.rorze.samples import BodySamples
 from protocols.rorze.scara import Place
 
 ScaraMoveKind = Literal["line", "path", "offset", "extend", "retract", "rotate", "finger", "align"]
@@ -83,6 +84,17 @@ class ScaraMove(MoveRecord):
         default=None, description="Where it ends by the positions last read; null while one is not known."
     )
     axes: list[ScaraAxisMove] = Field(default_factory=list, description="In the order of the axes.")
+
+
+class ScaraSamples(Record):
+    """Where the axes of a robot were seen during a move."""
+
+    scara_id: str
+    move_id: str
+    axes: list[BodySamples] = Field(
+        description="Those of each axis that has a part in it, as the samples of its body's own move: each "
+        "is asked at a time of its own."
+    )
 
 
 class PlannedScaraMove(Record):

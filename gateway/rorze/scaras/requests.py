@@ -27,6 +27,7 @@ from protocols.rorze.interpolation import (
     TurnFinger,
 )
 from protocols.rorze.notation import BILLION
+from protocols.rorze.path import Path as WayPath
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.scara import TURN, Place, Pose, Robot
 
@@ -127,13 +128,21 @@ class MoveStart(NamedTuple):
 
 
 class Course(NamedTuple):
-    """By how much each axis turns, how long the path is, and how sharply it makes the base turn."""
+    """By how many pulses each axis turns, and along which path."""
 
     turned: tuple[int, ...]
-    length_um: float | None = None
-    """None where there is no path."""
-    sharpest_turn: float = 0.0
-    """In radians a micrometre."""
+    path: WayPath | None = None
+    """None where each axis turns alone."""
+
+    @property
+    def length_um(self) -> float | None:
+        """How long the path is in micrometres; None without one."""
+        return None if self.path is None else self.path.length
+
+    @property
+    def sharpest_turn(self) -> float:
+        """How sharply the path makes the base turn, in radians a micrometre."""
+        return 0.0 if self.path is None else self.path.sharpest_turn()
 
 
 class Manoeuvre(NamedTuple):
@@ -383,7 +392,7 @@ ScaraMoveRequest = Annotated[
 def _along(way: ways.Way, *preparation: RorzeCommand[Any]) -> Manoeuvre:
     def course(robot: Robot, pose: Pose) -> Course:
         path = way(robot, pose)
-        return Course(path.pulses(), path.length, path.sharpest_turn())
+        return Course(path.pulses(), path)
 
     return Manoeuvre(StartInterpolation(), preparation, course)
 

@@ -6,6 +6,7 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped, Target, stopped
 from gateway.rorze.scaras.moves import ScaraMoves
+from gateway.rorze.scaras.record import ScaraSamples
 from gateway.rorze.scaras.scara import Scara
 from gateway.rorze.stops import Stops
 from gateway.rorze.targets import STOP_MODES
@@ -19,7 +20,7 @@ class ScaraTarget(Target):
     def __init__(self, scara: Scara, moves: ScaraMoves, stops: Stops) -> None:
         self.scara = scara
         self.address, self.path, self.log = scara.id, scara.path, moves.log
-        self._stops = stops
+        self._moves, self._stops = moves, stops
 
     async def ask(self, command: Any) -> NoReturn:
         """Refuse a single command.
@@ -30,6 +31,10 @@ class ScaraTarget(Target):
             f"{self.address} takes no single commands ({command.name()}); nothing was sent.",
             f"Send it to a body or to the group {self.scara.group.address}.",
         )
+
+    async def samples(self, move_id: str) -> ScaraSamples:
+        """Give where its axes were seen during a move; errors as of `ScaraMoves.samples`."""
+        return await self._moves.samples(move_id)
 
     async def stop(self, mode: StopMode) -> Stopped:
         """Stop all its bodies."""

@@ -152,6 +152,7 @@ PUT       /scaras/{scara_id}/paths/{path}                setup    scara
 POST      /scaras/{scara_id}/moves                       operate  scara
 GET       /scaras/{scara_id}/moves                       view     scara
 GET       /scaras/{scara_id}/moves/{move_id}             view     scara
+GET       /scaras/{scara_id}/moves/{move_id}/samples     view     scara
 POST      /scaras/{scara_id}/stop                        stop     scara
 GET       /lines                                         view     any
 POST      /lines                                         admin    plant

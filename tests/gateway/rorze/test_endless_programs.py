@@ -3,6 +3,7 @@
 import pytest
 
 from gateway.core.errors import InvalidText, NotAllowed
+from gateway.door import Door
 from gateway.door.programs import check
 from gateway.rorze.endless_programs import has_no_end
 from protocols.rorze.programs import AddProgramInstruction, RunProgram, StepProgram
@@ -48,6 +49,25 @@ async def test_an_upload_is_refused_with_its_lines() -> None:
             await it.plant.rorze.uploads.start(it.body(), check(ENDLESS))
         assert [fault.line for fault in refused.value.faults] == [4, 5]
         assert not sent(it, "U")
+
+
+@pytest.mark.parametrize("dry_run", [True, False])
+def test_a_restore_is_refused_with_the_lines_of_the_backup(dry_run: bool) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with rig(bodies=(0x3F,), groups={}, server=BOUNDED) as it:
+            text = "[body 3F]\n\n[program]\n1+M500\n1+MZ\nEND\n"
+            door = Door(it.plant)
+            with pytest.raises(
+                InvalidText, match=r"Line 5: The move has no end.* Nothing was sent"
+            ) as refused:
+                await door.call("restoreBody", {"body_id": "3F"}, {"backup": text, "dry_run": dry_run})
+            assert [fault.line for fault in refused.value.faults] == [5]
+            assert not sent(it, "U")
+            compared = await door.call("compareBody", {"body_id": "3F", "wait": 60}, {"backup": text})
+            assert compared["status"] == "succeeded"
+
+    story()
 
 
 @in_virtual_time

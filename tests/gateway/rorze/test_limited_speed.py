@@ -12,7 +12,7 @@ from gateway.rorze.jogs import BodyJogRequest
 from gateway.rorze.limited_speed import Rate
 from gateway.rorze.move_requests import AbsoluteMoveRequest, RelativeMoveRequest
 from gateway.rorze.plans import PlannedMove
-from gateway.rorze.speed_sets import SpeedSetValues, change_set, read_set
+from gateway.rorze.speed_sets import SpeedSetWanted, change_set, read_set
 from gateway.rorze.units import Length
 from protocols.rorze.patterns import SetPattern, SetSpeedChange
 from tests.plants import Rig, in_virtual_time, rig
@@ -22,7 +22,7 @@ ME = Origin("test")
 SCALED = 'units = {unit = "mm", pulses_per_unit = 100.0}'
 FIVE = Rate(value=5, unit="mm/s")
 
-THEIRS = SpeedSetValues(
+THEIRS = SpeedSetWanted(
     start_speed_pps=50,
     maximum_speed_pps=9_000,
     acceleration_pps_s=7_000,

@@ -59,7 +59,6 @@ from motion_gateway_client.generated.types import (
     Lease,
     LeaseList,
     LeaseRequest,
-    Length,
     LineComparisonRequest,
     LineInfo,
     LineList,
@@ -103,6 +102,7 @@ from motion_gateway_client.generated.types import (
     PositionReading,
     PositionsToStore,
     PositionTable,
+    PositionToCall,
     PositionUpload,
     Posture,
     Program,
@@ -152,6 +152,7 @@ from motion_gateway_client.generated.types import (
     ScaraPathRequest,
     ScaraRetractRequest,
     ScaraRotateRequest,
+    ScaraSamples,
     SecurityEntries,
     SessionInfo,
     SessionList,
@@ -165,7 +166,7 @@ from motion_gateway_client.generated.types import (
     SpeedSetChange,
     SpeedSetList,
     SpeedSetting,
-    SpeedSetValues,
+    SpeedSetWanted,
     StopRequest,
     StopResult,
     StoredPath,
@@ -206,7 +207,9 @@ class Operations(Protocol):
         answer: Position = self.call("GET", filled("/bodies/{body_id}/position", body_id=body_id))
         return answer
 
-    def set_position(self, body_id: str, body: Length, /, *, idempotency_key: str | None = None) -> Position:
+    def set_position(
+        self, body_id: str, body: PositionToCall, /, *, idempotency_key: str | None = None
+    ) -> Position:
         """Call the present position by another number (6PS). Nothing moves; refused while the motor moves."""
         answer: Position = self.call(
             "PUT",
@@ -430,7 +433,8 @@ class Operations(Protocol):
     ) -> GroupInfo:
         """Define a group at the link master (XVS), or define it anew; not while a member moves.
 
-        It lasts until the gateway ends; groups of the configuration are defined at every start.
+        It lasts until the gateway ends; groups of the configuration are defined at every start. One that is so
+        already stays as it is, and nothing is sent.
         """
         answer: GroupInfo = self.call(
             "PUT", filled("/groups/{group_id}", group_id=group_id), body=body, idempotency_key=idempotency_key
@@ -846,6 +850,16 @@ class Operations(Protocol):
             "GET",
             filled("/scaras/{scara_id}/moves/{move_id}", scara_id=scara_id, move_id=move_id),
             query={"wait": wait},
+        )
+        return answer
+
+    def get_scara_samples(self, scara_id: str, move_id: str) -> ScaraSamples:
+        """Get where the axes were seen during a move, and where the plan has each, along the path or alone.
+
+        The settings for the plan are read from the controllers when somebody first asks.
+        """
+        answer: ScaraSamples = self.call(
+            "GET", filled("/scaras/{scara_id}/moves/{move_id}/samples", scara_id=scara_id, move_id=move_id)
         )
         return answer
 
@@ -2085,7 +2099,7 @@ class Operations(Protocol):
         self,
         body_id: str,
         n: int,
-        body: SpeedSetValues,
+        body: SpeedSetWanted,
         /,
         *,
         flash: bool | None = None,
@@ -2298,7 +2312,10 @@ class Operations(Protocol):
     def arm_capture(
         self, body_id: str, port: int, body: CaptureRequest, /, *, idempotency_key: str | None = None
     ) -> CaptureState:
-        """Let an input capture in the next move (CSS, CFS, CPS), once; refused while the motor moves."""
+        """Let an input capture in the next move (CSS, CFS, CPS), once; refused while the motor moves.
+
+        A capture that is sent back as GET gives it stays as it is, and nothing is sent.
+        """
         answer: CaptureState = self.call(
             "PUT",
             filled("/bodies/{body_id}/captures/{port}", body_id=body_id, port=port),

@@ -1206,7 +1206,7 @@ class BodyPositions(TypedDict):
     body_id: str
     positions: list[NamedPosition]
     flash: dict[str, int]
-    """What flash memory holds of these, in pulses by number: what counts at power-on. Only what is known: the gateway has to have seen that the table was saved (FPS) or loaded (FPD)."""
+    """What flash memory holds of these, by number, as `pulses`: what counts at power-on. Only what is known: the gateway has to have seen that the table was saved (FPS) or loaded (FPD)."""
 
 
 class BodyPowerCycleAcknowledgedEvent(TypedDict):
@@ -1805,13 +1805,16 @@ class CapturePulse(TypedDict):
 class CaptureRequest(TypedDict):
     """What an edge in the next move is to do; what is left out, it does not."""
 
-    edge: Literal["falling", "rising"]
+    edge: Literal["off", "falling", "rising"]
+    """`off` only of what is not armed, as GET gives it; DELETE disarms."""
     position: NotRequired[int | None]
     """Position number that takes the position."""
     encoder: NotRequired[int | None]
     """Position number that takes the encoder count."""
     encoder_in_pulses: NotRequired[int | None]
     """Position number that takes the encoder count converted to pulses."""
+    recorded: NotRequired[list[EntryToRecord] | None]
+    """The three numbers as GET gives them, in their place."""
     pulse: NotRequired[CapturePulse | None]
     between: NotRequired[Section | None]
     """Left out, the edge counts everywhere."""
@@ -1893,16 +1896,16 @@ class ChangedSpeedSet(TypedDict):
     body_id: str
     number: int
     """0-29, or 30: the standard set."""
-    start_speed_pps: int
-    """OL, 1-30,000; 0 where it was never set."""
-    maximum_speed_pps: int
-    """OH, 1-1,000,000; 0 where it was never set."""
-    acceleration_pps_s: int
-    """OS, 1-10,000,000; 0 where it was never set."""
-    rising_percent: int
-    """OA, 0-100; 0 where it was never set, too."""
-    falling_percent: int
-    """OB, 0-100; 0 where it was never set, too."""
+    start_speed_pps: int | None
+    """OL, 1-30,000."""
+    maximum_speed_pps: int | None
+    """OH, 1-1,000,000."""
+    acceleration_pps_s: int | None
+    """OS, 1-10,000,000."""
+    rising_percent: int | None
+    """OA, 0-100. The controller tells one that was never set as 0: null where it does so in a set that has no speeds either."""
+    falling_percent: int | None
+    """OB, 0-100; null as `rising_percent`."""
     start_speed: Scaled | None
     """In the body's unit; null without a scale."""
     maximum_speed: Scaled | None
@@ -2013,7 +2016,7 @@ class ControllerEvent(TypedDict):
     O: NotRequired[int | None]
     """Outputs."""
     P: NotRequired[int | None]
-    """Position in pulses."""
+    """Position in pulses; encoder counts in encoder mode."""
 
 
 class ControllerGeometry(TypedDict):
@@ -2238,6 +2241,13 @@ class Entry(TypedDict):
     """The `hash` of the entry before, 64 zeros in the first."""
     hash: str
     """SHA-256 of the entry's line up to this member, in hex."""
+
+
+class EntryToRecord(TypedDict):
+    """An entry of the position table that takes a value, as GET gives it."""
+
+    kind: Literal["position", "encoder", "encoder_in_pulses"]
+    number: int
 
 
 class ErrorOutputChoice(TypedDict):
@@ -3989,8 +3999,8 @@ class Memory(TypedDict):
 class MemoryChange(TypedDict):
     """What a memory shall hold."""
 
-    value: int
-    """A data memory holds -999999999 to 999999999, a counter or timer 0 to 9999999."""
+    value: int | None
+    """Null, as GET gives it, leaves what is no number as it is."""
 
 
 class MemoryChanges(TypedDict):
@@ -4113,8 +4123,8 @@ class NamedMemory(TypedDict):
 
     name: str
     """D0-D199, C0-C29 or T0-T29."""
-    value: int
-    """A data memory holds -999999999 to 999999999, a counter or timer 0 to 9999999."""
+    value: int | None
+    """Null, as GET gives it, leaves what is no number as it is."""
 
 
 class NamedPosition(TypedDict):
@@ -4295,13 +4305,15 @@ class PatternSets(TypedDict):
 
 
 class PatternValues(TypedDict):
-    """A pattern: two speed parameter sets, and its changes of speed."""
+    """A pattern: two speed parameter sets, and its changes of speed.
 
-    changes: NotRequired[list[SpeedChangeRequest]]
-    """All that it shall have."""
-    acceleration_set: int
+    Null, as GET gives it, is what was never set, or cannot be worked out, and stays so.
+    """
+
+    changes: NotRequired[list[SpeedChangeRequest] | None]
+    acceleration_set: int | None
     """Speed parameter set of the acceleration, 0-29."""
-    deceleration_set: int
+    deceleration_set: int | None
     """Speed parameter set of the deceleration, 0-29."""
 
 
@@ -4504,6 +4516,17 @@ class PositionTable(TypedDict):
     positions: list[StoredEntry]
     ended_at: int | None
     """The number that is not set, where the robot ended: what is stored behind it has to be asked for from there. Null where `last` was reached."""
+
+
+class PositionToCall(TypedDict):
+    """What the present position shall be called: by `value` and `unit`, or by `pulses`, as GET gives it."""
+
+    value: NotRequired[float | None]
+    """Pulses are whole numbers."""
+    unit: NotRequired[Literal["pulse", "mm", "um", "deg", "mdeg"] | None]
+    """mm, um, deg and mdeg need the body's scale in the configuration."""
+    pulses: NotRequired[int | None]
+    """Encoder counts in encoder mode; `value` and `unit` follow from them."""
 
 
 class PositionToStore(TypedDict):
@@ -6570,11 +6593,21 @@ class ScaraRotateRequest(TypedDict):
     """Between finger and X axis at the end."""
 
 
+class ScaraSamples(TypedDict):
+    """Where the axes of a robot were seen during a move."""
+
+    scara_id: str
+    move_id: str
+    axes: list[BodySamples]
+    """Those of each axis that has a part in it, as the samples of its body's own move: each is asked at a time of its own."""
+
+
 class Section(TypedDict):
     """The stretch of positions in which an edge counts."""
 
-    lower: Length
-    upper: Length
+    lower: Length | int
+    """A number alone, as GET gives it, is in pulses."""
+    upper: Length | int
 
 
 class SecurityEntries(TypedDict):
@@ -6868,21 +6901,21 @@ class SpeedIncrease(TypedDict):
 
 
 class SpeedSet(TypedDict):
-    """A speed parameter set as the body holds it in RAM; a speed of 0 was never set."""
+    """A speed parameter set as the body holds it in RAM; null is what was never set."""
 
     body_id: str
     number: int
     """0-29, or 30: the standard set."""
-    start_speed_pps: int
-    """OL, 1-30,000; 0 where it was never set."""
-    maximum_speed_pps: int
-    """OH, 1-1,000,000; 0 where it was never set."""
-    acceleration_pps_s: int
-    """OS, 1-10,000,000; 0 where it was never set."""
-    rising_percent: int
-    """OA, 0-100; 0 where it was never set, too."""
-    falling_percent: int
-    """OB, 0-100; 0 where it was never set, too."""
+    start_speed_pps: int | None
+    """OL, 1-30,000."""
+    maximum_speed_pps: int | None
+    """OH, 1-1,000,000."""
+    acceleration_pps_s: int | None
+    """OS, 1-10,000,000."""
+    rising_percent: int | None
+    """OA, 0-100. The controller tells one that was never set as 0: null where it does so in a set that has no speeds either."""
+    falling_percent: int | None
+    """OB, 0-100; null as `rising_percent`."""
     start_speed: Scaled | None
     """In the body's unit; null without a scale."""
     maximum_speed: Scaled | None
@@ -6922,6 +6955,16 @@ class SpeedSetValues(TypedDict):
     """OA: percent of the ramp's time in which the acceleration rises; 50 at first."""
     falling_percent: int
     """OB: percent of the ramp's time in which it falls; 50 at first."""
+
+
+class SpeedSetWanted(TypedDict):
+    """The five parameters of a set; null, as GET gives it, is one that was never set, and stays so."""
+
+    start_speed_pps: int | None
+    maximum_speed_pps: int | None
+    acceleration_pps_s: int | None
+    rising_percent: int | None
+    falling_percent: int | None
 
 
 class SpeedSetting(TypedDict):

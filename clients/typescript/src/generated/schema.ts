@@ -319,7 +319,8 @@ export interface paths {
          * Define Group
          * @description Define a group at the link master (XVS), or define it anew; not while a member moves.
          *
-         *     It lasts until the gateway ends; groups of the configuration are defined at every start.
+         *     It lasts until the gateway ends; groups of the configuration are defined at every start. One that is so
+         *     already stays as it is, and nothing is sent.
          */
         put: operations["defineGroup"];
         post?: never;
@@ -919,6 +920,28 @@ export interface paths {
          * @description Get a move, at once or when it is over.
          */
         get: operations["getScaraMove"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}/moves/{move_id}/samples": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Scara Samples
+         * @description Get where the axes were seen during a move, and where the plan has each, along the path or alone.
+         *
+         *     The settings for the plan are read from the controllers when somebody first asks.
+         */
+        get: operations["getScaraSamples"];
         put?: never;
         post?: never;
         delete?: never;
@@ -3310,6 +3333,8 @@ export interface paths {
         /**
          * Arm Capture
          * @description Let an input capture in the next move (CSS, CFS, CPS), once; refused while the motor moves.
+         *
+         *     A capture that is sent back as GET gives it stays as it is, and nothing is sent.
          */
         put: operations["armCapture"];
         post?: never;
@@ -6529,7 +6554,7 @@ export interface components {
             positions: components["schemas"]["NamedPosition"][];
             /**
              * Flash
-             * @description What flash memory holds of these, in pulses by number: what counts at power-on. Only what is known: the gateway has to have seen that the table was saved (FPS) or loaded (FPD).
+             * @description What flash memory holds of these, by number, as `pulses`: what counts at power-on. Only what is known: the gateway has to have seen that the table was saved (FPS) or loaded (FPD).
              */
             flash: {
                 [key: string]: number;
@@ -8064,9 +8089,10 @@ export interface components {
         CaptureRequest: {
             /**
              * Edge
+             * @description `off` only of what is not armed, as GET gives it; DELETE disarms.
              * @enum {string}
              */
-            edge: "falling" | "rising";
+            edge: "off" | "falling" | "rising";
             /**
              * Position
              * @description Position number that takes the position.
@@ -8082,6 +8108,11 @@ export interface components {
              * @description Position number that takes the encoder count converted to pulses.
              */
             encoder_in_pulses?: number | null;
+            /**
+             * Recorded
+             * @description The three numbers as GET gives them, in their place.
+             */
+            recorded?: components["schemas"]["EntryToRecord"][] | null;
             pulse?: components["schemas"]["CapturePulse"] | null;
             /** @description Left out, the edge counts everywhere. */
             between?: components["schemas"]["Section"] | null;
@@ -8229,29 +8260,29 @@ export interface components {
             number: number;
             /**
              * Start Speed Pps
-             * @description OL, 1-30,000; 0 where it was never set.
+             * @description OL, 1-30,000.
              */
-            start_speed_pps: number;
+            start_speed_pps: number | null;
             /**
              * Maximum Speed Pps
-             * @description OH, 1-1,000,000; 0 where it was never set.
+             * @description OH, 1-1,000,000.
              */
-            maximum_speed_pps: number;
+            maximum_speed_pps: number | null;
             /**
              * Acceleration Pps S
-             * @description OS, 1-10,000,000; 0 where it was never set.
+             * @description OS, 1-10,000,000.
              */
-            acceleration_pps_s: number;
+            acceleration_pps_s: number | null;
             /**
              * Rising Percent
-             * @description OA, 0-100; 0 where it was never set, too.
+             * @description OA, 0-100. The controller tells one that was never set as 0: null where it does so in a set that has no speeds either.
              */
-            rising_percent: number;
+            rising_percent: number | null;
             /**
              * Falling Percent
-             * @description OB, 0-100; 0 where it was never set, too.
+             * @description OB, 0-100; null as `rising_percent`.
              */
-            falling_percent: number;
+            falling_percent: number | null;
             /** @description In the body's unit; null without a scale. */
             start_speed: components["schemas"]["Scaled"] | null;
             maximum_speed: components["schemas"]["Scaled"] | null;
@@ -8476,7 +8507,7 @@ export interface components {
             O?: number | null;
             /**
              * P
-             * @description Position in pulses.
+             * @description Position in pulses; encoder counts in encoder mode.
              */
             P?: number | null;
         };
@@ -8985,6 +9016,19 @@ export interface components {
              * @description SHA-256 of the entry's line up to this member, in hex.
              */
             hash: string;
+        };
+        /**
+         * EntryToRecord
+         * @description An entry of the position table that takes a value, as GET gives it.
+         */
+        EntryToRecord: {
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "position" | "encoder" | "encoder_in_pulses";
+            /** Number */
+            number: number;
         };
         /**
          * ErrorOutputChoice
@@ -12714,9 +12758,9 @@ export interface components {
         MemoryChange: {
             /**
              * Value
-             * @description A data memory holds -999999999 to 999999999, a counter or timer 0 to 9999999.
+             * @description Null, as GET gives it, leaves what is no number as it is.
              */
-            value: number;
+            value: number | null;
         };
         /**
          * MemoryChanges
@@ -12974,9 +13018,9 @@ export interface components {
             name: string;
             /**
              * Value
-             * @description A data memory holds -999999999 to 999999999, a counter or timer 0 to 9999999.
+             * @description Null, as GET gives it, leaves what is no number as it is.
              */
-            value: number;
+            value: number | null;
         };
         /**
          * NamedPosition
@@ -13367,6 +13411,8 @@ export interface components {
         /**
          * PatternValues
          * @description A pattern: two speed parameter sets, and its changes of speed.
+         *
+         *     Null, as GET gives it, is what was never set, or cannot be worked out, and stays so.
          * @example {
          *       "acceleration_set": 12,
          *       "changes": [],
@@ -13374,21 +13420,18 @@ export interface components {
          *     }
          */
         PatternValues: {
-            /**
-             * Changes
-             * @description All that it shall have.
-             */
-            changes?: components["schemas"]["SpeedChangeRequest"][];
+            /** Changes */
+            changes?: components["schemas"]["SpeedChangeRequest"][] | null;
             /**
              * Acceleration Set
              * @description Speed parameter set of the acceleration, 0-29.
              */
-            acceleration_set: number;
+            acceleration_set: number | null;
             /**
              * Deceleration Set
              * @description Speed parameter set of the deceleration, 0-29.
              */
-            deceleration_set: number;
+            deceleration_set: number | null;
         };
         /**
          * PlannedMove
@@ -13819,6 +13862,31 @@ export interface components {
              * @description The number that is not set, where the robot ended: what is stored behind it has to be asked for from there. Null where `last` was reached.
              */
             ended_at: number | null;
+        };
+        /**
+         * PositionToCall
+         * @description What the present position shall be called: by `value` and `unit`, or by `pulses`, as GET gives it.
+         * @example {
+         *       "unit": "pulse",
+         *       "value": 0
+         *     }
+         */
+        PositionToCall: {
+            /**
+             * Value
+             * @description Pulses are whole numbers.
+             */
+            value?: number | null;
+            /**
+             * Unit
+             * @description mm, um, deg and mdeg need the body's scale in the configuration.
+             */
+            unit?: ("pulse" | "mm" | "um" | "deg" | "mdeg") | null;
+            /**
+             * Pulses
+             * @description Encoder counts in encoder mode; `value` and `unit` follow from them.
+             */
+            pulses?: number | null;
         };
         /**
          * PositionToStore
@@ -19055,12 +19123,32 @@ export interface components {
             angle: components["schemas"]["Angle"];
         };
         /**
+         * ScaraSamples
+         * @description Where the axes of a robot were seen during a move.
+         */
+        ScaraSamples: {
+            /** Scara Id */
+            scara_id: string;
+            /** Move Id */
+            move_id: string;
+            /**
+             * Axes
+             * @description Those of each axis that has a part in it, as the samples of its body's own move: each is asked at a time of its own.
+             */
+            axes: components["schemas"]["BodySamples"][];
+        };
+        /**
          * Section
          * @description The stretch of positions in which an edge counts.
          */
         Section: {
-            lower: components["schemas"]["Length"];
-            upper: components["schemas"]["Length"];
+            /**
+             * Lower
+             * @description A number alone, as GET gives it, is in pulses.
+             */
+            lower: components["schemas"]["Length"] | number;
+            /** Upper */
+            upper: components["schemas"]["Length"] | number;
         };
         /**
          * SecurityEntries
@@ -19702,7 +19790,7 @@ export interface components {
         };
         /**
          * SpeedSet
-         * @description A speed parameter set as the body holds it in RAM; a speed of 0 was never set.
+         * @description A speed parameter set as the body holds it in RAM; null is what was never set.
          */
         SpeedSet: {
             /** Body Id */
@@ -19714,29 +19802,29 @@ export interface components {
             number: number;
             /**
              * Start Speed Pps
-             * @description OL, 1-30,000; 0 where it was never set.
+             * @description OL, 1-30,000.
              */
-            start_speed_pps: number;
+            start_speed_pps: number | null;
             /**
              * Maximum Speed Pps
-             * @description OH, 1-1,000,000; 0 where it was never set.
+             * @description OH, 1-1,000,000.
              */
-            maximum_speed_pps: number;
+            maximum_speed_pps: number | null;
             /**
              * Acceleration Pps S
-             * @description OS, 1-10,000,000; 0 where it was never set.
+             * @description OS, 1-10,000,000.
              */
-            acceleration_pps_s: number;
+            acceleration_pps_s: number | null;
             /**
              * Rising Percent
-             * @description OA, 0-100; 0 where it was never set, too.
+             * @description OA, 0-100. The controller tells one that was never set as 0: null where it does so in a set that has no speeds either.
              */
-            rising_percent: number;
+            rising_percent: number | null;
             /**
              * Falling Percent
-             * @description OB, 0-100; 0 where it was never set, too.
+             * @description OB, 0-100; null as `rising_percent`.
              */
-            falling_percent: number;
+            falling_percent: number | null;
             /** @description In the body's unit; null without a scale. */
             start_speed: components["schemas"]["Scaled"] | null;
             maximum_speed: components["schemas"]["Scaled"] | null;
@@ -19813,6 +19901,29 @@ export interface components {
              * @description OB: percent of the ramp's time in which it falls; 50 at first.
              */
             falling_percent: number;
+        };
+        /**
+         * SpeedSetWanted
+         * @description The five parameters of a set; null, as GET gives it, is one that was never set, and stays so.
+         * @example {
+         *       "acceleration_pps_s": 100000,
+         *       "falling_percent": 50,
+         *       "maximum_speed_pps": 50000,
+         *       "rising_percent": 50,
+         *       "start_speed_pps": 5000
+         *     }
+         */
+        SpeedSetWanted: {
+            /** Start Speed Pps */
+            start_speed_pps: number | null;
+            /** Maximum Speed Pps */
+            maximum_speed_pps: number | null;
+            /** Acceleration Pps S */
+            acceleration_pps_s: number | null;
+            /** Rising Percent */
+            rising_percent: number | null;
+            /** Falling Percent */
+            falling_percent: number | null;
         };
         /**
          * SpeedSetting
@@ -20808,7 +20919,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Length"];
+                "application/json": components["schemas"]["PositionToCall"];
             };
         };
         responses: {
@@ -23208,6 +23319,51 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["ScaraMove"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getScaraSamples: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
+                scara_id: string;
+                move_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScaraSamples"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -28638,7 +28794,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["SpeedSetValues"];
+                "application/json": components["schemas"]["SpeedSetWanted"];
             };
         };
         responses: {
