@@ -628,7 +628,7 @@ ROWS: Final = {
         "JSON is endless, deep, or not JSON",
         "4xx",
         (JSON, "what_is_no_json_is_400"),
-        (JSON, "every_number_that_is_read_is_finite"),
+        ("gateway/door/test_strict_json", "every_number_that_is_read_is_finite"),
         (JSON, "a_body_over_64_kib_is_413"),
         (HOSTILE, "too_many_bytes"),
     ),

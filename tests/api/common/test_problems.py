@@ -10,6 +10,8 @@ from httpx2 import ASGITransport, AsyncClient
 from pydantic import BaseModel, Field
 
 from api.common.problems import MEDIA_TYPE, RETRY_AFTER_S, install, wants_japanese
+from api.common.routes import Router
+from api.common.strict_json import StrictRoute
 from gateway import texts
 from gateway.core.errors import (
     Ambiguous,
@@ -32,6 +34,7 @@ from gateway.core.errors import (
     QueueFull,
     StoppedFirst,
 )
+from gateway.core.rights import Right
 from gateway.door.problems import TYPE_PREFIX, problem_of
 from gateway.fics.errors import RobotFailed, RobotOffline
 from gateway.fics.errors import refused as robot_refused
@@ -44,6 +47,7 @@ from protocols.fics.status import GetAxisStatus
 from protocols.rorze.encoder import SetEncoderRatio
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
+from tests.open_access import AnyAccess
 
 DETAIL = "This happened; nothing was sent."
 
@@ -251,16 +255,20 @@ def shop() -> FastAPI:
     async def refuse() -> None:
         raise refused(0x50)
 
-    @app.get("/orders")
-    async def list_orders(count: int) -> None: ...
-
     @app.get("/fault")
     async def fault() -> None:
         raise ZeroDivisionError("a secret")
 
-    @app.post("/orders")
-    async def order(order: Order, count: int = 1) -> None: ...
+    app.state.access = AnyAccess()
+    router = Router("orders", StrictRoute)
 
+    @router.get("/orders", Right.OPEN)
+    async def list_orders(*, count: int) -> None: ...
+
+    @router.post("/orders", Right.OPEN)
+    async def order(order: Order, *, count: int = 1) -> None: ...
+
+    app.router.routes.extend(router.routes)
     return app
 
 

@@ -2,8 +2,11 @@
 
 import gc
 import re
+import subprocess
+import sys
 from collections.abc import Iterable, Iterator
 from time import thread_time
+from typing import Final
 
 import httpx2
 import pytest
@@ -100,7 +103,7 @@ def test_a_command_takes_the_right_that_its_effect_says(routes: list[BaseRoute])
 def test_nothing_but_health_and_version_is_open(routes: list[BaseRoute]) -> None:
     open_to_all = [route for route in routes if isinstance(route, Guarded) and route.right is Right.OPEN]
     paths = {getattr(route, "path", "") for route in open_to_all}
-    assert paths == {"/livez", "/readyz", "/version", "/sign-in"}
+    assert paths == {"/livez", "/readyz", "/version", "/sign-in", "/pendant"}
 
 
 def test_who_may_view_changes_nothing(routes: list[BaseRoute]) -> None:
@@ -208,12 +211,22 @@ async def test_a_refused_websocket_is_never_opened(stand: Stand) -> None:
 
 
 def test_no_route_is_built_before_the_document_is_made_and_stops_are_ready() -> None:
-    line = {"id": "arm", "address": "tcp://127.0.0.1:1", "bodies": [{"id": "3F"}]}
-    app = create_app(Plant(Config.model_validate({"lines": [line]})))
-    own = [route for route in app.routes if isinstance(route, StrictRoute)]
-    assert [route.path for route in own if "dependant" in vars(route)] == []
-    ready = {route.right for route in own if "call" in vars(route)}
-    assert ready == {Right.STOP}
+    """In a process of its own: routes are made once for all applications of one."""
+    told = subprocess.run([sys.executable, "-c", UNBUILT], capture_output=True, text=True, check=True)  # noqa: S603
+    assert told.stdout == "[] {<Right.STOP: 'stop'>}\n"
+
+
+UNBUILT: Final = """
+from api.app import create_app
+from api.common.strict_json import StrictRoute
+from gateway.config import Config
+from gateway.plant import Plant
+line = {"id": "arm", "address": "tcp://127.0.0.1:1", "bodies": [{"id": "3F"}]}
+app = create_app(Plant(Config.model_validate({"lines": [line]})))
+own = [route for route in app.routes if isinstance(route, StrictRoute)]
+built = [route.path for route in own if "dependant" in vars(route)]
+print(built, {route.right for route in own if "call" in vars(route)})
+"""
 
 
 def test_the_first_use_of_no_route_holds_the_loop_for_long(routes: list[BaseRoute]) -> None:
