@@ -6,7 +6,7 @@ from benchmarks.trace_calls import CallTrace, first_move
 from tests.api.robots.cell import Cell, in_cell
 
 ABOVE_THE_LINE = 318
-IN_ALL = 900
+IN_ALL = 910
 
 
 @pytest.mark.parametrize("mode", [2, 3])
