@@ -19,7 +19,7 @@ from starlette.responses import HTMLResponse
 
 from api.common.routes import PageRoute
 from api.front.swagger import Page, swagger_page
-from gateway.core.rights import Right
+from gateway.door.table import Right
 
 HTML = "text/html; charset=utf-8"
 JSON = "application/json"

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from gateway.families import FAMILIES
+from gateway.door.table import FAMILIES
 from protocols.table import Effect
 
 _STOPS = {

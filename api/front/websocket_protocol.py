@@ -23,7 +23,7 @@ from api.front.drain import Drain
 from api.front.intake import Inlet, Intake, Rate
 from api.front.limits import LINGER_S, Limits
 from api.front.refusals import Refused, head_of
-from gateway.core.events import Event, Writer
+from gateway.door.events import Event, Writer
 
 _log = logging.getLogger(__name__)
 """That of websockets, too, whose lines below warnings have queries and headers, and so keys."""
