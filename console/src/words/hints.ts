@@ -23,14 +23,15 @@ export const hints: Readonly<Record<string, string>> = {
   "X Y Z .. for a user axis, A B C .. for a motor axis, @ for theta.": "ユーザ軸は X Y Z …、モータ軸は A B C …、θは @。",
   "Number of the first position, 1-1999; left out, 1.": "先頭の位置番号、1～1999。省略時は 1。",
   "Number of the channel of eight bits, from 1.": "8ビットのチャンネルの番号、1 から。",
-  "Position in pulses to move to, or the table entry that holds it.": "移動先の位置（パルス）、またはそれを格納した位置テーブルの番号。",
+  "Position to move to, or the table entry that holds it. Encoder mode counts its own.":
+    "移動先の位置、またはそれを格納した位置テーブルの番号。エンコーダモードではカウントです。",
   "What the output reports: `ems`, `limit` (CW or CCW), `stall`, or `any` of them.":
     "出力が知らせる内容: ems、limit（CW または CCW）、stall、またはそのいずれか（any）。",
   "Value to record in the position table; give this or `pulsed`.": "位置テーブルに記録する値。これか pulsed のどちらかを指定します。",
   "A one-shot pulse on an output; give this or `recorded`.": "出力のワンショットパルス。これか recorded のどちらかを指定します。",
   "General input, 0-9; left out, all.": "汎用入力 0～9。省略時はすべて。",
-  "First position in pulses, below `upper`.": "先頭の位置（パルス）、upper より小さい値。",
-  "Last position in pulses.": "末尾の位置（パルス）。",
+  "First position, below `upper`; encoder counts in encoder mode.": "先頭の位置（upper より小さい値、エンコーダモードではカウント）。",
+  "Last position, in pulses or encoder counts.": "末尾の位置（パルスまたはエンコーダカウント）。",
   "Contact A is normally open, contact B normally closed.": "A接点は常開、B接点は常閉。",
   "Micrometres; 1 at first.": "マイクロメートル。初期値は 1。",
   "Via point 0-15.": "通過点 0～15。",

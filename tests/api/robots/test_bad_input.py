@@ -201,7 +201,6 @@ ELSEWHERE: Final[Sequence[tuple[str, str, Parameters | None, str, str]]] = [
     ("GET", f"{UNIT}/positions.csv?last=2000", None, "last", POSITION),
     ("PUT", f"{UNIT}/positions", stored(1, position=2000), "positions.0.number", POSITION),
     ("PUT", f"{UNIT}/positions", stored(0.0001), "positions.0.axes.X.value", NUMBER),
-    ("PUT", f"{UNIT}/positions", {"positions": []}, "positions", "1 or more entries"),
     ("POST", f"{UNIT}/moves", moved(1e8), "axes.X.value", NUMBER),
     ("POST", f"{UNIT}/moves", {"kind": "position", "position": 0}, "position", POSITION),
     (

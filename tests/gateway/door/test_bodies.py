@@ -4,8 +4,8 @@ import pytest
 
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.origin import Origin
+from gateway.door.bodies import PositionToCall
 from gateway.door.groups import GroupDefinition
-from gateway.rorze.units import Length
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time, rig
 from tests.through_the_door import ask
@@ -16,7 +16,7 @@ ME = Origin("test")
 @in_virtual_time
 async def test_a_place_is_called_by_another_number_in_the_units_of_the_body() -> None:
     async with rig(body_options='units = {unit = "mm", pulses_per_unit = 100.0}') as it:
-        place = await ask(it.plant, "setPosition", body_id="3F", request=Length(value=1.5, unit="mm"))
+        place = await ask(it.plant, "setPosition", body_id="3F", request=PositionToCall(value=1.5, unit="mm"))
         assert place.pulses == 150
         assert "&3F6PS150" in it.wire.frames()
 
