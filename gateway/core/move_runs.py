@@ -13,7 +13,7 @@ from gateway.core.events import Event
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import MoveError, MoveRecord, MoveStatus
 from gateway.core.next_calls import NextCall
-from gateway.core.own_faults import at_end_of, survived
+from gateway.core.own_faults import at_end_of, insist, survived
 from gateway.core.verdicts import Judged, Unbegun, Unwatched, Verdict, Words, judge
 
 log = logging.getLogger(__name__)
@@ -45,6 +45,10 @@ class MoveRuns(ABC, Generic[W, M]):
     @abstractmethod
     def _publish(self, news: str, who: W, move: M, /) -> Event:
         """Tell the news of a move."""
+
+    @abstractmethod
+    def _claim(self, who: W, move: M, /) -> None:
+        """Let no other move begin."""
 
     @abstractmethod
     def _free(self, who: W) -> None:
@@ -105,6 +109,8 @@ class MoveRuns(ABC, Generic[W, M]):
         give_up = partial(self._give_up, moves)
         try:
             for who, move in moves:
+                self._claim(who, move)
+            for who, move in moves:
                 self.log.add(move)
                 move.event_cursor = self._publish("queued", who, move).cursor
                 self.log.on_change(move)
@@ -143,6 +149,7 @@ class MoveRuns(ABC, Generic[W, M]):
 
         `begun` is whether an intent of it was written, `asked` who is asked how it goes on.
         """
+        self._claim(who, move)
         if move.status is MoveStatus.QUEUED and not begun:
             self.end(who, move, judge(Unbegun.GATEWAY_ENDED))
             return False
@@ -164,7 +171,7 @@ class MoveRuns(ABC, Generic[W, M]):
             self._was_sent(who, move)
         elif status.final:
             move.ended_at = datetime.now(UTC)
-            self._free(who)
+            insist(f"the end of move {move.id}", partial(self._free, who))
             self.log.end(move)
         self._publish("started" if status is MoveStatus.MOVING else status, who, move)
         self.log.on_change(move)

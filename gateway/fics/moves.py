@@ -60,7 +60,6 @@ class RobotMoves(MoveRuns[MoveRun, RobotMove]):
             raise RobotBusy(f"A move of {robot.id} is not over; nothing was sent.", "Wait for it or stop it.")
         move = _new(robot, unit, command)
         run = MoveRun(robot, unit, command, move, self)
-        robot.motion.begin_move(unit.number, move)
         refusal = await self._start([(run, move)], partial(run.make, start_within_s), run.begun)
         if refusal is not None:
             end = end_of(unit, command, move.start_position or {}, move.target_position)
@@ -73,7 +72,6 @@ class RobotMoves(MoveRuns[MoveRun, RobotMove]):
         unit, command = robot.unit(move.unit), _command_of(move)
         run = MoveRun(robot, unit, command, move, self)
         if self._take_over(run, move, begun=begun, asked="the robot"):
-            robot.motion.begin_move(move.unit, move)
             self._see_through(move.id, run.take_over, run.begun, partial(self._give_up, [(run, move)]))
 
     def _move_of(self, who: MoveRun) -> RobotMove | None:
@@ -90,6 +88,9 @@ class RobotMoves(MoveRuns[MoveRun, RobotMove]):
         who.unit.trajectory = RobotTrajectory(who.unit, move, began_at, asyncio.get_running_loop().time())
         self.trajectories.begin(move.id, who.unit.trajectory)
         self._on_trajectory()
+
+    def _claim(self, who: MoveRun, move: RobotMove, /) -> None:
+        who.robot.motion.begin_move(who.unit.number, move)
 
     def _free(self, who: MoveRun) -> None:
         who.unit.trajectory = None

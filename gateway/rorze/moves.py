@@ -102,10 +102,6 @@ class Moves(MoveRuns[Body, Move]):
         moves = [(body, _new(body, target, command, kind or kind_of(command))) for body in bodies]
         proofs = [MoveProof(body, move) for body, move in moves]
         run = _MoveRun(target, command, proofs, epoch, course or {}, on_sent)
-        for body, move in moves:
-            body.move = move
-            body.line.followed += 1
-            body.free.clear()
         refusal = await self._start(moves, partial(self._run, run, start_within_s), run.answered)
         if refusal is not None:
             if isinstance(target, Body):
@@ -132,6 +128,11 @@ class Moves(MoveRuns[Body, Move]):
 
     def _publish(self, news: str, who: Body, move: Move, /) -> Event:
         return self._tell(f"body.move.{news}", who, move)
+
+    def _claim(self, who: Body, move: Move, /) -> None:
+        who.move = move
+        who.line.followed += 1
+        who.free.clear()
 
     def _free(self, who: Body) -> None:
         who.move = who.trajectory = None
@@ -223,11 +224,8 @@ class Moves(MoveRuns[Body, Move]):
 
         `tolerance` is by how many pulses it may miss its target.
         """
-        body.line.followed += 1
         if not self._take_over(body, move, begun=begun, asked="the body"):
             return
-        body.move = move
-        body.free.clear()
         answered: Beginning = asyncio.get_running_loop().create_future()
         answered.set_result(None)
         proof = MoveProof(body, move, rested_at(move), tolerance, resumed=True)

@@ -118,7 +118,6 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
             created_at=now,
         )
         run = _Run(scara, move)
-        scara.move = move
         answered: Beginning = asyncio.get_running_loop().create_future()
         beginning = partial(self._begin, run, request, start_within_s, answered)
         refusal = await self._start([(run, move)], beginning, answered)
@@ -173,7 +172,7 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
             self.end(run, run.move, judge(Unwatched.OTHER_MEMBERS, Words(scara.id, "finger")))
             return
         move.evidence.append("The gateway was restarted in the middle of the move; its axes were asked.")
-        scara.move = move
+        self._claim(run, move)
         self._runs |= dict.fromkeys(run.moves, run)
         self._begin_to_watch(run)
         self._look_after(run)
@@ -406,6 +405,9 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
 
     def _publish(self, news: str, _who: _Run, move: ScaraMove, /) -> Event:
         return self._tell(news, move)
+
+    def _claim(self, who: _Run, move: ScaraMove, /) -> None:
+        who.scara.move = move
 
     def _free(self, who: _Run) -> None:
         for body in who.scara.members:

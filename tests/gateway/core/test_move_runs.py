@@ -36,6 +36,9 @@ class Motors(MoveRuns[Motor, Move]):
     def _calls(self, _who: Motor, _error: GatewayError, /) -> Sequence[NextCall]:
         return [LINE_STATE]
 
+    def _claim(self, who: Motor, move: Move, /) -> None:
+        who.move = move
+
     def _free(self, who: Motor) -> None:
         who.move = None
 
@@ -43,9 +46,7 @@ class Motors(MoveRuns[Motor, Move]):
         """Start a move that nothing is known of but its record."""
         now, taken = datetime.now(UTC), asyncio.get_running_loop().create_future()
         taken.set_result(None)
-        motor.move = move = Move(
-            id="m1", body_id="a.00", kind="relative", command="1+M", frame="", created_at=now
-        )
+        move = Move(id="m1", body_id="a.00", kind="relative", command="1+M", frame="", created_at=now)
         assert await self._start([(motor, move)], partial(asyncio.sleep, 0.0), taken) is None
         await self.close()
         return move
