@@ -54,6 +54,7 @@ SETTLE_S: Final = 0.05
 REST_S: Final = 10.0
 """Connections that a flood has left behind are gone by then."""
 LOOK_S: Final = 0.5
+LOOKS: Final = 6
 QUIET_TIMES: Final = 3
 LEAST_S: Final = 0.2
 """For which each kind is poured, at least."""
@@ -254,9 +255,14 @@ class Stand:
         until = monotonic() + REST_S
         while open_sockets() > sockets and monotonic() < until:  # noqa: ASYNC110  # nobody tells of it
             await asyncio.sleep(0.05)
+        # What winds down ends within seconds; a connection that is read for ever never does.
+        shares = [await self._share_used() for _ in range(LOOKS)]
+        return min(shares), resident_mib(os.getpid())
+
+    async def _share_used(self) -> float:
         before, begun_at = process_time(), monotonic()
         await asyncio.sleep(LOOK_S)
-        return (process_time() - before) / (monotonic() - begun_at), resident_mib(os.getpid())
+        return (process_time() - before) / (monotonic() - begun_at)
 
     async def watch(self) -> None:
         """Note each turn of the loop that was long."""
