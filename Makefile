@@ -24,16 +24,19 @@ help: ## Show the targets
 serve: $(VENV)/.runtime ## Start the gateway with a simulated line on http://127.0.0.1:8420
 	$(BIN)/motion-gateway serve --demo
 
-# Three at a time keep two cores busy: some tests wait for programs.
+# Three at a time keep two cores busy: some tests wait for programs. What fails so is tried once more by itself:
+# a test in real time may have waited for the others. A fault fails both times.
+tested = $(BIN)/pytest -n 3 -m "$(1)" || $(BIN)/pytest -n 0 --last-failed --last-failed-no-failures none -m "$(1)"
+
 test: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES) chromium ## Check format, style, types and the dependency rules, and run the quick tests
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/lint-imports --no-cache
 	$(BIN)/mypy & $(BIN)/pytest -n 0 --collect-only -qq -m "not prove" >/dev/null; wait $$!
-	$(BIN)/pytest -n 3 -m "not prove"
+	$(call tested,not prove)
 
 prove: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES) chromium ## Run the long tests: every seed, kill and page, and the installation
-	$(BIN)/pytest -n 3 -m prove
+	$(call tested,prove)
 
 fuzz: $(VENV)/.development ## Ask all operations 20,000 times what they take and what they do not
 	CASES=20000 $(BIN)/pytest tests/api/test_contract.py
