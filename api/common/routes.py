@@ -137,10 +137,6 @@ class PageRoute(Guarded, Route):
     """A document or a redirection: no operation."""
 
 
-class FilesMount(Guarded, Mount):
-    """Files, or an application, under one path and one right."""
-
-
 class Router:
     """The routes of one tag. The application takes them side by side with all others."""
 

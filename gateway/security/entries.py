@@ -94,7 +94,6 @@ LOG_PRUNED: Final = _row(
 )
 SYSLOG_LOST: Final = _row("syslog.lost", "so many entries could not be sent", "lost", folds=False)
 
-ENTRY_TYPES: Final = {row.name: row for row in globals().values() if isinstance(row, EntryType)}
 LEASE_ENDS: Final = {
     "taken_over": LEASE_TAKEN_OVER,
     "released": LEASE_RELEASED,

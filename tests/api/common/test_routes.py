@@ -16,7 +16,7 @@ from starlette.routing import BaseRoute, Mount, Route
 from starlette.types import Scope
 
 from api.app import create_app
-from api.common.routes import FilesMount, Guarded, HttpRoute, PageRoute, Router, SocketRoute, unguarded
+from api.common.routes import Guarded, HttpRoute, PageRoute, Router, SocketRoute, unguarded
 from api.common.strict_json import StrictRoute
 from api.front.stop_paths import is_stop
 from gateway.config import Config
@@ -58,6 +58,10 @@ def routes() -> list[BaseRoute]:
 
 async def page(_: Request) -> Response:
     return Response("secret")
+
+
+class FilesMount(Guarded, Mount):
+    """Files, or an application, under one path and one right."""
 
 
 # the table
