@@ -16,6 +16,7 @@ from gateway.rorze.jogs import BodyJogRequest
 from gateway.rorze.limited_speed import Rate
 from gateway.rorze.own_refusals import COMMAND_ERROR
 from gateway.rorze.patterns import PatternChange, alter_pattern, get_pattern, list_patterns
+from gateway.rorze.plans import PlannedMove
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.patterns import GetPattern
 from protocols.rorze.status import GetControllerStatus
@@ -118,8 +119,8 @@ async def test_the_plan_of_a_move_that_would_be_refused_leaves_none() -> None:
     async with rig() as it:
         await known(it)
         target = it.plant.target("/bodies/line1.3F")
-        plan = await target.plan(MoveClockwise(distance=10, pattern=20))  # type: ignore[attr-defined]
-        assert "would be refused" in plan.note
+        plan = await target.plan(MoveClockwise(distance=10, pattern=20))
+        assert isinstance(plan, PlannedMove) and "would be refused" in (plan.note or "")
         assert await status(it) == 0
 
 
