@@ -89,6 +89,14 @@ class Replies(BaseModel, Generic[R]):
     replies: list[R]
 
 
+class Looked(ABC):
+    """A controller that may keep a trace of having been asked."""
+
+    @abstractmethod
+    def looking(self) -> AbstractAsyncContextManager[None]:
+        """Leave no trace of what is asked inside."""
+
+
 class Target(ABC):
     """A body, a group, a unit or a robot, as the operations see it."""
 

@@ -1,6 +1,7 @@
 """Operations carried out for their callers: rights and leases first, then what the path leads to."""
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AsyncExitStack
 from functools import cache
 from typing import Any
 
@@ -11,10 +12,11 @@ from gateway.core.operation import EXPECTS, KEYED, Expectation, Operation, names
 from gateway.core.origin import ORIGIN
 from gateway.core.own_faults import twice
 from gateway.core.rights import Right
-from gateway.core.targets import Target
+from gateway.core.targets import Looked, Target
 from gateway.door.caller import require
 from gateway.families import FAMILIES
 from gateway.plant import Plant
+from protocols.table import Effect
 
 __all__ = ["aside", "carry_out", "require_right", "twice"]
 
@@ -50,7 +52,12 @@ async def carry_out(
             taken[EXPECTS] = expects
         if operation.keyed:
             taken[KEYED] = keyed
-        return await operation.run(**taken)
+        async with AsyncExitStack() as looking:
+            if operation.effect is Effect.READ:
+                for thing in taken.values():
+                    if isinstance(thing, Looked):
+                        await looking.enter_async_context(thing.looking())
+            return await operation.run(**taken)
     finally:
         ORIGIN.reset(before)
 

@@ -31,7 +31,6 @@ from gateway.rorze.backup_places import (
 )
 from gateway.rorze.bodies import Body
 from gateway.rorze.flash_state import SHARES
-from gateway.rorze.own_refusals import clear_own_refusal
 from gateway.rorze.units import Scale
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.inputs_outputs import SetErrorOutput, SetInterruptAction, SetInterruptMode
@@ -122,13 +121,13 @@ async def read(body: Body, sections: Iterable[Section], on_read: OnRead = lambda
 
     :raises GatewayError: one was not answered.
     """
-    found, before = Contents(), body.status_bits
-    for name in sections:
-        if name == "program":
-            found.program = tuple(await stored_program.read_instructions(body, on_read))
-        else:
-            found.places[name] = await _Reading(body, found.unread, on_read).section(name)
-    await clear_own_refusal(body, before)
+    found = Contents()
+    async with body.looking():
+        for name in sections:
+            if name == "program":
+                found.program = tuple(await stored_program.read_instructions(body, on_read))
+            else:
+                found.places[name] = await _Reading(body, found.unread, on_read).section(name)
     return found
 
 

@@ -2,15 +2,16 @@
 
 import asyncio
 from collections.abc import Callable, Mapping
-from contextlib import suppress
+from contextlib import AbstractAsyncContextManager, suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf
 from typing import Any, Final, NamedTuple, TypeVar, cast
 
-from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NoReply
+from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, InvalidRequest, NoReply
 from gateway.core.lanes import Lane
 from gateway.core.move_record import CountedIn, Move, MoveStatus
+from gateway.core.targets import Looked
 from gateway.core.trajectories import Trajectory
 from gateway.core.waiting import happens
 from gateway.rorze.edges import Edges
@@ -19,6 +20,7 @@ from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
 from gateway.rorze.flash_state import FlashState
 from gateway.rorze.line import Line, lane_of
 from gateway.rorze.mark import Mark
+from gateway.rorze.own_refusals import OwnRefusals
 from gateway.rorze.position_flash import PositionFlash
 from gateway.rorze.power import POWER_ON_POSITION, RENAMING, Power
 from gateway.rorze.readings import believed, errs
@@ -90,7 +92,7 @@ class MotorState(NamedTuple):
 
 
 @dataclass(eq=False)
-class Body:
+class Body(Looked):
     """One RC-420 axis controller."""
 
     line: Line
@@ -114,6 +116,7 @@ class Body:
     position_flash: PositionFlash = field(default_factory=PositionFlash)
     mark: Mark = field(init=False)
     edges: Edges = field(init=False)
+    _own_refusals: OwnRefusals = field(init=False)
     moving: bool | None = None
     """None until its status has been read since it was out of reach."""
     changing: asyncio.Lock = field(default_factory=asyncio.Lock)
@@ -177,6 +180,7 @@ class Body:
     def __post_init__(self) -> None:
         self.power.on_news = self._power_news
         self.mark = Mark(self)
+        self._own_refusals = OwnRefusals(self)
         self.edges = Edges(self.input_names, lambda kind, facts: self.on_news(kind, facts))
 
     @cached_property
@@ -207,6 +211,10 @@ class Body:
 
     # asking
 
+    def looking(self) -> AbstractAsyncContextManager[None]:
+        """Leave no command error of what is asked inside."""
+        return self._own_refusals.cleared()
+
     async def ask(
         self,
         command: RorzeCommand[R],
@@ -228,8 +236,12 @@ class Body:
         self.note_sent(command)
         if isinstance(outcome, NoReply):
             self.perhaps_did(command)
-        answered = answer_or_raise(self.address, command, outcome)
-        reply = reply_of(self.number, command, answered, self.address)
+        try:
+            answered = answer_or_raise(self.address, command, outcome)
+            reply = reply_of(self.number, command, answered, self.address)
+        except ControllerRefused:
+            self.note_refused(command)
+            raise
         self.note_reply(command, reply, answered.at)
         return cast("R", reply), answered
 
@@ -427,6 +439,10 @@ class Body:
 
     # what it was sent and has answered
 
+    def note_refused(self, command: RorzeCommand[Any]) -> None:
+        """Note that it has refused a command, which leaves a command error."""
+        self._own_refusals.note_refused(command)
+
     def note_sent(self, command: RorzeCommand[Any]) -> None:
         """Note what a command may change, when it is queued and again when its outcome is known.
 
@@ -523,6 +539,7 @@ class Body:
     def _saw_status(self, bits: int) -> None:
         """Announce what has changed; that a move of ours makes pulses run is no news."""
         before, self.status_bits = self.status_bits, bits
+        self._own_refusals.note_status(bits)
         self.power.note_status(bits)
         expected = 0 if self.move is None else PULSES_RUNNING
         if before is None or (before ^ bits) & ~expected:
@@ -693,6 +710,8 @@ class Group:
         for member, result in results.items():
             if isinstance(result, Reply):
                 member.note_reply(command, result, answered.at)
+            elif isinstance(result, ControllerRefused):
+                member.note_refused(command)
             elif isinstance(result, NoReply):
                 member.perhaps_did(command)
         return results

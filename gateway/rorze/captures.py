@@ -55,9 +55,7 @@ class Section(RequestModel):
         ends = (self.lower, self.upper)
         lower, upper = (it if isinstance(it, int) else it.pulses(body.scale) for it in ends)
         if not -BILLION < lower < upper < BILLION:
-            raise InvalidRequest(
-                f"between: {lower} to {upper} pulses is no stretch of positions; nothing was sent."
-            )
+            raise InvalidRequest(f"between: {lower} to {upper} is no stretch of positions; nothing was sent.")
         return Bounds(lower=lower, upper=upper)
 
 

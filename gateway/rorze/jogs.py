@@ -278,9 +278,9 @@ async def _reach(body: Body, request: BodyJogRequest) -> _Reach:
     if min(reach, room) < 1:
         raise InvalidRequest(
             f"{body.address} has no room to jog {request.turn}: it stands at {here}, its soft limits are "
-            f"{limits.lower} to {limits.upper}; nothing was sent."
+            f"{limits.lower} to {limits.upper}; only questions were sent."
             if room < 1
-            else "at_most: it comes to less than one pulse; nothing was sent."
+            else "at_most: it comes to less than one pulse; only questions were sent."
         )
     if room <= reach:
         side, limit = ("upper", limits.upper) if request.turn == "cw" else ("lower", limits.lower)

@@ -18,7 +18,6 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.records import RequestModel, example
 from gateway.rorze.bodies import Body, Group, idle_bodies_of
 from gateway.rorze.changes import change, read
-from gateway.rorze.own_refusals import clear_own_refusal
 from gateway.rorze.patterns import sets_item
 from gateway.rorze.speed_sets import STANDARD, items_of, parameters_of
 from gateway.rorze.units import to_pulses
@@ -102,7 +101,7 @@ async def limited_parameters(body: Body, limit: Rate) -> SpeedParameters:
     ratio = (await body.ask(GetEncoderRatio()))[0].ratio if await body.know_mode() == "encoder" else 1.0
     top = round(counts * ratio)
     if top < 1:
-        raise InvalidRequest("max_speed: it comes to less than one pulse a second; nothing was sent.")
+        raise InvalidRequest("max_speed: it comes to less than one pulse a second; only questions were sent.")
     return (await standard_of(body)).capped(top)
 
 
@@ -113,7 +112,7 @@ async def standard_of(body: Body) -> SpeedParameters:
     except ProfileError as error:
         raise InvalidRequest(
             f"Speed set {STANDARD} of {body.address}, from which the ramps are taken, has no valid values: "
-            f"{error} Nothing was sent.",
+            f"{error} Only questions were sent.",
             f"Set speed set {STANDARD}.",
         ) from None
 
@@ -157,9 +156,13 @@ async def at_own_speed(target: Body | Group, request: M) -> AsyncIterator[M]:
 
 
 async def _write(body: Body, wanted: SpeedParameters, number: int) -> None:
+    async with body.looking():
+        await _write_where_free(body, wanted, number)
+
+
+async def _write_where_free(body: Body, wanted: SpeedParameters, number: int) -> None:
     pattern, items = sets_item(number), list(items_of(number).values())
     made_of = {"acceleration_set": number, "deceleration_set": number}
-    before = body.status_bits
     found_sets, found = await read(body, pattern), [await read(body, item) for item in items]
     if body.slow_written == wanted and (found_sets, found) == (made_of, list(astuple(wanted))):
         return
@@ -169,8 +172,6 @@ async def _write(body: Body, wanted: SpeedParameters, number: int) -> None:
         raise _in_use(body, number)
     await change(body, [*zip(items, astuple(wanted), strict=True), (pattern, made_of)])
     await body.ask(SetSpeedChange(pattern=number))  # a change on the way could exceed the limit
-    if found_sets is None:
-        await clear_own_refusal(body, before)
     body.slow_written = wanted
 
 

@@ -12,7 +12,6 @@ from gateway.core.records import SentBack, example, require_same
 from gateway.core.rights import Right
 from gateway.rorze.bodies import Body
 from gateway.rorze.changes import ChangeStep, Codec, Flash, Item, Wanted, as_expected, change, read
-from gateway.rorze.own_refusals import clear_own_refusal
 from gateway.rorze.speed_sets import STANDARD, First, Last, numbers_of, parameters_of
 from gateway.rorze.units import Scaled
 from protocols.rorze.notation import Amount, Speed
@@ -253,11 +252,7 @@ async def _read_changes(body: Body, number: int) -> list[SpeedChangeInfo] | None
 
 async def read_patterns(body: Body, numbers: Iterable[int]) -> list[Pattern]:
     """Ask a body for patterns, one after the other; errors as of `read_pattern`."""
-    before = body.status_bits
-    found = [await read_pattern(body, number) for number in numbers]
-    if any(it.acceleration_set is None or it.changes is None for it in found):
-        await clear_own_refusal(body, before)
-    return found
+    return [await read_pattern(body, number) for number in numbers]
 
 
 async def alter_pattern(
@@ -273,13 +268,14 @@ async def alter_pattern(
     :raises InvalidRequest: it is the standard pattern, one of two sets is missing, or the changes of speed do
         not suit the sets; nothing was sent.
     """
-    told = await as_expected(body, lambda: read_pattern(body, number), expects)
-    present = await read_pattern(body, number)
+    async with body.looking():
+        told = await as_expected(body, lambda: read_pattern(body, number), expects)
+        present = await read_pattern(body, number)
     if _stays(present, wanted):
         return ChangedPattern(**dict(present), steps=[])
     if number == STANDARD or STANDARD in (wanted.acceleration_set, wanted.deceleration_set):
         raise InvalidRequest(
-            "Pattern 30 is the standard one, and it alone is always made of speed set 30; nothing was sent."
+            "Pattern 30 is the standard one, always made of speed set 30 alone; only questions were sent."
         )
     sets = _sets_of(present, wanted)
     if wanted.changes:
@@ -304,7 +300,7 @@ def _sets_of(present: Pattern, wanted: PatternValues | PatternChange) -> dict[st
     sets = {name: getattr(present, name) if it is None else it for name, it in named.items()}
     if None in sets.values():
         raise InvalidRequest(
-            f"Pattern {present.number} was never set; nothing was sent.",
+            f"Pattern {present.number} was never set; only questions were sent.",
             "Give acceleration_set and deceleration_set.",
         )
     return sets
@@ -320,7 +316,9 @@ async def _require_fit(body: Body, sets: Mapping[str, int], changes: Sequence[Sp
         down = await parameters_of(body, sets["deceleration_set"])
         resolve_changes(up, down, [it.planned() for it in sorted(changes, key=attrgetter("point"))])
     except ProfileError as error:
-        raise InvalidRequest(f"Moves with this pattern would be refused: {error} Nothing was sent.") from None
+        raise InvalidRequest(
+            f"Moves with this pattern would be refused: {error} Only questions were sent."
+        ) from None
 
 
 def _wanted(

@@ -45,7 +45,7 @@ async def believed(
             return again
         found = again
     raise NotSent(
-        f"Line {line.id} garbles its frames: no two readings agree; nothing was sent.", "Try again."
+        f"Line {line.id} garbles its frames: no two readings agree; only questions were sent.", "Try again."
     )
 
 

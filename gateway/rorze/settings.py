@@ -265,7 +265,7 @@ async def _require_mode(body: AskedBody, named: Mapping[str, Any]) -> None:
         if _DIGITS[mode] not in SETTINGS[name].modes:
             raise InvalidRequest(
                 f"{name}: only the operating mode {_modes_of(SETTINGS[name])} has it, and {body.address} "
-                f"is in mode {mode}; nothing was sent."
+                f"is in mode {mode}; only questions were sent."
             )
 
 

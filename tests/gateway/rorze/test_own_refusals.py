@@ -1,13 +1,24 @@
 """The gateway leaves no command error behind that its own questions have set, and clears nobody else's."""
 
 import asyncio
+from typing import Any
 
+import pytest
+
+from gateway.core.errors import ControllerRefused, InvalidRequest
 from gateway.core.lanes import Lane
+from gateway.core.operation import Run
+from gateway.door.calls import carry_out
+from gateway.rorze import curves, patterns
 from gateway.rorze.backup import text_of
+from gateway.rorze.curves import get_curve
 from gateway.rorze.jogs import BodyJogRequest
 from gateway.rorze.limited_speed import Rate
 from gateway.rorze.own_refusals import COMMAND_ERROR
-from gateway.rorze.patterns import read_patterns
+from gateway.rorze.patterns import PatternChange, alter_pattern, get_pattern, list_patterns
+from gateway.rorze.plans import PlannedMove
+from protocols.rorze.moves import MoveClockwise
+from protocols.rorze.patterns import GetPattern
 from protocols.rorze.status import GetControllerStatus
 from simulator.rorze.world import EMS
 from tests.plants import Rig, in_virtual_time, rig
@@ -15,6 +26,12 @@ from tests.plants import Rig, in_virtual_time, rig
 
 async def status(it: Rig) -> int:
     return (await it.body().ask(GetControllerStatus()))[0].bits or 0
+
+
+async def got(it: Rig, read: Run, **query: Any) -> Any:
+    """What a row answers a caller who asks for pattern 20 or its list, as of the whole plant."""
+    (row,) = (row for row in (*patterns.ROWS, *curves.ROWS) if row.run is read)
+    return await carry_out(it.plant, row, {"body_id": "3F", "n": 20} | query)
 
 
 async def known(it: Rig) -> None:
@@ -33,7 +50,7 @@ async def test_a_backup_leaves_no_command_error() -> None:
 async def test_patterns_that_were_never_set_leave_none_when_they_are_looked_at() -> None:
     async with rig() as it:
         await known(it)
-        await read_patterns(it.body(), range(3))
+        await got(it, list_patterns, last=2)
         assert await status(it) == 0
 
 
@@ -57,15 +74,70 @@ async def test_another_error_is_not_cleared_with_it() -> None:
         it.touch(0x3F, lambda axis: axis.world.forced.update({EMS: False}))
         await asyncio.sleep(1)
         await known(it)
-        await read_patterns(it.body(), range(3))
+        await got(it, list_patterns, last=2)
         assert await status(it) & 0b100
 
 
 @in_virtual_time
 async def test_a_command_error_that_stood_before_stays() -> None:
     async with rig() as it:
-        await read_patterns(it.body(), [3])
+        await got(it, get_pattern)
         it.touch(0x3F, lambda axis: setattr(axis, "status", axis.status | COMMAND_ERROR))
         await known(it)
-        await read_patterns(it.body(), range(3))
+        await got(it, list_patterns, last=2)
+        assert await status(it) & COMMAND_ERROR
+
+
+@in_virtual_time
+async def test_one_pattern_that_was_never_set_leaves_none_when_it_is_got() -> None:
+    async with rig() as it:
+        await known(it)
+        await got(it, get_pattern)
+        assert await status(it) == 0
+
+
+@in_virtual_time
+async def test_a_curve_that_is_refused_leaves_none() -> None:
+    async with rig() as it:
+        await known(it)
+        with pytest.raises(InvalidRequest):
+            await got(it, get_curve, distance=100)
+        assert await status(it) == 0
+
+
+@in_virtual_time
+async def test_a_pattern_that_cannot_be_set_leaves_none() -> None:
+    async with rig() as it:
+        await known(it)
+        with pytest.raises(InvalidRequest):
+            await alter_pattern(it.body(), 20, PatternChange(acceleration_set=1), None, flash=False)
+        assert await status(it) == 0
+
+
+@in_virtual_time
+async def test_the_plan_of_a_move_that_would_be_refused_leaves_none() -> None:
+    async with rig() as it:
+        await known(it)
+        target = it.plant.target("/bodies/line1.3F")
+        plan = await target.plan(MoveClockwise(distance=10, pattern=20))
+        assert isinstance(plan, PlannedMove)
+        assert "would be refused" in (plan.note or "")
+        assert await status(it) == 0
+
+
+@in_virtual_time
+async def test_two_who_look_at_once_leave_none() -> None:
+    async with rig() as it:
+        await known(it)
+        await asyncio.gather(got(it, get_pattern), got(it, list_patterns))
+        assert await status(it) == 0
+
+
+@in_virtual_time
+async def test_the_command_error_of_a_callers_command_that_nobody_has_read_yet_stays() -> None:
+    async with rig() as it:
+        await known(it)
+        with pytest.raises(ControllerRefused):
+            await it.plant.target("/bodies/line1.3F").ask(GetPattern(pattern=20))
+        await got(it, get_pattern)
         assert await status(it) & COMMAND_ERROR
