@@ -76,9 +76,9 @@ def work(url: str) -> None:
     """Home what is there, and let each go somewhere."""
     with httpx.Client(base_url=url, params={"wait": "30"}, timeout=90) as to:
         for body in httpx.get(f"{url}/bodies").raise_for_status().json()["bodies"]:
-            to.post(f"/bodies/{body['id']}/moves", json={"kind": "home"}).raise_for_status()
+            to.post(f"/bodies/{body['body_id']}/moves", json={"kind": "home"}).raise_for_status()
         for place in (60, 400):
-            there = {"kind": "absolute", "target": {"value": place, **MM}}
+            there = {"kind": "absolute", "position": {"value": place, **MM}}
             to.post(f"/bodies/{LIFT}/moves", json=there).raise_for_status()
         to.post("/robots/r1/units/1/moves", json={"kind": "home"}).raise_for_status()
 
@@ -88,7 +88,9 @@ def break_something(url: str) -> str:
     far = {"kind": "relative", "direction": "cw", "distance": {"value": 800, **MM}}
     move = httpx.post(f"{url}/bodies/{LIFT}/moves", json=far).raise_for_status().json()
     httpx.post(f"{url}/demo/faults", json={"kind": "ems", "target": LIFT}).raise_for_status()
-    return str(httpx.get(f"{url}/moves/{move['id']}", params={"wait": "30"}, timeout=90).json()["id"])
+    return str(
+        httpx.get(f"{url}/bodies/{LIFT}/moves/{move['id']}", params={"wait": "30"}, timeout=90).json()["id"]
+    )
 
 
 def take(picture: Picture, url: str, browser: Browser) -> None:
