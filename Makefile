@@ -16,7 +16,7 @@ export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help serve test prove fuzz bench format documents clients console release chromium lock
+.PHONY: help serve test prove fuzz bench format documents clients console screenshots release chromium lock
 
 help: ## Show the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 11
@@ -68,6 +68,9 @@ clients: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) ## Write the OpenAPI doc
 console: $(CONSOLE)/$(PACKAGES) ## Check the console's sources and build its pages anew
 	cd $(CONSOLE) && ../$(NODE) node_modules/svelte-check/bin/svelte-check --fail-on-warnings
 	cd $(CONSOLE) && ../$(NODE) node_modules/vite/bin/vite.js build
+
+screenshots: $(VENV)/.development $(CONSOLE)/$(PACKAGES) chromium ## Take the pictures of the documents anew
+	$(BIN)/python -m tests.console.screenshots
 
 release: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) ## Build all that is given to others, with its checksums, into dist/
 	$(BIN)/python packaging/release.py $(CURDIR)/$(NODE) $(CURDIR)/$(NODE_HOME)/lib/node_modules/npm/bin/npm-cli.js

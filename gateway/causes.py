@@ -11,7 +11,7 @@ from gateway.core.family import AnyLine, Family
 from gateway.core.line_state import LineState
 from gateway.core.next_calls import ALARMS, LINE_STATE, READY, get, post
 from gateway.core.rights import Right
-from gateway.texts import text
+from gateway.texts import entry, text
 
 AUDIT = get("/audit", "gateway.audit")
 EVENTS = get("/events", "gateway.events")
@@ -30,6 +30,12 @@ LINE_DOWN = "line.down"
 CONFIGURED_ANEW = "it is configured anew"
 """Why a line is closed that somebody has changed, at rest: nobody needs to look at it."""
 UNUSABLE = (LineState.DOWN, LineState.SILENT)
+
+
+def _facts_of_line(down: Facts) -> Facts:
+    """The reason in both languages, where it is one of ours; systems and devices have their own."""
+    ours = (text(f"phrases.line-down.{it}") for it in entry("en", "phrases.line-down"))
+    return {**down, "reason": next((it for it in ours if it.en == down["reason"]), down["reason"])}
 
 
 def _facts_of_burst(burst: Facts) -> Facts:
@@ -53,6 +59,7 @@ LINES: Final[Sequence[Kind[AnyLine]]] = (
         "RC-420 manual 10.2; C-HOST manual 1-1",
         (LINE_STATE,),
         lambda line: line.state in UNUSABLE,
+        facts=_facts_of_line,
         applies=lambda event: event["reason"] != CONFIGURED_ANEW,
     ),
     Kind(

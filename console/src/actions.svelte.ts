@@ -3,7 +3,7 @@
 import { type AnyMove, type Deed, GatewayError, Refused, type Right, type Schemas, type Target, patient } from "./gateway.ts";
 import { addressOf, leases } from "./leases.svelte.ts";
 import { plant } from "./plant.svelte.ts";
-import { named, words } from "./words/index.svelte.ts";
+import { named, translated, words } from "./words/index.svelte.ts";
 
 const SHOWN_MS = 6000;
 
@@ -123,7 +123,7 @@ export function obstacle(right: Right, target?: Target): string | undefined {
   const lease = right === "stop" || right === "view" ? undefined : leases.of(target);
   if (lease && !leases.isMine(lease)) return why.leased(lease.holder);
   const line = plant.line(target.line_id);
-  if (line?.down_reason) return why.line(line.line_id, line.down_reason);
+  if (line?.down_reason) return why.line(line.line_id, translated(line.down_reason));
   return target.online ? undefined : why.offline(nameOf(target));
 }
 

@@ -1,7 +1,6 @@
 /** The parameters of a command, as fields to be filled in. */
 
-import { hints } from "./words/hints.ts";
-import { language, named } from "./words/index.svelte.ts";
+import { translated } from "./words/index.svelte.ts";
 
 export interface Field {
   name: string;
@@ -46,8 +45,7 @@ export function fieldsOf(parameters: Schema): Field[] {
 
 /** In the language of the page, where that has it. */
 function told(description: string): string {
-  const said = language.now === "ja" ? named(hints, description) : description;
-  return said.replaceAll("`", "");
+  return translated(description).replaceAll("`", "");
 }
 
 /** What is sent for what somebody has typed; nothing for nothing. What is no JSON is a text: the gateway says what it takes. */

@@ -229,6 +229,8 @@ class Words(NamedTuple):
     happened: str = ""
     acknowledge: str = ""
     cause: str = ""
+    ended: str = ""
+    """The cause in words."""
     position: object = None
     target: object = None
     counted: str = ""
@@ -278,7 +280,7 @@ _OUT_OF_SIGHT: Final = Problem(
 )
 _CAUSE: Final = Problem(
     MoveFailed,
-    "The move of {who} was ended by {cause}; the {what} {stand} still.",
+    "The move of {who} {ended}; the {what} {stand} still.",
     "Remove the cause, clear the controller's status, and home the axis if steps were lost.",
 )
 _ALARM: Final = Problem(

@@ -18,6 +18,7 @@ from gateway.core.origin import acting
 from gateway.core.own_faults import insist
 from gateway.fics.exchange import ROBOT, SET_UP, Answered, FicsExchange, Outcome, ReplyFrame
 from gateway.fics.session import FicsSession, offline_error
+from gateway.texts import text
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.link import Refusal, Terminator, Ver2Reader, Ver3Reader
 from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand
@@ -38,15 +39,9 @@ ASK_AGAIN_S = (0.5, 2.0)
 READY_WITHIN_S = 2.0
 """A request during the set-up waits this time for its end, reckoned from its beginning."""
 REMEDY = "Read status and position."
-SILENT = (
-    "the robot does not answer; check the cable, its power, the baud rate, the terminator, and its "
-    "communication mode"
-)
-NO_MODES = (
-    "the robot answers, but not MOD: it moves in mode 2, or its C-HOST is Ver.2, which has no other mode "
-    "(C-HOST manual 1-7); stop it, or configure mode = 2"
-)
-GARBLED = "what comes back is no answer; check the baud rate and the terminator, then the cable"
+SILENT = text("phrases.line-down.robot-silent").en
+NO_MODES = text("phrases.line-down.robot-without-modes").en
+GARBLED = text("phrases.line-down.robot-garbled").en
 CLEARING = b"!\rPOF 2\r"
 """Spoils a half command, and ends an upload that an earlier life may have left open: that takes no stop.
 

@@ -26,6 +26,7 @@ from gateway.core.records import RequestModel, example
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S
 from gateway.rorze.bodies import Body
 from gateway.rorze.limited_speed import MaxSpeed, at_own_speed, require_one_speed
+from gateway.rorze.move_proof import CAUSES
 from gateway.rorze.move_requests import Pattern, Speed, relative_command
 from gateway.rorze.moves import Moves
 from gateway.rorze.plans import amount_of, top_speed_of
@@ -41,14 +42,6 @@ STILL_WITHIN_S: Final = CONFIRM_WITHIN_S + RECORD_WITHIN_S
 
 Turn = Literal["cw", "ccw"]
 _TURNS: Final[dict[str, Turn]] = {"+": "cw", "-": "ccw", "cw": "cw", "ccw": "ccw"}
-_CAUSES: Final = {
-    "cw_limit": "ran into its cw limit sensor",
-    "ccw_limit": "ran into its ccw limit sensor",
-    "ems": "was ended by its EMS input",
-    "stall": "stalled",
-    "stop_command": "was stopped by a stop command that the gateway has not sent",
-}
-"""How a jog ended that did not come as far as it might, by what its controller says (RC-420 manual 9MD)."""
 
 
 class BodyJogRequest(RequestModel, json_schema_extra=example(direction="cw")):
@@ -253,7 +246,7 @@ def _why_ended(move: Move, bound: str) -> str:
     """Say how a jog ended that nobody has stopped, as a sentence without its subject."""
     if move.status is MoveStatus.SUCCEEDED:
         return f"came to {bound}"
-    told = [_CAUSES[cause] for cause in (move.end_cause or "").split("+") if cause in _CAUSES]
+    told = [CAUSES[cause] for cause in (move.end_cause or "").split("+") if cause in CAUSES]
     return " and ".join(told) or f"ended as its move did ({move.status})"
 
 

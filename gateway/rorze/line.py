@@ -19,6 +19,7 @@ from gateway.core.waiting import happens
 from gateway.rorze.errors import refused
 from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
 from gateway.rorze.session import RorzeSession
+from gateway.texts import text
 from protocols.rorze.link import (
     POISON,
     LinkReader,
@@ -37,18 +38,9 @@ _MEMBER = re.compile(rb"\[([0-7][0-9A-F]):")
 WRITTEN_WITHIN_S = 5.0
 """A command or read that could not be written within this time is not sent any more, as a move is not."""
 PEOPLE_WAIT = (Lane.COMMAND, Lane.READ)
-ALL_SILENT = (
-    "nobody on it answers; check the cable, the power of the RC-400 and of its bodies, and whether the baud "
-    "rate is that of the RC-400's rotary switch (position 2: 9600)"
-)
-GARBLED = (
-    "what comes back is no reply; check whether the baud rate is that of the RC-400's rotary switch "
-    "(position 2: 9600), then the cable"
-)
-BODIES_SILENT = (
-    "the RC-400 answers, and none of its bodies does; check their power, their cable and the body numbers "
-    "on their rotary switches"
-)
+ALL_SILENT = text("phrases.line-down.all-silent").en
+GARBLED = text("phrases.line-down.garbled").en
+BODIES_SILENT = text("phrases.line-down.bodies-silent").en
 NO_LINK_MASTER = (
     "bodies answer, and the link master does not answer XID; ends of moves are found by asking, and "
     "groups may not work"

@@ -63,6 +63,14 @@ STOPPING_S = 0.5
 """A question that waits for the stops of others is asked anew after this time."""
 SHARE_OF_OVERDUE = 4
 """After a question that went before clients, clients have this many times as long."""
+CAUSES: Final = {
+    "cw_limit": "ran into its cw limit sensor",
+    "ccw_limit": "ran into its ccw limit sensor",
+    "ems": "was ended by its EMS input",
+    "stall": "stalled",
+    "stop_command": "was stopped by a stop command that the gateway has not sent",
+}
+"""How a move ended that did not come where it should, by what its controller says (RC-420 manual 9MD)."""
 _END_CAUSE: Final = GetEndCause()
 
 _POWER: Final = {True: Power.KEPT, None: Power.UNPROVED, False: Power.LOST}
@@ -424,7 +432,8 @@ class MoveProof:
         if causes:
             await self._fell_back(state)
             told = Told.STOP if causes == ["stop_command"] else Told.CAUSE
-            return self._judged(AtRest(told), cause="+".join(causes))
+            ended = " and ".join(CAUSES[cause] for cause in causes)
+            return self._judged(AtRest(told), cause="+".join(causes), ended=ended)
         finding = await self._finding(state)
         verdict = self._judged(finding, self._doubled)
         if verdict.status is MoveStatus.FAILED and await self._note_missed(state):

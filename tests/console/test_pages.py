@@ -624,6 +624,7 @@ def test_a_jog_is_slow_at_first_and_as_fast_as_was_chosen_for_the_axis(
     console = open_console(plant.url, "#/axis/line1.3F")
     jog = console.button("Jog +")
     expect(jog).to_contain_text("500 pulse/s")
+    expect(jog).to_have_attribute("aria-disabled", "false")
     expect(console.button("Go")).to_contain_text("500 pulse/s")
     jog.hover()
     console.page.mouse.down()

@@ -86,6 +86,7 @@ def test_a_pendant_steps_teaches_and_stops(plant: Plant, open_console: Open) -> 
 
 
 def test_a_tap_on_the_travel_sets_a_target_and_go_moves_there(plant: Plant, open_console: Open) -> None:
+    plant.gateway.http.put("/bodies/3F/position", json={"value": 0, "unit": "pulse"}).raise_for_status()
     console = open_console(plant.url, "#/axis/line1.3F", tablet=True)
     travel = console.page.get_by_role("slider", name="Travel")
     travel.scroll_into_view_if_needed()

@@ -8,8 +8,12 @@ import pytest
 from gateway.access.posture import weakened
 from gateway.config import parse
 from gateway.event_types import EVENT_TYPES
+from gateway.rorze.program_runs import END_CAUSES
+from gateway.rorze.settings import SETTINGS, unavailable_in
+from gateway.texts import entry
 from protocols.fics.commands import ROWS
 from protocols.rorze.commands import COMMANDS
+from protocols.rorze.modes import MODE_NAMES
 from tests.console.console import CONSOLE
 
 PARTS: Final = re.compile(r"^    parts: \{\n(.*?)^    \}", re.MULTILINE | re.DOTALL)
@@ -19,6 +23,7 @@ PAGES: Final = sorted((CONSOLE / "src").rglob("*.svelte"))
 FULL_STOP: Final = re.compile(r".*\}\.(?:\s|<|\{|$)", re.MULTILINE)
 
 WEAKENINGS: Final = re.compile(r"^    weakenings: \{\n(.*?)^    \}", re.MULTILINE | re.DOTALL)
+ENDS: Final = re.compile(r"^    ends: \{\n(.*?)^    \}", re.MULTILINE | re.DOTALL)
 WEAK: Final = """
 [server]
 raw_commands = true
@@ -76,3 +81,17 @@ def test_every_weakened_default_has_a_sentence_in_japanese() -> None:
     configs = [parse(text + LINE, "test.toml") for text in (WEAK, OPEN, NETWORK)]
     settings = {it.setting for config in configs for it in weakened(config)}
     assert {name.rpartition(".")[2] for name in settings} == set(WORD.findall(found[1]))
+
+
+def test_what_a_setting_or_a_line_has_not_got_has_a_sentence_in_japanese() -> None:
+    known = (CONSOLE / "src" / "words" / "hints.ts").read_text("utf-8")
+    modes = {why for mode in MODE_NAMES.values() for why in unavailable_in(mode, SETTINGS).values()}
+    down = set(entry("en", "phrases.line-down").values())
+    assert [it for it in modes | down if f'"{it}": "' not in known] == []
+
+
+def test_every_end_of_a_program_has_a_word_in_both_languages() -> None:
+    for language in ("en", "ja"):
+        found = ENDS.search((CONSOLE / "src" / "words" / f"{language}.ts").read_text("utf-8"))
+        assert found
+        assert {*END_CAUSES.values(), "normal"} == set(WORD.findall(found[1]))

@@ -1,4 +1,4 @@
-/** What the tables of commands say of parameters, in Japanese. */
+/** What the tables of commands say of parameters, and the gateway of what it has not got, in Japanese. */
 
 export const hints: Readonly<Record<string, string>> = {
   "Micrometres, between -1,000,000,000 and +1,000,000,000.": "マイクロメートル、-1,000,000,000～+1,000,000,000。",
@@ -139,4 +139,16 @@ export const hints: Readonly<Record<string, string>> = {
   "Bit of the channel, 0-7.": "チャンネルのビット、0～7。",
   "Three capital letters or digits.": "英大文字または数字、3文字。",
   "Up to four numbers; null leaves one out.": "数値4個まで。null は省略を表します。",
+  "Only in the operating mode servo.": "動作モードがサーボのときだけの設定です。",
+  "Only in the operating mode encoder.": "動作モードがエンコーダ付きのときだけの設定です。",
+  "Only in the operating mode stepping or servo.": "動作モードがステッピングかサーボのときだけの設定です。",
+  "Only in the operating mode stepping or encoder or servo.": "動作モードがステッピング、エンコーダ付き、サーボのときだけの設定です。",
+  "How far it goes was only known when it was done.": "どこまで動くかは、終わるまで分かりませんでした。",
+  "Settings of the body may have changed since the move began.": "動作の開始後に、ボディの設定が変わった可能性があります。",
+  "nobody on it answers; check the cable, the power of the RC-400 and of its bodies, and whether the baud rate is that of the RC-400's rotary switch (position 2: 9600)": "どのボディも応答しません。ケーブル、RC-400 とボディの電源、RC-400 のロータリスイッチと通信速度の一致（位置 2 は 9600）を確認してください",
+  "what comes back is no reply; check whether the baud rate is that of the RC-400's rotary switch (position 2: 9600), then the cable": "受信した内容が応答になっていません。RC-400 のロータリスイッチと通信速度の一致（位置 2 は 9600）、次にケーブルを確認してください",
+  "the RC-400 answers, and none of its bodies does; check their power, their cable and the body numbers on their rotary switches": "RC-400 は応答しますが、ボディはどれも応答しません。ボディの電源、ケーブル、ロータリスイッチのボディ番号を確認してください",
+  "the robot does not answer; check the cable, its power, the baud rate, the terminator, and its communication mode": "ロボットが応答しません。ケーブル、電源、通信速度、ターミネータ、通信モードを確認してください",
+  "the robot answers, but not MOD: it moves in mode 2, or its C-HOST is Ver.2, which has no other mode (C-HOST manual 1-7); stop it, or configure mode = 2": "ロボットは応答しますが、MOD に応答しません。モード 2 で動作中か、ほかのモードのない C-HOST Ver.2 です（C-HOST マニュアル 1-7）。停止するか、mode = 2 を設定してください",
+  "what comes back is no answer; check the baud rate and the terminator, then the cable": "受信した内容が応答になっていません。通信速度とターミネータ、次にケーブルを確認してください",
 };

@@ -1,6 +1,7 @@
 /** The words of the pages, in the language that somebody has chosen, or their browser asks for. */
 
 import { en } from "./en.ts";
+import { hints } from "./hints.ts";
 import { ja } from "./ja.ts";
 
 const KEPT = "motion-gateway.language";
@@ -37,4 +38,9 @@ export function others(): [Language, string][] {
 /** The name of something in words of ours, or as it is where it is new. */
 export function named(names: Record<string, string>, name: string): string {
   return names[name] ?? name;
+}
+
+/** A sentence of the gateway in the language of the page, where that has it. */
+export function translated(sentence: string): string {
+  return language.now === "ja" ? named(hints, sentence) : sentence;
 }

@@ -10,6 +10,7 @@ from gateway.core.errors import BodyBusy, BodyOffline, Cancelled, ControllerRefu
 from gateway.core.move_record import MoveStatus
 from gateway.core.stops import StopMode
 from gateway.rorze.bodies import Body
+from gateway.rorze.move_proof import CAUSES
 from protocols.rorze.moves import MoveClockwise, MoveCounterclockwise, MoveTo
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.origin import Home
@@ -254,6 +255,7 @@ async def test_a_sensor_ends_a_move_as_failed_with_its_cause(place: Change, caus
         assert (move.status, move.end_cause) == (MoveStatus.FAILED, cause)
         assert move.error is not None
         assert (move.error.type, move.error.moved) == ("move-failed", "yes")
+        assert f" {CAUSES[cause]}; the motor stands still." in move.error.detail
 
 
 @in_virtual_time
