@@ -26,8 +26,8 @@ ATTENDED_AT_A_TIME = 2
 """So many bodies of a line of many are attended at a time: who follows a motor takes turns with few."""
 CALLED_FOR_SHARE = 0.05
 """Share of the line's time for looks that something has called for and that go among clients' reads."""
-LEARN_SHARE = 0.31
-"""Share of the line's time for all else that is asked anew, as at the start; with health under half."""
+LEARN_SHARE = 0.38
+"""Share of the line's time for all else that is asked anew, as at the start; with those less than half."""
 GROUP_BYTES, MEMBER_BYTES = 16, 8
 """Of 9CD or URD to a group and its reply, and for each member in it, at most."""
 TURNAROUND_S = 0.003
