@@ -46,8 +46,9 @@ def test_the_console_works_and_its_cookie_alone_does_not(guarded: Guarded, open_
     assert "claim" not in console.page.url
     console.button("Step +100 pulse").click()
     expect(console.page.locator(".big b")).to_have_text("100")  # told by the stream of events
-    second = Console(console.page.context.new_page())
-    second.page.goto(f"{guarded.url}/#/positions/line1.01")
+    page = console.page.context.new_page()
+    page.goto(f"{guarded.url}/#/positions/line1.01")
+    second = Console(page)
     second.shows("taro")
     with second.page.expect_download() as saved:
         second.button("CSV (0–19)").click()
