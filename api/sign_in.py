@@ -24,6 +24,8 @@ PENDANT: Final = "/pendant"
 MOST_BYTES: Final = 16_384
 """A form with a token of an OpenID provider is no longer."""
 _AFTERWARDS: Final = "/"
+_CONSOLE: Final = ("/", "./")
+_NO_STORE: Final[Mapping[str, str]] = {"Cache-Control": "no-store"}
 _FORM: Final = "application/x-www-form-urlencoded"
 
 
@@ -49,6 +51,7 @@ def routes() -> list[PageRoute]:
     return [
         PageRoute(SIGN_IN, _show, right=Right.OPEN),
         PageRoute(SIGN_IN, _sign_in, methods=["POST"], right=Right.OPEN),
+        PageRoute(f"{SIGN_IN}/{{claim}}", _give_proof, methods=["POST"], right=Right.OPEN),
         PageRoute(PENDANT, _use_pendant, right=Right.OPEN),
         PageRoute(
             f"{PENDANT}/{{target}}", _lend_pendant, methods=["POST"], right=Right.OPERATE, any_scope=True
@@ -71,24 +74,32 @@ async def _sign_in(request: Request) -> Response:
     if grant is None and not access.is_open:
         access.refuse_sign_in(SIGN_IN, _address(request))
         return _page(request, following, refusal="refused")
-    answer = RedirectResponse(quote(_local(following), safe="/?&=%"), 303)
-    if grant is not None:
-        _begin(request, grant, answer)
+    place = quote(_local(following), safe="/?&=%")
+    return RedirectResponse(place, 303) if grant is None else _begin(request, grant, place)
+
+
+def _begin(request: Request, grant: Grant, place: str, headers: Mapping[str, str] | None = None) -> Response:
+    """Begin a session, let the browser keep its id, and show a place; the console takes its second secret."""
+    name, secure = session_cookie(request.scope), is_secure(request.scope)
+    session = access_of(request).sign_in(grant, _address(request), request.cookies.get(name, ""))
+    claim = f"?claim={access_of(request).claim_of(grant, session)}" if place in _CONSOLE else ""
+    answer = RedirectResponse(f"{place}{claim}", 303, headers)
+    answer.set_cookie(name, session, httponly=True, samesite="strict", secure=secure, path="/")
     return answer
 
 
-def _begin(request: Request, grant: Grant, answer: Response) -> None:
-    """Begin a session, and let the browser keep its id."""
-    name, secure = session_cookie(request.scope), is_secure(request.scope)
-    session = access_of(request).sign_in(grant, _address(request), request.cookies.get(name, ""))
-    answer.set_cookie(name, session, httponly=True, samesite="strict", secure=secure, path="/")
+async def _give_proof(request: Request) -> Response:
+    """Give the console the second secret of the session that it has just begun, once."""
+    session = request.cookies.get(session_cookie(request.scope), "")
+    proof = access_of(request).claimed(str(request.path_params["claim"]), session)
+    return JSONResponse({"proof": proof}, headers=_NO_STORE)
 
 
 async def _lend_pendant(request: Request) -> Response:
     """Give the ticket that a phone begins its session with; it stands in a QR code of the console."""
     ticket = access_of(request).pendant_for(request.scope, str(request.path_params["target"]))
     told = {"ticket": ticket, "expires_in_s": PENDANT_S}
-    return JSONResponse(told, headers={"Cache-Control": "no-store"})
+    return JSONResponse(told, headers=_NO_STORE)
 
 
 async def _use_pendant(request: Request) -> Response:
@@ -98,10 +109,9 @@ async def _use_pendant(request: Request) -> Response:
     if grant is None or not (access.is_open or access.holds(grant)):
         access.refuse_sign_in(PENDANT, _address(request))
         return _page(request, "", refusal="too-late")
-    answer = RedirectResponse("./", 303, {"Cache-Control": "no-store"})
-    if not access.is_open:
-        _begin(request, grant, answer)
-    return answer
+    if access.is_open:
+        return RedirectResponse("./", 303, _NO_STORE)
+    return _begin(request, grant, "./", _NO_STORE)
 
 
 def _address(request: Request) -> str:

@@ -29,6 +29,7 @@ from gateway.door.caller import Claim, Origin, current
 from gateway.door.calls import twice
 from gateway.door.opening import Plant
 from gateway.door.problems import (
+    CookieAlone,
     InvalidRequest,
     NotAuthenticated,
     NothingShown,
@@ -48,6 +49,7 @@ _TICKET: Final = "ticket"
 _AUTHORIZATION: Final = b"authorization"
 _COOKIE: Final = b"cookie"
 _REFUSAL: Final = "; nothing was sent."
+_PROOF: Final = b"session-proof"
 _LEASE_TOKEN: Final = b"lease-token"
 _LEASE_TOKENS: Final = re.compile(rb"\s*[1-9][0-9]{0,17}\s*(?:,\s*[1-9][0-9]{0,17}\s*){0,31}")
 _STREAM: Final = "/stream"
@@ -63,10 +65,13 @@ class Access(Admission):
         self._refused = 0
         self._told_at = 0.0
 
-    def require(self, scope: Scope, right: Right, *, any_scope: bool = False) -> Passage:
+    def require(
+        self, scope: Scope, right: Right, *, any_scope: bool = False, cookie_suffices: bool = False
+    ) -> Passage:
         """Refuse a request or a WebSocket whose sender does not have the right; `scope` is as in ASGI.
 
         `any_scope` lets keys of every scope pass: the route tells nothing of the plant, or heeds the scope.
+        `cookie_suffices` lets sessions pass without their second secret: the route shows a page.
 
         :raises NotAuthenticated: it has no credential, or one that is not good; nothing was done.
         :raises NotPermitted: the sender does not have the right, or not there; nothing was done.
@@ -76,7 +81,7 @@ class Access(Admission):
         try:
             if right is Right.STOP:
                 return twice("the check of a stop", partial(self._let_stop, scope))
-            return self._let_in(scope, right, any_scope=any_scope)
+            return self._let_in(scope, right, any_scope=any_scope, cookie_suffices=cookie_suffices)
         except (NotAuthenticated, NotPermitted) as error:
             self._refuse(scope, error)
             raise
@@ -91,12 +96,14 @@ class Access(Admission):
             return False
         return True
 
-    def _let_in(self, scope: Scope, right: Right, *, any_scope: bool) -> Passage:
+    def _let_in(
+        self, scope: Scope, right: Right, *, any_scope: bool, cookie_suffices: bool = False
+    ) -> Passage:
         if self.is_open:
             if scope["query_string"] and _takes_tickets(scope):
                 _take_ticket(scope)
             return CallersPassage(EVERYBODY, _with_leases(current(), scope, right))
-        grant = self._grant_of(scope)
+        grant = self._grant_of(scope, cookie_suffices=cookie_suffices)
         _note_caller(grant.principal, current(), scope)
         targets = None if any_scope else self._targets(scope)
         passage = self.let_in(grant, current(), right, _use_of(scope, right), targets)
@@ -106,11 +113,12 @@ class Access(Admission):
     def _let_stop(self, scope: Scope) -> Passage:
         """Let in who has a good credential: with each of them everything may be stopped.
 
-        So nothing else is looked at, and no fault of the gateway itself can refuse a stop there.
+        So nothing else is looked at, and no fault of the gateway itself can refuse a stop there. A page that
+        has lost the second secret of its session, or does not have that of a new one yet, still stops.
         """
         if self.is_open:
             return CallersPassage(EVERYBODY, current())
-        grant = self._grant_of(scope, self.sessions.grant_to_stop)
+        grant = self._grant_of(scope, self.sessions.grant_to_stop, cookie_suffices=True)
         return CallersPassage(grant.principal, _in_the_name_of(grant.principal, current(), scope))
 
     def view_of(self, scope: Scope) -> Callable[[str], bool]:
@@ -138,10 +146,10 @@ class Access(Admission):
         """Give the sender of a request that has passed a ticket, which ends with its session and its key.
 
         :raises NotAuthenticated: by then it is no longer good.
+        :raises LimitReached: the key, or the address, has had too many.
         """
-        if self.is_open:
-            return self.tickets.issue(Grant(EVERYBODY))
-        return self.tickets.issue(self._grant_of(scope))
+        grant = Grant(EVERYBODY) if self.is_open else self._grant_of(scope)
+        return self.ticket_of(grant, current().address or "")
 
     def pendant_for(self, scope: Scope, target: str) -> str:
         """Give the sender of a request that has passed the ticket of a pendant of `target`.
@@ -161,7 +169,13 @@ class Access(Admission):
         # Which of two is heeded, or whether an empty one means all, is not for this place to guess.
         return [part.strip() for part in wanted[0].split(",")] if len(wanted) == 1 else []
 
-    def _grant_of(self, scope: Scope, of_session: Callable[[str], Grant | None] | None = None) -> Grant:
+    def _grant_of(
+        self,
+        scope: Scope,
+        of_session: Callable[[str], Grant | None] | None = None,
+        *,
+        cookie_suffices: bool = False,
+    ) -> Grant:
         """Find the caller; `of_session` finds whose a session is."""
         shown = [value for name, value in scope["headers"] if name == _AUTHORIZATION]
         if len(shown) > 1:
@@ -182,6 +196,8 @@ class Access(Admission):
             raise not_good(NothingShown)
         good = self.good(found)
         headers.require_own_page(scope)
+        if not cookie_suffices and not self.sessions.proves(session, headers.proof):
+            raise CookieAlone.worded("key.cookie-alone")
         return replace(good, session=session)
 
     def counts_unknown(self, scope: Scope, detail: str) -> bool:
@@ -208,7 +224,7 @@ class Access(Admission):
 
     def _name_of(self, scope: Scope) -> str | None:
         try:
-            return self._grant_of(scope).principal.name
+            return self._grant_of(scope, cookie_suffices=True).principal.name
         except (NotAuthenticated, NotPermitted):
             return None
 
@@ -237,6 +253,11 @@ class Headers:
         """What a browser keeps for us."""
         cookie = self.found.get(_COOKIE)
         return cookie_parser(cookie.decode("latin-1")) if cookie else {}
+
+    @property
+    def proof(self) -> str:
+        """The second secret of a session, which a browser sends to no other port of our host."""
+        return self.found.get(_PROOF, b"").decode("latin-1")
 
     def _word(self, name: bytes) -> str:
         return self.found.get(name, b"").decode("latin-1").lower()

@@ -25,6 +25,7 @@ from gateway.door.caller import current
 from gateway.door.problems import (
     TYPE_PREFIX,
     Ambiguous,
+    CookieAlone,
     GatewayError,
     InvalidField,
     InvalidRequest,
@@ -142,7 +143,7 @@ def install(app: FastAPI, remedies: Remedies = lambda _path, error: error.next) 
 
 
 async def _tell_gateway_error(remedies: Remedies, request: Request, error: GatewayError) -> Response:
-    if isinstance(error, NotAuthenticated) and _shows_pages(request):
+    if isinstance(error, NotAuthenticated) and not isinstance(error, CookieAlone) and _shows_pages(request):
         return RedirectResponse(f"{SIGN_IN}?{urlencode({'next': path_of(request.scope)})}", 303)
     calls = remedies(path_of(request.scope), error)
     problem = problem_of(error, instance_of(request), calls, japanese=wants_japanese(request))

@@ -29,6 +29,9 @@ class Guarded(BaseRoute):
         self.any_scope = any_scope
         super().__init__(*args, **options)
 
+    cookie_suffices = False
+    """Whether a session needs no second secret here."""
+
     async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Refuse, or do what the route does."""
         await self.let_in(super().handle, scope, receive, send)
@@ -41,7 +44,8 @@ class Guarded(BaseRoute):
     async def let_in(self, app: ASGIApp, scope: Scope, receive: Receive, send: Send) -> None:
         """Refuse, or let an application answer."""
         access: Access = scope["app"].state.access
-        passage = access.require(scope, self.right, any_scope=self.any_scope)
+        suffices = self.cookie_suffices
+        passage = access.require(scope, self.right, any_scope=self.any_scope, cookie_suffices=suffices)
         with passage:
             handling = app(scope, receive, send)
             if passage.holds is None:
@@ -134,7 +138,9 @@ class SocketRoute(Guarded, WebSocketRoute):
 
 
 class PageRoute(Guarded, Route):
-    """A document or a redirection: no operation."""
+    """A document or a redirection: no operation. A browser that opens one sends its cookie alone."""
+
+    cookie_suffices = True
 
 
 class Router:

@@ -65,6 +65,14 @@ SwaggerUIBundle({
   defaultModelsExpandDepth: 0,
   filter: true,
   plugins: [lean],
+  // What the console keeps of the session of this browser; without it a key is needed.
+  requestInterceptor: (request) => {
+    const proof = localStorage.getItem("motion-gateway.proof." + location.origin + $root);
+    if (proof !== null && new URL(request.url, location.href).origin === location.origin) {
+      request.headers["Session-Proof"] = proof;
+    }
+    return request;
+  },
 });
 </script>
 </body>
@@ -86,10 +94,15 @@ def swagger_page(title: str, shown: Page, pages: Iterable[Page], root_path: str,
         _PAGE.substitute(
             title=escape(f"{title}: {shown.name}"),
             links="".join(_link(root_path, page, current=page is shown) for page in pages),
-            url=json.dumps(root_path + shown.document).replace("<", r"\u003c"),
+            root=_script(root_path),
+            url=_script(root_path + shown.document),
             assets=escape(root_path + assets),
         )
     )
+
+
+def _script(text: str) -> str:
+    return json.dumps(text).replace("<", r"\u003c")
 
 
 def _link(root_path: str, page: Page, *, current: bool) -> str:

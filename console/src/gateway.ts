@@ -39,11 +39,38 @@ const TIMEOUT_S = 5;
 /** A backup of a full line takes minutes. */
 const LONGEST_S = 1800;
 
+const PROOF = `motion-gateway.proof.${address}`;
+
+/** The second secret of the session. Browsers send its cookie to every port of our host; this only we read. */
+function proof(): string | null {
+  return localStorage.getItem(PROOF);
+}
+
+/** Take the second secret of a session that has just begun, by what the sign-in has put into the address. */
+export async function claimProof(): Promise<void> {
+  const here = new URL(location.href);
+  const claim = here.searchParams.get("claim");
+  if (!claim) return;
+  here.searchParams.delete("claim");
+  history.replaceState(null, "", here);
+  const answer = await fetch(`${address}/sign-in/${encodeURIComponent(claim)}`, { method: "POST" });
+  if (answer.ok) localStorage.setItem(PROOF, ((await answer.json()) as { proof: string }).proof);
+}
+
+/** Add to the query of a stream what opens it: a browser sends no header with it. */
+export async function admitted(query: Record<string, string>): Promise<Record<string, string>> {
+  if (proof() === null) return query;
+  const { data } = await gateway.http.POST("/tickets");
+  return data ? { ...query, ticket: data.ticket } : query;
+}
+
 /** What is sent along with everything that is more than a reading. */
 export const sent = new Headers();
 
 function speaking(request: Request): Request {
   request.headers.set("Accept-Language", language.now);
+  const shown = proof();
+  if (shown !== null) request.headers.set("Session-Proof", shown);
   if (request.method !== "GET") sent.forEach((value, name) => request.headers.set(name, value));
   return request;
 }

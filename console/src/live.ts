@@ -1,6 +1,6 @@
 /** Streams of the gateway over WebSockets: more of them may be open than a browser grants requests. */
 
-import { address } from "./gateway.ts";
+import { address, admitted } from "./gateway.ts";
 
 /** Before each further try to open it; the last one from then on. */
 const PAUSES_MS = [200, 500, 1000, 2000] as const;
@@ -31,6 +31,8 @@ export class Live<T> {
   #timer: ReturnType<typeof setTimeout> | undefined;
   #watch: ReturnType<typeof setTimeout> | undefined;
   #failures = 0;
+  /** Which try to open it counts; one that was left does not. */
+  #turn = 0;
 
   constructor(listener: Listener<T>) {
     this.#listener = listener;
@@ -56,6 +58,7 @@ export class Live<T> {
 
   /** A socket that is left has nothing more to say, however long its end takes. */
   #leave(): void {
+    this.#turn++;
     clearTimeout(this.#timer);
     clearTimeout(this.#watch);
     if (!this.#socket) return;
@@ -67,6 +70,17 @@ export class Live<T> {
   #open(): void {
     const query = this.#listener.query();
     if (!query) return this.#later();
+    const turn = ++this.#turn;
+    const ifLasts = (then: () => void): void => {
+      if (turn === this.#turn) then();
+    };
+    admitted(query).then(
+      (all) => ifLasts(() => this.#connect(all)),
+      () => ifLasts(() => this.#failed(false)),
+    );
+  }
+
+  #connect(query: Record<string, string>): void {
     const { path, subprotocol } = this.#listener;
     const socket = new WebSocket(`${address.replace("http", "ws")}${path}?${new URLSearchParams(query)}`, subprotocol ?? []);
     this.#socket = socket;
@@ -80,9 +94,13 @@ export class Live<T> {
       this.#listener.told(JSON.parse(data as string) as T);
     };
     socket.onclose = ({ code }) => {
-      this.#listener.closed?.(code === CLOSE_INVALID);
-      this.#later();
+      this.#failed(code === CLOSE_INVALID);
     };
+  }
+
+  #failed(invalid: boolean): void {
+    this.#listener.closed?.(invalid);
+    this.#later();
   }
 
   #listen(): void {

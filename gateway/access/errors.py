@@ -13,6 +13,10 @@ class NothingShown(NotAuthenticated):
     """No credential is shown, or a session that is over: somebody comes for the first time, or comes late."""
 
 
+class CookieAlone(NotAuthenticated):
+    """A session's cookie is shown without its second secret: perhaps by who has seen it at another port."""
+
+
 class NotPermitted(GatewayError):
     """The caller does not have the right, or not on this body, group, line or robot."""
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from hashlib import sha256
+from hmac import compare_digest
 from time import monotonic
 from typing import Final, Literal
 
@@ -64,6 +65,8 @@ class _Lent:
     since: float
     used: float
     address: str = ""
+    proof: bytes = b""
+    """The hash of the second secret of a session."""
 
     @property
     def holder(self) -> str:
@@ -98,6 +101,20 @@ class Sessions:
         for crowded in _crowded(self._stop_only, grant, MOST_SESSIONS, MOST_SESSIONS):
             del self._stop_only[crowded]
         return session
+
+    def new_proof(self, session: str) -> str | None:
+        """Give the second secret of a session, of 256 random bits; None where it is over."""
+        lent = self._sessions.get(session)
+        if lent is None:
+            return None
+        proof = secrets.token_urlsafe(32)
+        lent.proof = _hash_of(proof)
+        return proof
+
+    def proves(self, session: str, proof: str) -> bool:
+        """Whether this is the second secret of a session; without one nothing is."""
+        lent = self._sessions.get(session)
+        return lent is not None and bool(lent.proof) and compare_digest(lent.proof, _hash_of(proof))
 
     def grant_of(self, session: str) -> Grant | None:
         """Find who a session is of, and note that it is used."""
@@ -162,6 +179,10 @@ class Sessions:
             began_at=wall - timedelta(seconds=now - lent.since),
             used_at=wall - timedelta(seconds=now - lent.used),
         )
+
+
+def _hash_of(proof: str) -> bytes:
+    return sha256(proof.encode()).digest()
 
 
 def handle_of(session: str) -> str:

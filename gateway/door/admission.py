@@ -38,6 +38,8 @@ SIGN_INS_AT_ONCE: Final = 20
 SIGN_INS_PER_S: Final = 1.0
 WRONG_SIGN_INS_AT_ONCE: Final = 100
 WRONG_SIGN_INS_PER_S: Final = 2.0
+TICKETS_AT_ONCE: Final = 200
+TICKETS_PER_S: Final = 20.0
 
 
 def not_good(kind: type[NotAuthenticated] = NotAuthenticated) -> NotAuthenticated:
@@ -102,6 +104,8 @@ class Admission:
         self.tickets = Tickets()
         self.pendants = Tickets(lasts_s=PENDANT_S)
         """Tickets that a phone begins its session with."""
+        self._claims = Tickets(lasts_s=PENDANT_S)
+        """Tickets that a page takes the second secret of a new session with."""
         self.territory = plant.territory
         self.targets = frozenset(
             row.target for row in operations_of(map(type, plant.families.values())) if row.target
@@ -119,6 +123,8 @@ class Admission:
         """Of each key."""
         self.wrong_sign_ins = Rates(WRONG_SIGN_INS_AT_ONCE, WRONG_SIGN_INS_PER_S)
         """From each network address."""
+        self._tickets_given = Rates(TICKETS_AT_ONCE, TICKETS_PER_S)
+        """To each key, and to each network address."""
 
     def let_in(
         self, grant: Grant, origin: Origin, right: Right, use: Use, targets: Sequence[str] | None
@@ -214,6 +220,33 @@ class Admission:
         who = grant.principal
         self._security.note(entries.SIGN_IN_ACCEPTED, handle_of(session), caller=who.name, role=who.role)
         return session
+
+    def claim_of(self, grant: Grant, session: str) -> str:
+        """Give a ticket for the second secret of a session that has just begun."""
+        return self._claims.issue(replace(grant, session=session))
+
+    def claimed(self, claim: str, session: str) -> str:
+        """Give the page that has begun a session its second secret, once.
+
+        :raises NotAuthenticated: the ticket is not of this session, is late or was used.
+        """
+        grant = self._claims.redeem(claim)
+        proof = self.sessions.new_proof(session) if grant is not None and grant.session == session else None
+        if proof is None:
+            raise not_good()
+        return proof
+
+    def ticket_of(self, grant: Grant, address: str) -> str:
+        """Give a ticket for a stream.
+
+        :raises LimitReached: the key, or the address, has had too many.
+        """
+        if not all(map(self._tickets_given.passes, {grant.principal.id, network_of(address) or ""})):
+            raise LimitReached(
+                "Too many tickets were asked for with this key, or from this address; none was given.",
+                "Try again in a second.",
+            )
+        return self.tickets.issue(grant)
 
     def pendant_of(self, grant: Grant, target: str) -> str:
         """Give a ticket for one session, with the role of the grant, about `target`; it administers nothing.

@@ -5,7 +5,7 @@ from typing import Final, Literal
 
 from pydantic import BaseModel, Field
 
-from gateway.access.errors import NotAuthenticated, NothingShown, NotPermitted
+from gateway.access.errors import CookieAlone, NotAuthenticated, NothingShown, NotPermitted
 from gateway.core.errors import (
     Ambiguous,
     ControllerError,
@@ -26,6 +26,7 @@ from gateway.texts import Text, entry, has, text
 __all__ = [
     "TYPE_PREFIX",
     "Ambiguous",
+    "CookieAlone",
     "GatewayError",
     "InvalidField",
     "InvalidRequest",

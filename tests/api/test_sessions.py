@@ -2,14 +2,8 @@
 
 from tests.api.access.guarded import Keys, guarded
 from tests.api.stand import Stand
-from tests.api.test_sign_in import OWN, sign_in
-
-
-async def session_of(stand: Stand, token: str) -> dict[str, str]:
-    status, _, cookie = await sign_in(stand, token)
-    stand.client.cookies.clear()
-    assert status == 303
-    return {"cookie": cookie.partition(";")[0], **OWN}
+from tests.api.test_sign_in import page_of as session_of
+from tests.api.test_sign_in import sign_in
 
 
 @guarded()

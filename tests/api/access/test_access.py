@@ -136,9 +136,10 @@ async def signed_in(stand: Stand, keys: Keys) -> dict[str, str]:
     """The headers of a page whose browser has signed in."""
     grant = keys.credentials.verify(keys.of("viewer"))
     assert grant is not None
-    session = stand.app.state.access.sessions.begin(grant)
+    sessions = stand.app.state.access.sessions
+    session = sessions.begin(grant)
     own = {"origin": f"http://{HOST}", "sec-fetch-site": "same-origin"}
-    return {"cookie": f"mg-session={session}", **own}
+    return {"session-proof": str(sessions.new_proof(session)), "cookie": f"mg-session={session}", **own}
 
 
 @guarded()

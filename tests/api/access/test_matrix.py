@@ -237,6 +237,7 @@ GET       /readyz                                        open     any
 GET       /version                                       open     any
 GET       /sign-in                                       open     any
 POST      /sign-in                                       open     any
+POST      /sign-in/{claim}                               open     any
 GET       /pendant                                       open     any
 POST      /pendant/{target}                              operate  any
 POST      /sign-out                                      view     any
@@ -308,8 +309,10 @@ class Passed(GatewayError):
 class Probing(Access):
     """Lets nothing happen behind the hook."""
 
-    def require(self, scope: Scope, right: Right, *, any_scope: bool = False) -> Passage:
-        super().require(scope, right, any_scope=any_scope)
+    def require(
+        self, scope: Scope, right: Right, *, any_scope: bool = False, cookie_suffices: bool = False
+    ) -> Passage:
+        super().require(scope, right, any_scope=any_scope, cookie_suffices=cookie_suffices)
         raise Passed("It would be done.")
 
 

@@ -107,7 +107,7 @@ def test_a_command_takes_the_right_that_its_effect_says(routes: list[BaseRoute])
 def test_nothing_but_health_and_version_is_open(routes: list[BaseRoute]) -> None:
     open_to_all = [route for route in routes if isinstance(route, Guarded) and route.right is Right.OPEN]
     paths = {getattr(route, "path", "") for route in open_to_all}
-    assert paths == {"/livez", "/readyz", "/version", "/sign-in", "/pendant"}
+    assert paths == {"/livez", "/readyz", "/version", "/sign-in", "/sign-in/{claim}", "/pendant"}
 
 
 def test_who_may_view_changes_nothing(routes: list[BaseRoute]) -> None:
