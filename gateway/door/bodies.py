@@ -22,7 +22,7 @@ from gateway.rorze.family import Rorze
 from gateway.rorze.line import Line
 from gateway.rorze.power import Homed
 from gateway.rorze.signals import SensorBits
-from gateway.rorze.units import Length, Unit
+from gateway.rorze.units import Length, Unit, require_whole
 from gateway.security import entries
 from protocols.rorze.encoder import ClearEncoderStallError, GetEncoderStallError
 from protocols.rorze.inputs_outputs import GetSensors
@@ -141,6 +141,7 @@ class PositionToCall(SentBack, json_schema_extra=example(value=0, unit="pulse"))
     def _one_place(self) -> Self:
         if self.pulses is None and (self.value is None or self.unit is None):
             raise ValueError("give value and unit, or pulses")
+        require_whole(self.value, self.unit)
         return self
 
     def pulses_of(self, body: Body) -> int:

@@ -98,6 +98,15 @@ def to_pulses(value: float, unit: Unit, scale: Scale | None) -> int:
     return scale.pulses(value, unit)
 
 
+def require_whole(value: float | None, unit: Unit | None) -> None:
+    """Refuse a part of a pulse.
+
+    :raises ValueError: it is one.
+    """
+    if unit == "pulse" and isinstance(value, float):
+        raise ValueError(f"pulses must be a whole number, not {value}")
+
+
 class Length(RequestModel, json_schema_extra=example(value=0, unit="pulse")):
     """A distance or a position with its unit."""
 
@@ -115,6 +124,5 @@ class Length(RequestModel, json_schema_extra=example(value=0, unit="pulse")):
 
     @model_validator(mode="after")
     def _whole_pulses(self) -> Self:
-        if self.unit == "pulse" and isinstance(self.value, float):
-            raise ValueError(f"pulses must be a whole number, not {self.value}")
+        require_whole(self.value, self.unit)
         return self

@@ -9,11 +9,12 @@ from gateway.access.posture import weakened
 from gateway.config import parse
 from gateway.event_types import EVENT_TYPES
 from gateway.rorze.program_runs import END_CAUSES
-from gateway.rorze.settings import SETTINGS, unavailable_in
+from gateway.rorze.settings import unavailable_in
+from gateway.rorze.settings_table import SETTINGS
 from gateway.texts import entry
 from protocols.fics.commands import ROWS
 from protocols.rorze.commands import COMMANDS
-from protocols.rorze.modes import MODE_NAMES
+from protocols.rorze.row import MODE_NAMES
 from tests.console.console import CONSOLE
 
 PARTS: Final = re.compile(r"^    parts: \{\n(.*?)^    \}", re.MULTILINE | re.DOTALL)

@@ -169,7 +169,7 @@ def test_from_ports_to_a_moving_motor(tmp_path: Path) -> None:
     config = tmp_path / "found.toml"
     with simulated_line(tmp_path, "00,01") as line:
         ports = ("--port", line.place, "--port", str(robot.place))
-        search = Program(tmp_path / "init.log", "init", "--out", str(config), *ports)
+        search = Program(tmp_path / "init.log", "init", "--thorough", "--out", str(config), *ports)
         search.said("asking body .*; 2 found")
         search.signal(signal.SIGINT)
         assert search.ended() == 1

@@ -252,3 +252,12 @@ async def test_a_body_that_never_answered_has_no_age(stand: Stand) -> None:
     body.line._session._heard_at.clear()
     told = (await stand.get("/bodies/3F")).json()
     assert (told["last_heard_at"], told["known_age_s"], told["homed"]) == (None, None, "unknown")
+
+
+@on_stand()
+async def test_no_part_of_a_pulse_is_a_place(stand: Stand) -> None:
+    before = stand.frames()
+    answer = await stand.client.put("/bodies/3F/position", json={"value": 3.5, "unit": "pulse"})
+    assert answer.status_code == 422
+    assert "pulses must be a whole number, not 3.5" in answer.json()["detail"]
+    assert stand.frames() == before
