@@ -43,8 +43,8 @@ DEEDS = 12
 """Moves, jogs and stops of each client."""
 BACK_WITHIN_S = 10.0
 """A line that echoes no longer is ready again."""
-PROBED_WITHIN_S = 12.0
-"""A body that has fallen silent is asked again, less and less often."""
+PROBED_WITHIN_S = 24.0
+"""A body that has fallen silent is asked again, every 10 s at last; an echo may have met one question."""
 ENDED_WITHIN_S = 120.0
 """A move whose motor can be asked again is over by then."""
 AT_ONCE_S = 0.1
