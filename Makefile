@@ -4,6 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 TYPESCRIPT := clients/typescript
 CONSOLE := console
+PEERS := tests/peers
 # npm writes it last: packages without it were not installed as a whole.
 PACKAGES := node_modules/.package-lock.json
 # Node comes from PyPI, and has no command of its own there.
@@ -16,7 +17,7 @@ export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help serve test prove fuzz bench format documents clients console screenshots release chromium lock
+.PHONY: help serve test prove fuzz bench format documents clients console screenshots release chromium peers lock
 
 help: ## Show the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 11
@@ -28,14 +29,14 @@ serve: $(VENV)/.runtime ## Start the gateway with a simulated line on http://127
 # a test in real time may have waited for the others. A fault fails both times.
 tested = $(BIN)/pytest -n 3 -m "$(1)" || $(BIN)/pytest -n 0 --last-failed --last-failed-no-failures none -m "$(1)"
 
-test: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES) chromium ## Check format, style, types and the dependency rules, and run the quick tests
+test: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES) $(PEERS)/$(PACKAGES) chromium peers ## Check format, style, types and the dependency rules, and run the quick tests
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/lint-imports --no-cache
 	$(BIN)/mypy & $(BIN)/pytest -n 0 --collect-only -qq -m "not prove" >/dev/null; wait $$!
 	$(call tested,not prove)
 
-prove: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES) chromium ## Run the long tests: every seed, kill and page, and the installation
+prove: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES) $(PEERS)/$(PACKAGES) chromium peers ## Run the long tests: every seed, kill and page, and the installation
 	$(call tested,prove)
 
 fuzz: $(VENV)/.development ## Ask all operations 20,000 times what they take and what they do not
@@ -75,19 +76,28 @@ screenshots: $(VENV)/.development $(CONSOLE)/$(PACKAGES) chromium ## Take the pi
 release: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) ## Build all that is given to others, with its checksums, into dist/
 	$(BIN)/python packaging/release.py $(CURDIR)/$(NODE) $(CURDIR)/$(NODE_HOME)/lib/node_modules/npm/bin/npm-cli.js
 
+APT := $(if $(filter-out 0,$(shell id -u)),sudo -n) env DEBIAN_FRONTEND=noninteractive RUNLEVEL=1 \
+	apt-get -qq -o DPkg::Lock::Timeout=120
+installed = $(APT) update; $(APT) install -y --no-install-recommends
+
 # The pages are tested in it; without it these tests are left out.
-chromium: APT := $(if $(filter-out 0,$(shell id -u)),sudo -n) apt-get -qq -o DPkg::Lock::Timeout=120
 chromium:
 	@which chromium >/dev/null || which chromium-browser >/dev/null || \
-		{ $(APT) update; $(APT) install -y --no-install-recommends chromium; } || \
+		{ $(installed) chromium; } || \
 		echo "There is no Chromium here, and it cannot be installed: the pages of the console are not tested."
 
+# The broker, the terminal server and the reader of captures that others use; tests that need one that is missing are left out.
+peers:
+	@PATH=$$PATH:/usr/sbin which mosquitto tshark ser2net >/dev/null || \
+		{ $(installed) mosquitto mosquitto-clients tshark ser2net >/dev/null; } || \
+		echo "mosquitto, tshark and ser2net are not here, and cannot be installed: what is tested with them is not tested."
+
 LOCK := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
-	--custom-compile-command "make lock" --group build --extra oidc pyproject.toml
+	--custom-compile-command "make lock" --no-emit-package motion-gateway-client --group build --extra oidc pyproject.toml
 
 # The gateway is served with the versions it is tested with: the first file binds the second.
 lock: ## Pin the dependencies anew as pyproject.toml asks (needs uv)
-	$(LOCK) --group dev -o requirements-dev.txt
+	$(LOCK) --group dev --extra mqtt --extra opcua --extra plant -o requirements-dev.txt
 	$(LOCK) --constraint requirements-dev.txt -o requirements.txt
 
 # Stamps: what is installed is installed again only when its pins or the project's own metadata change.
@@ -101,7 +111,7 @@ $(VENV)/.runtime $(VENV)/.development: pyproject.toml clients/python/pyproject.t
 	$(BIN)/pip install --quiet --no-deps --no-build-isolation -e . -e clients/python
 	touch $@
 
-$(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES): %/$(PACKAGES): %/package-lock.json | $(VENV)/.development
+$(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES) $(PEERS)/$(PACKAGES): %/$(PACKAGES): %/package-lock.json | $(VENV)/.development
 	$(NPM) ci --prefix $*
 	touch $@
 

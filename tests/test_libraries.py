@@ -14,7 +14,18 @@ from typing import Any, Final
 import pytest
 
 ROOT = Path(__file__).parents[1]
-OURS: Final = ("api", "app", "gateway", "protocols", "simulator", "transports")
+OURS: Final = (
+    "api",
+    "app",
+    "bridges",
+    "commissioning",
+    "gateway",
+    "plants",
+    "protocols",
+    "recordings",
+    "simulator",
+    "transports",
+)
 LIBRARIES: Final = frozenset(
     [
         *("anyio", "click", "fastapi", "fastapi_offline", "httptools", "httpx", "jwt", "prometheus_client"),

@@ -1,0 +1,1 @@
+"""Recordings of a plant: taken, exported, and replayed to a controller's side or a client's."""
