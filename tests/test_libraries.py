@@ -20,7 +20,7 @@ OURS: Final = (
     "bridges",
     "commissioning",
     "gateway",
-    "plants",
+    "fleet",
     "protocols",
     "recordings",
     "simulator",
