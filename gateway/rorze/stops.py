@@ -346,7 +346,10 @@ class _BodyStop(Stopping):
     # seeing
 
     async def stands_still(self) -> bool:
-        """Whether the status says so twice, and no program runs that could move the motor again."""
+        """Whether the status says so twice, and no program runs that could move the motor again.
+
+        On a line of many, one that was seen at rest and was told nothing since has said so once already.
+        """
         self._most = max(self._most, len(self._company_of(self.body)))
         await _over(self._stop)
         await _over(self._end)
@@ -442,6 +445,9 @@ class _BodyStop(Stopping):
             return NOT_AT_REST
         if await self._runs_program():
             return PROGRAM_GOES_ON
+        if (rest := self.body.rest) is not None and not is_prompt(self.body.line):
+            self.report.position = rest.position
+            return None
         position = await self._position()
         if await self._runs_pulses():
             return NOT_AT_REST
@@ -449,9 +455,6 @@ class _BodyStop(Stopping):
         return None
 
     async def _position(self) -> int:
-        """Where it stands; on a line of many, one at rest since its last answer is not asked again."""
-        if (rest := self.body.rest) is not None and not is_prompt(self.body.line):
-            return rest.position
         company = [it for it in self._company_of(self.body) if it.rest is None]
         return (await self._sweep.ask_one(self.body, company, GetPosition(), Lane.VERIFY)).pulses
 

@@ -2,6 +2,7 @@
 
 import asyncio
 import re
+from collections import Counter
 from collections.abc import AsyncIterator, Iterable
 from contextlib import asynccontextmanager, suppress
 from statistics import quantiles
@@ -25,6 +26,7 @@ END_TOLD_WITHIN_S = 1.5
 END_TOLD_ON_A_BAD_LINE_S = 4.0
 """Where everything is read twice."""
 STOPPED_WITHIN_S = 5.0
+STOPPED_WITHOUT_GROUPS_WITHIN_S = 6.0
 STOPPED_AT_START_WITHIN_S = {1.0: 8.0, 4.0: 6.0, 10.0: 5.0}
 """By seconds after the line is ready: at first each body is asked for a program and its place, and told to
 end a program; to learn that the gateway takes half of the line."""
@@ -316,6 +318,23 @@ async def test_without_groups_a_stop_of_all_takes_longer_and_alarms_nobody(
         reports = await it.plant.stops.stop(it.plant.bodies(), "immediate")
         assert {report.state for report in reports} == {"confirmed"}
         assert it.types("body.stop.unconfirmed") == []
+
+
+@in_virtual_time
+async def test_one_that_was_seen_at_rest_and_told_nothing_since_is_asked_once_whether_it_stands() -> None:
+    async with full_line("") as it:
+        await asyncio.sleep(60.0)
+        await teach(it, MOVERS)
+        for mover in MOVERS:
+            await start(it, MoveClockwise(distance=500_000), mover)
+        await asyncio.sleep(1.0)
+        asked_at, sent = now(), len(it.wire.sent)
+        reports = await it.plant.stops.stop(it.plant.bodies(), "immediate")
+        assert now() - asked_at <= STOPPED_WITHOUT_GROUPS_WITHIN_S
+        assert {report.state for report in reports} == {"confirmed"}
+        looks = Counter(frame[1:3] for frame in it.wire.frames(sent) if frame[3:6] == "9CD")
+        assert all(looks[mover] >= 2 for mover in MOVERS)
+        assert sum(looks.values()) < 1.5 * len(FULL)
 
 
 @in_virtual_time
