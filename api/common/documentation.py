@@ -16,8 +16,6 @@ CORE: Final[Mapping[str, str]] = {
     "lines": "The lines: their state, their load, the trace of what they carry, and searches for bodies.",
     "events": "What has happened, in order, and as it happens.",
     "alarms": "What stands and needs somebody: what happened, what the motor did, what to do next.",
-    "sessions": "Who has signed in with a browser.",
-    "security log": "Who was let in, who was refused, who changed what.",
     "system": "The gateway: who may do what, its weakened defaults, and tickets for WebSockets.",
     "health": "Whether the gateway runs, whether it is ready, and its version.",
 }
@@ -25,6 +23,8 @@ CORE: Final[Mapping[str, str]] = {
 
 SECTIONS: Final[Mapping[str, str]] = {
     **CORE,
+    "sessions": "Who has signed in with a browser.",
+    "security log": "Who was let in, who was refused, who changed what.",
     "samples": "What was measured during a move, beside what was planned.",
     "jogs": "Moves that last while somebody holds them: without heartbeats they end.",
     "inputs and outputs": "Inputs, outputs, sensors and error outputs of a body, by their names.",

@@ -1,6 +1,7 @@
 """What generators of clients need of the OpenAPI document, and FastAPI does not write."""
 
 from collections.abc import Callable, Iterable, Iterator
+from copy import deepcopy
 from typing import Any, Final
 
 from api.common.documentation import CORE, SECTIONS
@@ -60,9 +61,43 @@ def _complete_parameters(operation: Schema, *, keyed: bool) -> None:
 
 
 def core_of(document: Schema) -> Schema:
-    """The document of what is needed first, as the sections say."""
-    core = _part(resources_of(document), lambda _, operation: CORE.keys() >= {*operation["tags"]})
+    """The document of what is needed first, as the sections say: a light one to generate a client from.
+
+    An event is any event there, since asyncapi.yaml has their types; and each choice has a name.
+    """
+    core = deepcopy(_part(resources_of(document), lambda _, operation: CORE.keys() >= {*operation["tags"]}))
+    schemas = core["components"]["schemas"]
+    schemas["EventList"]["properties"]["events"]["items"] = {"$ref": f"{_REFERENCE}Event"}
+    schemas["Event"] = _any_event(schemas["StreamGapEvent"])
+    _name_choices(schemas)
+    core = _part(core, lambda *_: True)
     return {**core, "info": {**core["info"], "description": core["info"]["description"] + _MORE}}
+
+
+def _any_event(one: Schema) -> Schema:
+    """Describe what all events have, after one of them."""
+    any_text, any_object = {"type": "string"}, {"type": "object", "additionalProperties": True}
+    said = {"type": {**any_text, "title": "Type"}, "data": {**any_object, "title": "Data"}}
+    told = "What has happened; the types of events, and the data of each, are in asyncapi.yaml."
+    return {**one, "title": "Event", "description": told, "properties": {**one["properties"], **said}}
+
+
+def _name_choices(schemas: dict[str, Schema]) -> None:
+    """Move what may be left out (null) and has no name yet into a schema of its own."""
+    for owner, schema in [*schemas.items()]:
+        for member in schema.get("properties", {}).values():
+            options = member.get("anyOf", [])
+            for number, option in enumerate(options):
+                if "enum" in option or option.get("type") == "object":
+                    name = _free_name(schemas, owner, member["title"].replace(" ", ""), option)
+                    schemas[name] = {**option, "title": name}
+                    options[number] = {"$ref": _REFERENCE + name}
+
+
+def _free_name(schemas: dict[str, Schema], owner: str, own: str, option: Schema) -> str:
+    """Name a choice after its member, and another of that name after its owner, too."""
+    is_enum_of_that_name = "enum" in option and own not in schemas
+    return own if is_enum_of_that_name or schemas.get(own) == {**option, "title": own} else owner + own
 
 
 def resources_of(document: Schema) -> Schema:

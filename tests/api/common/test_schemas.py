@@ -20,6 +20,12 @@ DOCUMENT: dict[str, Any] = {
             }
         },
         "/lines": {"get": {"tags": ["lines"]}, "post": {"tags": ["backups"]}},
+        "/events": {
+            "get": {
+                "tags": ["events"],
+                "responses": {"200": {"schema": {"$ref": "#/components/schemas/EventList"}}},
+            }
+        },
         "/bodies/{body_id}/commands/home": {
             "post": {
                 "tags": ["commands"],
@@ -32,6 +38,16 @@ DOCUMENT: dict[str, Any] = {
             "Stop": {**STOP, "examples": [{"mode": "immediate"}]},
             "Stopped": {"properties": {"confirmed": {"default": False}}},
             "Ack": {},
+            "EventList": {
+                "properties": {
+                    "events": {"items": {"oneOf": [{"$ref": "#/components/schemas/StreamGapEvent"}]}},
+                    "end": {"title": "Why Over", "anyOf": [{"enum": ["gap", "end"]}, {"type": "null"}]},
+                }
+            },
+            "StreamGapEvent": {
+                "properties": {"id": {"type": "string"}, "type": {"const": "stream.gap"}, "data": {}},
+                "required": ["id", "type", "data"],
+            },
         }
     },
 }
@@ -57,13 +73,26 @@ def test_defaults_of_requests_become_words_and_those_of_answers_stay() -> None:
 
 def test_the_resources_leave_out_commands_and_what_only_they_refer_to() -> None:
     resources = resources_of(DOCUMENT)
-    assert set(resources["paths"]) == {"/stop", "/lines"}
-    assert [section["name"] for section in resources["tags"]] == ["stops", "lines", "backups"]
-    assert set(resources["components"]["schemas"]) == {"Stop", "Stopped"}
+    assert set(resources["paths"]) == {"/stop", "/lines", "/events"}
+    assert [section["name"] for section in resources["tags"]] == ["stops", "lines", "events", "backups"]
+    assert set(resources["components"]["schemas"]) == {"Stop", "Stopped", "EventList", "StreamGapEvent"}
 
 
 def test_the_core_leaves_out_the_sections_that_are_not_needed_first() -> None:
     core = core_of(DOCUMENT)
-    assert set(core["paths"]) == {"/stop", "/lines"}
+    assert set(core["paths"]) == {"/stop", "/lines", "/events"}
     assert set(core["paths"]["/lines"]) == {"get"}
-    assert [section["name"] for section in core["tags"]] == ["stops", "lines"]
+    assert [section["name"] for section in core["tags"]] == ["stops", "lines", "events"]
+
+
+def test_the_core_has_one_schema_for_all_events_and_a_name_for_each_choice() -> None:
+    schemas = core_of(DOCUMENT)["components"]["schemas"]
+    assert set(schemas) == {"Stop", "Stopped", "EventList", "Event", "WhyOver"}
+    assert schemas["EventList"]["properties"] == {
+        "events": {"items": {"$ref": "#/components/schemas/Event"}},
+        "end": {"title": "Why Over", "anyOf": [{"$ref": "#/components/schemas/WhyOver"}, {"type": "null"}]},
+    }
+    assert schemas["WhyOver"] == {"title": "WhyOver", "enum": ["gap", "end"]}
+    assert set(schemas["Event"]["properties"]) == {"id", "type", "data"}
+    assert "const" not in schemas["Event"]["properties"]["type"]
+    assert "WhyOver" not in DOCUMENT["components"]["schemas"]
