@@ -8,6 +8,7 @@ from pydantic import BaseModel, Field
 
 from gateway.core.operation import Rows
 from gateway.core.rights import RIGHT_OF, Right
+from gateway.texts import catalogue
 from protocols.fics.commands import ROWS as FICS_ROWS
 from protocols.fics.commands import of_the_robot
 from protocols.fics.row import Block, FicsCommand, WhenAnswered
@@ -74,6 +75,12 @@ class CommandList(BaseModel):
     commands: list[Annotated[CommandInfo | FicsCommandInfo, Field(discriminator="family")]]
 
 
+class Translations(BaseModel):
+    """What the gateway says in English only, in other languages: hints of parameters, reasons, notes."""
+
+    ja: dict[str, str] = Field(description="Japanese by the English sentence.")
+
+
 FamilyName = Annotated[Family | None, Field(description="Only the commands of one family.")]
 
 
@@ -81,6 +88,12 @@ FamilyName = Annotated[Family | None, Field(description="Only the commands of on
 async def list_commands(*, family: FamilyName = None) -> CommandList:
     """List every command that controllers and robots know."""
     return tables_of(*(_COMMANDS if family is None else (family,)))
+
+
+@ROWS.get("/translations", any_scope=True)
+async def list_translations() -> Translations:
+    """Give in other languages what the gateway says in English only: hints of parameters, reasons, notes."""
+    return Translations(ja=dict(catalogue("sentences.ja")))
 
 
 def tables_of(*families: Family) -> CommandList:

@@ -9,12 +9,6 @@ from gateway.access.posture import weakened
 from gateway.config import parse
 from gateway.event_types import EVENT_TYPES
 from gateway.rorze.program_runs import END_CAUSES
-from gateway.rorze.settings import unavailable_in
-from gateway.rorze.settings_table import SETTINGS
-from gateway.texts import entry
-from protocols.fics.commands import ROWS
-from protocols.rorze.commands import COMMANDS
-from protocols.rorze.row import MODE_NAMES
 from tests.console.console import CONSOLE
 
 PARTS: Final = re.compile(r"^    parts: \{\n(.*?)^    \}", re.MULTILINE | re.DOTALL)
@@ -65,30 +59,12 @@ def test_a_page_leaves_the_end_of_a_sentence_to_its_language() -> None:
     assert {name: found[0] for name, text in texts.items() if (found := FULL_STOP.findall(text))} == {}
 
 
-def test_every_hint_of_a_parameter_has_one_in_japanese() -> None:
-    known = (CONSOLE / "src" / "words" / "hints.ts").read_text("utf-8")
-    hints = {
-        it["description"]
-        for row in (*COMMANDS.values(), *ROWS)
-        for it in row.model_json_schema().get("properties", {}).values()
-        if "description" in it
-    }
-    assert [it for it in hints if f'"{it}":' not in known] == []
-
-
 def test_every_weakened_default_has_a_sentence_in_japanese() -> None:
     found = WEAKENINGS.search((CONSOLE / "src" / "words" / "ja.ts").read_text("utf-8"))
     assert found
     configs = [parse(text + LINE, "test.toml") for text in (WEAK, OPEN, NETWORK)]
     settings = {it.setting for config in configs for it in weakened(config)}
     assert {name.rpartition(".")[2] for name in settings} == set(WORD.findall(found[1]))
-
-
-def test_what_a_setting_or_a_line_has_not_got_has_a_sentence_in_japanese() -> None:
-    known = (CONSOLE / "src" / "words" / "hints.ts").read_text("utf-8")
-    modes = {why for mode in MODE_NAMES.values() for why in unavailable_in(mode, SETTINGS).values()}
-    down = set(entry("en", "phrases.line-down").values())
-    assert [it for it in modes | down if f'"{it}": "' not in known] == []
 
 
 def test_every_end_of_a_program_has_a_word_in_both_languages() -> None:

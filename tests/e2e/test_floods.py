@@ -20,7 +20,7 @@ QUICK: Final = 27
 """So many kinds, drawn by the commit, are poured in `make test`."""
 MOST_IDLE: Final = 0.5
 """The part of a processor that is left to the gateway's own questions afterwards, on a busy machine."""
-MOST_MIB: Final = 130.0
+MOST_MIB: Final = 150.0
 """Memory that all of them together leave behind: the rings of the lines, of events and of moves fill up."""
 CROWDED: Final = 503
 """Answered to who asks for more than his share."""

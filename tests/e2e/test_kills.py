@@ -23,7 +23,7 @@ LIVES = 500
 CHAINS = 2
 """Of lives, one after the other, each chain with a plant of its own: most of a life is waiting."""
 BODIES = "00,01,3F"
-IN_MOTION = LIVES // 10
+IN_MOTION = LIVES // 15
 """So many kills at least came while a body moved, and so many while the robot did."""
 TIMES = "late_reply_s = 0.02\nreply_timeout_s = 0.1\npoll_interval_s = 0.05"
 

@@ -1,7 +1,6 @@
 /** The words of the pages, in the language that somebody has chosen, or their browser asks for. */
 
 import { en } from "./en.ts";
-import { hints } from "./hints.ts";
 import { ja } from "./ja.ts";
 
 const KEPT = "motion-gateway.language";
@@ -40,7 +39,14 @@ export function named(names: Record<string, string>, name: string): string {
   return names[name] ?? name;
 }
 
+/** Sentences of the gateway in Japanese, by the English ones, from when it has told them. */
+let sentences = $state.raw<Record<string, string>>({});
+
+export function learn(japanese: Record<string, string>): void {
+  sentences = japanese;
+}
+
 /** A sentence of the gateway in the language of the page, where that has it. */
 export function translated(sentence: string): string {
-  return language.now === "ja" ? named(hints, sentence) : sentence;
+  return language.now === "ja" ? named(sentences, sentence) : sentence;
 }

@@ -213,6 +213,7 @@ GET       /events                                        view     events
 GET       /events/stream                                 view     events
 WEBSOCKET /events                                        view     events
 GET       /commands                                      view     any
+GET       /translations                                  view     any
 GET       /metrics                                       view     plant
 GET       /leases                                        view     any
 POST      /leases                                        operate  any

@@ -33,7 +33,7 @@ OVER = LeaseRequest(scope="3F", ttl_s=1.0, take_over=True)
 PAIR = GroupDefinition(members=["3F", "00"])
 LISTS = {"listAlarms", "listBodies", "listGroups", "listLeases", "listLines", "listRobots", "listScaras"}
 """They show what the scope covers."""
-OF_EVERYBODY = {"getIdentity", "getPosture", "listCommands", "issueTicket"}
+OF_EVERYBODY = {"getIdentity", "getPosture", "listCommands", "listTranslations", "issueTicket"}
 ASKS_ITSELF = {
     "getAlarm",
     "resetAlarm",

@@ -174,6 +174,7 @@ from motion_gateway_client.generated.types import (
     Taken,
     Ticket,
     Trace,
+    Translations,
     UnitInfo,
     UnitPosition,
     UnitSettings,
@@ -1875,6 +1876,11 @@ class AsyncOperations(Protocol):
     async def list_commands(self, *, family: Literal["rorze", "fics"] | None = None) -> CommandList:
         """List every command that controllers and robots know."""
         answer: CommandList = await self.call("GET", filled("/commands"), query={"family": family})
+        return answer
+
+    async def list_translations(self) -> Translations:
+        """Give in other languages what the gateway says in English only: hints of parameters, reasons, notes."""
+        answer: Translations = await self.call("GET", filled("/translations"))
         return answer
 
     async def livez(self) -> Liveness:

@@ -7216,6 +7216,13 @@ class TraceRecord(TypedDict):
     """The X-Request-Id of the request behind it."""
 
 
+class Translations(TypedDict):
+    """What the gateway says in English only, in other languages: hints of parameters, reasons, notes."""
+
+    ja: dict[str, str]
+    """Japanese by the English sentence."""
+
+
 class TurnSpeed(TypedDict):
     """How fast each axis turns."""
 

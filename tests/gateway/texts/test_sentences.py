@@ -1,0 +1,35 @@
+"""Sentences that are said in English only have Japanese beside them, for who asks for it."""
+
+import asyncio
+
+import pytest
+
+from gateway.door.catalogue import list_translations
+from gateway.rorze.settings import unavailable_in
+from gateway.rorze.settings_table import SETTINGS
+from gateway.texts import catalogue, entry
+from protocols.fics.commands import ROWS
+from protocols.rorze.commands import COMMANDS
+from protocols.rorze.row import MODE_NAMES
+
+HINTS = {
+    it["description"]
+    for row in (*COMMANDS.values(), *ROWS)
+    for it in row.model_json_schema().get("properties", {}).values()
+    if "description" in it
+}
+"""What the tables of commands say of parameters."""
+REASONS = {why for mode in MODE_NAMES.values() for why in unavailable_in(mode, SETTINGS).values()}
+"""Why a body has not got a setting."""
+DOWN = set(entry("en", "phrases.line-down").values())
+"""Why a line is down."""
+
+
+@pytest.mark.parametrize("sentences", [HINTS, REASONS, DOWN])
+def test_each_has_one_in_japanese(sentences: set[str]) -> None:
+    assert sentences
+    assert sentences - catalogue("sentences.ja").keys() == set()
+
+
+def test_all_of_them_are_given_to_clients() -> None:
+    assert asyncio.run(list_translations()).ja == catalogue("sentences.ja")
