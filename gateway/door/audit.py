@@ -47,6 +47,11 @@ class Deed(Record):
     detail: str | None = Field(description="Why it was not carried out, or the controller's error.")
 
 
+def _before(mark: str) -> str:
+    """The line that a target's address begins with, or the robot."""
+    return f"substr(target, 1, instr(target, '{mark}') - 1)"
+
+
 @dataclass(frozen=True)
 class Wanted:
     """Which deeds; what is None does not matter."""
@@ -54,7 +59,7 @@ class Wanted:
     caller: str | None = None
     """A part of the caller's name."""
     target: str | None = None
-    """An address, or a line for all that is on it."""
+    """An address, a line for all that is on it, or a robot for its units."""
     since: datetime | None = None
     until: datetime | None = None
     before: str | None = None
@@ -66,7 +71,7 @@ class Wanted:
         if self.caller is not None:
             parts.append(("instr(caller, ?) > 0", self.caller))
         if self.target is not None:
-            parts.append(("? IN (target, substr(target, 1, instr(target, '.') - 1))", self.target))
+            parts.append((f"? IN (target, {_before('.')}, {_before('/')})", self.target))
         if self.since is not None:
             parts.append(("at >= ?", self.since.timestamp()))
         if self.until is not None:
@@ -85,7 +90,7 @@ async def deeds(plant: Plant, wanted: Wanted, limit: int) -> Sequence[Deed]:
     require(plant, Right.VIEW, *([] if wanted.target is None else [wanted.target]))
     if plant.journal is None:
         raise NotFound("This gateway has no journal, so nobody knows who did what.")
-    condition, values = replace(wanted, target=_address_of(plant, wanted.target)).condition()
+    condition, values = replace(wanted, target=address_of(plant, wanted.target)).condition()
     sql = f"SELECT {', '.join(_COLUMNS)} FROM intents WHERE {condition} ORDER BY id DESC LIMIT ?"  # noqa: S608  # no input
     try:
         rows = await asyncio.to_thread(plant.journal.disk.read_apart, sql, [*values, limit])
@@ -94,7 +99,7 @@ async def deeds(plant: Plant, wanted: Wanted, limit: int) -> Sequence[Deed]:
     return await aside(_deeds, rows)
 
 
-def _address_of(plant: Plant, given: str | None) -> str | None:
+def address_of(plant: Plant, given: str | None) -> str | None:
     """The whole address of what was named shortly; a line, or what there is no more, stays as it is."""
     with suppress(NotFound):
         return given and plant.named(given).address

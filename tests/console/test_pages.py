@@ -19,16 +19,16 @@ Open = Callable[..., Console]
 
 PAGES = (
     *("#/", "#/axis/line1.3F", "#/robot/r1", "#/positions/line1.3F", "#/motion/line1.3F"),
-    *("#/program/line1.3F", "#/settings/line1.3F", "#/events", "#/wire/line1", "#/system"),
+    *("#/program/line1.3F", "#/settings/line1.3F", "#/events", "#/shift", "#/wire/line1", "#/system"),
 )
 TITLES = {
     "en": (
         *("Plant", "line1.3F", "r1", "Positions", "Motion"),
-        *("Program", "Settings", "Events", "Wire", "System"),
+        *("Program", "Settings", "Events", "Shift", "Wire", "System"),
     ),
     "ja": (
         *("設備", "line1.3F", "r1", "位置", "加減速"),
-        *("プログラム", "設定", "イベント", "通信", "システム"),
+        *("プログラム", "設定", "イベント", "シフト", "通信", "システム"),
     ),
 }
 FAR = 2_000_000
@@ -50,6 +50,19 @@ def test_every_page_speaks_the_language_and_has_no_serious_fault(
         expect(console.page.get_by_role("heading", level=1)).to_contain_text(title)
         assert console.page.locator("html").get_attribute("lang") == language
         assert console.faults() == [], path
+
+
+def test_a_shift_is_summed_up_on_a_page_that_links_to_its_slowest_move(
+    plant: Plant, open_console: Open
+) -> None:
+    plant.gateway.move("3F", 500, wait=LONGEST_WAIT_S)
+    console = open_console(plant.url, "#/events")
+    console.page.get_by_role("link", name="Shift").click()
+    moves = console.page.get_by_role("region", name="Moves")
+    row = moves.get_by_role("row").filter(has_text="line1.3F")
+    expect(row).to_be_visible()
+    row.get_by_role("link").click()
+    expect(console.page.get_by_role("heading", level=1)).to_contain_text("Why?")
 
 
 def test_a_tile_follows_a_move_from_its_start_to_its_end(plant: Plant, open_console: Open) -> None:

@@ -10,6 +10,7 @@ export const en = {
     scara: "SCARA robot",
     pendant: "Pendant",
     why: "Why?",
+    shift: "Shift",
     positions: "Positions",
     motion: "Motion",
     program: "Program",
@@ -74,6 +75,28 @@ export const en = {
   },
 
   theme: { label: "Colours", auto: "as the system", light: "light", dark: "dark" },
+
+  shift: {
+    hours: "How long",
+    long: (hours: number) => (hours < 48 ? `${hours} h` : `${hours / 24} days`),
+    until: "until (empty: now)",
+    print: "Print",
+    since: (time: string) => `The journal goes back to ${time} only.`,
+    moves: "Moves",
+    stops: (count: number) => `Requests for stops: ${count}.`,
+    axis: "Axis",
+    axes: (count: number) => (count === 1 ? "on one axis" : `on ${count} axes`),
+    failed: "Failed",
+    mean: "Mean",
+    longest: "Longest",
+    failures: "Failures by cause",
+    homings: "Origins that were found again",
+    offBy: (last: number, largest: number) => `off by ${last} at last, by ${largest} at most`,
+    people: "Who moved",
+    did: (stops: number, settings: number) => `stops ${stops}, settings ${settings}`,
+    alarms: "Alarms",
+    standing: (count: number) => (count === 0 ? "none stands" : `${count} still stand`),
+  },
 
   why: {
     title: "Why?",

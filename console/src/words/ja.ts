@@ -12,6 +12,7 @@ export const ja: typeof en = {
     scara: "スカラロボット",
     pendant: "ペンダント",
     why: "原因",
+    shift: "シフト",
     positions: "位置",
     motion: "加減速",
     program: "プログラム",
@@ -76,6 +77,28 @@ export const ja: typeof en = {
   },
 
   theme: { label: "配色", auto: "システムに合わせる", light: "明るい", dark: "暗い" },
+
+  shift: {
+    hours: "期間",
+    long: (hours) => (hours < 48 ? `${hours} 時間` : `${hours / 24} 日`),
+    until: "終わり（空欄: 現在）",
+    print: "印刷",
+    since: (time) => `ジャーナルの記録は ${time} 以降だけです。`,
+    moves: "動作",
+    stops: (count) => `停止の要求: ${count} 件。`,
+    axis: "軸",
+    axes: (count) => `${count} 軸で`,
+    failed: "失敗",
+    mean: "平均",
+    longest: "最長",
+    failures: "原因別の失敗",
+    homings: "原点の再検出",
+    offBy: (last, largest) => `最後のずれ ${last}、最大のずれ ${largest}`,
+    people: "操作した人",
+    did: (stops, settings) => `停止 ${stops}、設定 ${settings}`,
+    alarms: "アラーム",
+    standing: (count) => (count === 0 ? "継続中なし" : `継続中 ${count} 件`),
+  },
 
   why: {
     title: "原因は？",

@@ -131,6 +131,8 @@ GET       /alarms                                        view     any
 GET       /alarms/{alarm_id}                             view     any
 POST      /alarms/{alarm_id}/reset                       operate  any
 GET       /audit                                         view     any
+GET       /shift                                         view     any
+GET       /shift.csv                                     view     any
 GET       /security                                      admin    plant
 GET       /access/sessions                               admin    plant
 DELETE    /access/sessions                               admin    plant

@@ -42,6 +42,8 @@ ASKS_ITSELF = {
     "renewLease",
     "endLease",
     "listDeeds",
+    "getShift",
+    "downloadShift",
 }
 """They ask for the right on what the alarm, the lease or the deeds are about."""
 

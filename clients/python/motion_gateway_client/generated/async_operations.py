@@ -157,6 +157,7 @@ from motion_gateway_client.generated.types import (
     SessionInfo,
     SessionList,
     SettingsChange,
+    Shift,
     SignalState,
     SpeedAccepted,
     SpeedCurve,
@@ -1219,6 +1220,27 @@ class AsyncOperations(Protocol):
                 "cursor": cursor,
                 "limit": limit,
             },
+        )
+        return answer
+
+    async def get_shift(
+        self, *, since: str | None = None, until: str | None = None, target: str | None = None
+    ) -> Shift:
+        """Sum up a shift: moves and their ends, failures by cause, slow axes, homings, callers, alarms.
+
+        A key with a scope names a target in it.
+        """
+        answer: Shift = await self.call(
+            "GET", filled("/shift"), query={"since": since, "until": until, "target": target}
+        )
+        return answer
+
+    async def download_shift(
+        self, *, since: str | None = None, until: str | None = None, target: str | None = None
+    ) -> str:
+        """Sum up the axes of a shift as CSV, a line each; a key with a scope names a target in it."""
+        answer: str = await self.call(
+            "GET", filled("/shift.csv"), query={"since": since, "until": until, "target": target}
         )
         return answer
 

@@ -157,6 +157,7 @@ from motion_gateway_client.generated.types import (
     SessionInfo,
     SessionList,
     SettingsChange,
+    Shift,
     SignalState,
     SpeedAccepted,
     SpeedCurve,
@@ -1199,6 +1200,27 @@ class Operations(Protocol):
                 "cursor": cursor,
                 "limit": limit,
             },
+        )
+        return answer
+
+    def get_shift(
+        self, *, since: str | None = None, until: str | None = None, target: str | None = None
+    ) -> Shift:
+        """Sum up a shift: moves and their ends, failures by cause, slow axes, homings, callers, alarms.
+
+        A key with a scope names a target in it.
+        """
+        answer: Shift = self.call(
+            "GET", filled("/shift"), query={"since": since, "until": until, "target": target}
+        )
+        return answer
+
+    def download_shift(
+        self, *, since: str | None = None, until: str | None = None, target: str | None = None
+    ) -> str:
+        """Sum up the axes of a shift as CSV, a line each; a key with a scope names a target in it."""
+        answer: str = self.call(
+            "GET", filled("/shift.csv"), query={"since": since, "until": until, "target": target}
         )
         return answer
 

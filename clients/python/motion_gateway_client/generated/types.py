@@ -74,6 +74,15 @@ class AlarmList(TypedDict):
     alarms: list[Alarm]
 
 
+class AlarmOfShift(TypedDict):
+    """The alarms of one cause that were raised."""
+
+    cause: str
+    raised: int
+    standing: int
+    """So many of them stand still."""
+
+
 class AlarmRaisedEvent(TypedDict):
     """Something has gone wrong; about `/gateway or /lines/{line_id} or /groups/{group_id} or /bodies/{body_id} or /robots/{robot_id}`."""
 
@@ -146,6 +155,22 @@ class AxisInfo(TypedDict):
     unit: str
     """Of its coordinates: mm, pulse or degree."""
     speed_unit: str
+
+
+class AxisOfShift(TypedDict):
+    """The moves of one body, or of one unit of a robot."""
+
+    target: str
+    """line1.3F, or r1/units/1."""
+    moves: int
+    succeeded: int
+    failed: int
+    """Failed, lost, unknown or rejected."""
+    mean_s: float | None
+    """From the command to the end, as a mean; null if nothing moved."""
+    longest_s: float | None
+    longest_move: str | None
+    """The id of the move that took longest."""
 
 
 class AxisPlace(TypedDict):
@@ -2497,6 +2522,18 @@ class EventList(TypedDict):
     cursor: str
 
 
+class FailureOfShift(TypedDict):
+    """The moves that failed for one reason."""
+
+    cause: str
+    """The end's cause, such as ems; else the kind of error, or the status."""
+    moves: int
+    targets: int
+    """So many bodies or units were concerned."""
+    last_move: str
+    """The id of the last of them."""
+
+
 class FicsCommandInfo(TypedDict):
     """A row of the C-HOST command table (C-HOST manual 1-7 and 4-1)."""
 
@@ -3068,6 +3105,17 @@ class HomingChange(TypedDict):
     acceleration_pps_s: NotRequired[int | None]
     rising_percent: NotRequired[int | None]
     falling_percent: NotRequired[int | None]
+
+
+class HomingOfShift(TypedDict):
+    """How far the origins that a body has found lie apart."""
+
+    target: str
+    homings: int
+    last_off_by: int
+    """Pulses or counts between its place by the origin before, and by the one just found."""
+    largest_off_by: int
+    """The one that is farthest from 0."""
 
 
 class HomingSettings(TypedDict):
@@ -4315,6 +4363,18 @@ class PatternValues(TypedDict):
     """Speed parameter set of the acceleration, 0-29."""
     deceleration_set: int | None
     """Speed parameter set of the deceleration, 0-29."""
+
+
+class PersonOfShift(TypedDict):
+    """What one caller has done."""
+
+    caller: str
+    motions: int
+    """Commands that move something."""
+    stops: int
+    """Requests for stops, whatever they were for."""
+    settings: int
+    """Commands that change what a controller keeps."""
 
 
 class PlannedMove(TypedDict):
@@ -6780,6 +6840,29 @@ class SettingsNews(TypedDict):
     """What was sent and read back, in order, without frames."""
     saved: bool
     """Whether all its settings were written to flash memory then (FIS)."""
+
+
+class Shift(TypedDict):
+    """A shift, or any other span of time of a month at most."""
+
+    since: str
+    until: str
+    known_since: str | None
+    """The journal goes back to this time: before it nothing is known. Null: it is empty."""
+    moves: int
+    ends: dict[str, int]
+    """How many moves have which status."""
+    failures: list[FailureOfShift]
+    """By cause, the most frequent first."""
+    axes: list[AxisOfShift]
+    """The one with the longest move first."""
+    homings: list[HomingOfShift]
+    """Of bodies that were homed after another homing, with their power kept between."""
+    stops: int
+    """Requests for stops."""
+    people: list[PersonOfShift]
+    alarms: list[AlarmOfShift]
+    """By cause, the most frequent first."""
 
 
 class ShuttingDown(TypedDict):

@@ -1514,6 +1514,48 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/shift": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Shift
+         * @description Sum up a shift: moves and their ends, failures by cause, slow axes, homings, callers, alarms.
+         *
+         *     A key with a scope names a target in it.
+         */
+        get: operations["getShift"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/shift.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Download Shift
+         * @description Sum up the axes of a shift as CSV, a line each; a key with a scope names a target in it.
+         */
+        get: operations["downloadShift"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/leases": {
         parameters: {
             query?: never;
@@ -3698,6 +3740,21 @@ export interface components {
             alarms: components["schemas"]["Alarm"][];
         };
         /**
+         * AlarmOfShift
+         * @description The alarms of one cause that were raised.
+         */
+        AlarmOfShift: {
+            /** Cause */
+            cause: string;
+            /** Raised */
+            raised: number;
+            /**
+             * Standing
+             * @description So many of them stand still.
+             */
+            standing: number;
+        };
+        /**
          * AlarmRaisedEvent
          * @description Something has gone wrong; about `/gateway or /lines/{line_id} or /groups/{group_id} or /bodies/{body_id} or /robots/{robot_id}`.
          */
@@ -3863,6 +3920,38 @@ export interface components {
             unit: string;
             /** Speed Unit */
             speed_unit: string;
+        };
+        /**
+         * AxisOfShift
+         * @description The moves of one body, or of one unit of a robot.
+         */
+        AxisOfShift: {
+            /**
+             * Target
+             * @description line1.3F, or r1/units/1.
+             */
+            target: string;
+            /** Moves */
+            moves: number;
+            /** Succeeded */
+            succeeded: number;
+            /**
+             * Failed
+             * @description Failed, lost, unknown or rejected.
+             */
+            failed: number;
+            /**
+             * Mean S
+             * @description From the command to the end, as a mean; null if nothing moved.
+             */
+            mean_s: number | null;
+            /** Longest S */
+            longest_s: number | null;
+            /**
+             * Longest Move
+             * @description The id of the move that took longest.
+             */
+            longest_move: string | null;
         };
         /**
          * AxisPlace
@@ -9136,6 +9225,29 @@ export interface components {
             cursor: string;
         };
         /**
+         * FailureOfShift
+         * @description The moves that failed for one reason.
+         */
+        FailureOfShift: {
+            /**
+             * Cause
+             * @description The end's cause, such as ems; else the kind of error, or the status.
+             */
+            cause: string;
+            /** Moves */
+            moves: number;
+            /**
+             * Targets
+             * @description So many bodies or units were concerned.
+             */
+            targets: number;
+            /**
+             * Last Move
+             * @description The id of the last of them.
+             */
+            last_move: string;
+        };
+        /**
          * FicsCommandInfo
          * @description A row of the C-HOST command table (C-HOST manual 1-7 and 4-1).
          */
@@ -10565,6 +10677,26 @@ export interface components {
             rising_percent?: number | null;
             /** Falling Percent */
             falling_percent?: number | null;
+        };
+        /**
+         * HomingOfShift
+         * @description How far the origins that a body has found lie apart.
+         */
+        HomingOfShift: {
+            /** Target */
+            target: string;
+            /** Homings */
+            homings: number;
+            /**
+             * Last Off By
+             * @description Pulses or counts between its place by the origin before, and by the one just found.
+             */
+            last_off_by: number;
+            /**
+             * Largest Off By
+             * @description The one that is farthest from 0.
+             */
+            largest_off_by: number;
         };
         /**
          * HomingSettings
@@ -13452,6 +13584,29 @@ export interface components {
              * @description Speed parameter set of the deceleration, 0-29.
              */
             deceleration_set: number | null;
+        };
+        /**
+         * PersonOfShift
+         * @description What one caller has done.
+         */
+        PersonOfShift: {
+            /** Caller */
+            caller: string;
+            /**
+             * Motions
+             * @description Commands that move something.
+             */
+            motions: number;
+            /**
+             * Stops
+             * @description Requests for stops, whatever they were for.
+             */
+            stops: number;
+            /**
+             * Settings
+             * @description Commands that change what a controller keeps.
+             */
+            settings: number;
         };
         /**
          * PlannedMove
@@ -19594,6 +19749,63 @@ export interface components {
             saved: boolean;
         };
         /**
+         * Shift
+         * @description A shift, or any other span of time of a month at most.
+         */
+        Shift: {
+            /**
+             * Since
+             * Format: date-time
+             */
+            since: string;
+            /**
+             * Until
+             * Format: date-time
+             */
+            until: string;
+            /**
+             * Known Since
+             * @description The journal goes back to this time: before it nothing is known. Null: it is empty.
+             */
+            known_since: string | null;
+            /** Moves */
+            moves: number;
+            /**
+             * Ends
+             * @description How many moves have which status.
+             */
+            ends: {
+                [key: string]: number;
+            };
+            /**
+             * Failures
+             * @description By cause, the most frequent first.
+             */
+            failures: components["schemas"]["FailureOfShift"][];
+            /**
+             * Axes
+             * @description The one with the longest move first.
+             */
+            axes: components["schemas"]["AxisOfShift"][];
+            /**
+             * Homings
+             * @description Of bodies that were homed after another homing, with their power kept between.
+             */
+            homings: components["schemas"]["HomingOfShift"][];
+            /**
+             * Stops
+             * @description Requests for stops.
+             */
+            stops: number;
+            /** People */
+            people: components["schemas"]["PersonOfShift"][];
+            /**
+             * Alarms
+             * @description By cause, the most frequent first.
+             */
+            alarms: components["schemas"]["AlarmOfShift"][];
+        };
+        /**
          * ShuttingDown
          * @description How the gateway ends.
          */
@@ -24838,6 +25050,96 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Audit"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getShift: {
+        parameters: {
+            query?: {
+                /** @description Its begin; left out, eight hours before the end. */
+                since?: string | null;
+                /** @description Its end; left out, now. */
+                until?: string | null;
+                /** @description Only this body, robot, or all that is on this line: arm.3F, r1, line1. */
+                target?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Shift"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    downloadShift: {
+        parameters: {
+            query?: {
+                /** @description Its begin; left out, eight hours before the end. */
+                since?: string | null;
+                /** @description Its end; left out, now. */
+                until?: string | null;
+                /** @description Only this body, robot, or all that is on this line: arm.3F, r1, line1. */
+                target?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/csv": string;
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */

@@ -1,0 +1,223 @@
+"""A shift on one page: what has moved, how it ended and for whom, as the journal has it."""
+
+import asyncio
+import sqlite3
+from collections.abc import Iterator, Sequence
+from datetime import UTC, datetime, timedelta
+from itertools import pairwise
+from typing import Annotated, Any, Final, TypeVar
+
+from pydantic import AwareDatetime, BaseModel, Field
+
+from gateway.core.errors import InvalidRequest, NotFound
+from gateway.core.journal.journal import Journal, JournalUnavailable
+from gateway.core.journal.writes import Value
+from gateway.core.operation import Rows, Text
+from gateway.core.rights import Right
+from gateway.door.audit import Wanted, address_of
+from gateway.door.caller import require
+from gateway.door.csv_tables import CSV, csv_of
+from gateway.plant import Plant
+
+ROWS: Final = Rows("audit")
+SHIFT: Final = timedelta(hours=8)
+LONGEST: Final = timedelta(days=31)
+M = TypeVar("M", bound=BaseModel)
+FAILED: Final = ("failed", "lost", "unknown", "rejected")
+"""The ends of moves that somebody has to look into; a stopped or cancelled one was wanted so."""
+
+_MOVES: Final = """
+    SELECT id, target, at,
+        json_extract(record, '$.status') AS status,
+        coalesce(json_extract(record, '$.end_cause'), json_extract(record, '$.error.type')) AS cause,
+        (julianday(json_extract(record, '$.ended_at')) - julianday(json_extract(record, '$.sent_at'))) * 86400
+            AS took_s,
+        json_extract(record, '$.kind') AS kind,
+        json_extract(record, '$.start_position') AS start,
+        json_extract(record, '$.homing_distance') AS homing_distance
+    FROM moves WHERE {wanted}"""
+_ENDS: Final = f"SELECT status, count(*) FROM ({_MOVES}) GROUP BY status ORDER BY 2 DESC"  # noqa: S608  # no input
+_AXES: Final = f"""SELECT target, count(*), sum(status = 'succeeded'), sum(status IN {FAILED}),
+    round(avg(took_s), 3), round(max(took_s), 3), CASE WHEN max(took_s) IS NULL THEN NULL ELSE id END
+    FROM ({_MOVES}) GROUP BY target ORDER BY 6 DESC"""  # noqa: S608  # no input
+# The id is that of the longest move: SQLite takes bare columns from the row that has the max.
+_FAILURES: Final = f"""SELECT coalesce(cause, status), count(*), count(DISTINCT target), max(id)
+    FROM ({_MOVES}) WHERE status IN {FAILED} GROUP BY 1 ORDER BY 2 DESC"""  # noqa: S608  # no input
+_HOMINGS: Final = f"""SELECT target, at, homing_distance - start FROM ({_MOVES})
+    WHERE kind = 'home' AND status = 'succeeded' AND homing_distance IS NOT NULL AND start IS NOT NULL
+    ORDER BY id"""  # noqa: S608  # no input
+_POWER: Final = """SELECT substr(subject, instr(substr(subject, 2), '/') + 2), at FROM events
+    WHERE type = 'body.power_cycled' AND at >= ? AND at < ? ORDER BY at"""
+_PEOPLE: Final = """SELECT caller, sum(effect = 'motion'),
+    count(DISTINCT CASE WHEN effect = 'stop' THEN coalesce(request_id, id) END),
+    sum(effect IN ('setting', 'maintenance')) FROM intents WHERE {wanted} GROUP BY caller ORDER BY 2 DESC"""
+_ALARMS: Final = """SELECT cause, count(*), sum(reset_at IS NULL) FROM alarms WHERE {wanted}
+    GROUP BY cause ORDER BY 2 DESC"""
+_OLDEST: Final = "SELECT min(at) FROM events"
+
+
+class AxisOfShift(BaseModel):
+    """The moves of one body, or of one unit of a robot."""
+
+    target: str = Field(description="line1.3F, or r1/units/1.")
+    moves: int
+    succeeded: int
+    failed: int = Field(description="Failed, lost, unknown or rejected.")
+    mean_s: float | None = Field(description="From the command to the end, as a mean; null if nothing moved.")
+    longest_s: float | None
+    longest_move: str | None = Field(description="The id of the move that took longest.")
+
+
+class FailureOfShift(BaseModel):
+    """The moves that failed for one reason."""
+
+    cause: str = Field(description="The end's cause, such as ems; else the kind of error, or the status.")
+    moves: int
+    targets: int = Field(description="So many bodies or units were concerned.")
+    last_move: str = Field(description="The id of the last of them.")
+
+
+class HomingOfShift(BaseModel):
+    """How far the origins that a body has found lie apart."""
+
+    target: str
+    homings: int
+    last_off_by: int = Field(
+        description="Pulses or counts between its place by the origin before, and by the one just found."
+    )
+    largest_off_by: int = Field(description="The one that is farthest from 0.")
+
+
+class PersonOfShift(BaseModel):
+    """What one caller has done."""
+
+    caller: str
+    motions: int = Field(description="Commands that move something.")
+    stops: int = Field(description="Requests for stops, whatever they were for.")
+    settings: int = Field(description="Commands that change what a controller keeps.")
+
+
+class AlarmOfShift(BaseModel):
+    """The alarms of one cause that were raised."""
+
+    cause: str
+    raised: int
+    standing: int = Field(description="So many of them stand still.")
+
+
+class Shift(BaseModel):
+    """A shift, or any other span of time of a month at most."""
+
+    since: datetime
+    until: datetime
+    known_since: datetime | None = Field(
+        description="The journal goes back to this time: before it nothing is known. Null: it is empty."
+    )
+    moves: int
+    ends: dict[str, int] = Field(description="How many moves have which status.")
+    failures: list[FailureOfShift] = Field(description="By cause, the most frequent first.")
+    axes: list[AxisOfShift] = Field(description="The one with the longest move first.")
+    homings: list[HomingOfShift] = Field(
+        description="Of bodies that were homed after another homing, with their power kept between."
+    )
+    stops: int = Field(description="Requests for stops.")
+    people: list[PersonOfShift]
+    alarms: list[AlarmOfShift] = Field(description="By cause, the most frequent first.")
+
+
+Since = Annotated[AwareDatetime | None, Field(description="Its begin; left out, eight hours before the end.")]
+Until = Annotated[AwareDatetime | None, Field(description="Its end; left out, now.")]
+Target = Annotated[
+    str | None, Field(description="Only this body, robot, or all that is on this line: arm.3F, r1, line1.")
+]
+
+
+@ROWS.get("/shift", any_scope=True)
+async def get_shift(
+    plant: Plant, *, since: Since = None, until: Until = None, target: Target = None
+) -> Shift:
+    """Sum up a shift: moves and their ends, failures by cause, slow axes, homings, callers, alarms.
+
+    A key with a scope names a target in it.
+    """
+    require(plant, Right.VIEW, *([] if target is None else [target]))
+    if plant.journal is None:
+        raise NotFound("This gateway has no journal, so nobody knows what has moved.")
+    end = until or datetime.now(UTC)
+    begin = since or end - SHIFT
+    if not begin < end <= begin + LONGEST:
+        raise InvalidRequest("A shift ends after it begins, and within 31 days; nothing was sent.")
+    wanted = Wanted(target=address_of(plant, target), since=begin, until=end)
+    return await asyncio.to_thread(_summed_up, plant.journal, wanted)
+
+
+@ROWS.get("/shift.csv", any_scope=True, media=CSV)
+async def download_shift(
+    plant: Plant, *, since: Since = None, until: Until = None, target: Target = None
+) -> Text:
+    """Sum up the axes of a shift as CSV, a line each; a key with a scope names a target in it."""
+    shift = await get_shift(plant, since=since, until=until, target=target)
+    return Text(csv_of(_COLUMNS, list(_lines(shift))))
+
+
+_COLUMNS: Final = (*AxisOfShift.model_fields, "homings", "last_off_by", "largest_off_by")
+
+
+def _lines(shift: Shift) -> Iterator[list[object]]:
+    homings = {it.target: [it.homings, it.last_off_by, it.largest_off_by] for it in shift.homings}
+    for axis in shift.axes:
+        cells = [*axis.model_dump().values(), *homings.get(axis.target, ["", "", ""])]
+        yield ["" if cell is None else cell for cell in cells]
+
+
+def _summed_up(journal: Journal, wanted: Wanted) -> Shift:
+    """Read it beside the journal's writer, in SQLite as far as possible: nothing else waits meanwhile."""
+    condition, values = wanted.condition()
+
+    def read(sql: str, given: Sequence[Value] = values) -> list[tuple[Any, ...]]:
+        try:
+            return journal.disk.read_apart(sql.format(wanted=condition), given)
+        except sqlite3.Error as error:
+            raise JournalUnavailable(str(error)) from None
+
+    assert wanted.since is not None  # noqa: S101  # for mypy: a shift has both
+    assert wanted.until is not None  # noqa: S101  # as above
+    ends = dict(read(_ENDS))
+    people = list(_made(PersonOfShift, read(_PEOPLE)))
+    [[oldest]] = read(_OLDEST, [])
+    losses = read(_POWER, [wanted.since.timestamp(), wanted.until.timestamp()])
+    return Shift(
+        since=wanted.since,
+        until=wanted.until,
+        known_since=None if oldest is None else datetime.fromtimestamp(oldest, UTC),
+        moves=sum(ends.values()),
+        ends=ends,
+        failures=list(_made(FailureOfShift, read(_FAILURES))),
+        axes=list(_made(AxisOfShift, read(_AXES))),
+        homings=list(_drifts(read(_HOMINGS), losses)),
+        stops=sum(it.stops for it in people),
+        people=people,
+        alarms=list(_made(AlarmOfShift, read(_ALARMS))),
+    )
+
+
+def _made(model: type[M], rows: Sequence[Sequence[Any]]) -> Iterator[M]:
+    for row in rows:
+        yield model(**dict(zip(model.model_fields, row, strict=True)))
+
+
+def _drifts(
+    homings: Sequence[tuple[str, float, int]], losses: Sequence[tuple[str, float]]
+) -> Iterator[HomingOfShift]:
+    """Compare each homing with the one before; a loss of power between them leaves nothing to compare."""
+    found: dict[str, list[tuple[float, int]]] = {}
+    for target, at, off_by in homings:
+        found.setdefault(target, []).append((at, off_by))
+    for target, of_target in found.items():
+        lost = [at for it, at in losses if it == target]
+        pairs = pairwise(of_target)
+        off = [off_by for (before, _), (at, off_by) in pairs if not any(before <= it < at for it in lost)]
+        if off:
+            yield HomingOfShift(
+                target=target, homings=len(off), last_off_by=off[-1], largest_off_by=max(off, key=abs)
+            )
