@@ -60,9 +60,9 @@ class AxisOfShift(BaseModel):
     """The moves of one body, or of one unit of a robot."""
 
     target: str = Field(description="line1.3F, or r1/units/1.")
-    moves: int
-    succeeded: int
-    failed: int = Field(description="Failed, lost, unknown or rejected.")
+    moves: int = Field(description="Their number.")
+    succeeded: int = Field(description="Number of those that ended well.")
+    failed: int = Field(description="Number of those that failed, were lost or rejected, or are unknown.")
     mean_s: float | None = Field(description="From the command to the end, as a mean; null if nothing moved.")
     longest_s: float | None
     longest_move: str | None = Field(description="The id of the move that took longest.")
@@ -72,8 +72,8 @@ class FailureOfShift(BaseModel):
     """The moves that failed for one reason."""
 
     cause: str = Field(description="The end's cause, such as ems; else the kind of error, or the status.")
-    moves: int
-    targets: int = Field(description="So many bodies or units were concerned.")
+    moves: int = Field(description="Their number.")
+    targets: int = Field(description="Number of bodies or units that were concerned.")
     last_move: str = Field(description="The id of the last of them.")
 
 
@@ -81,28 +81,28 @@ class HomingOfShift(BaseModel):
     """How far the origins that a body has found lie apart."""
 
     target: str
-    homings: int
+    homings: int = Field(description="Number of homings that can be compared with the one before.")
     last_off_by: int = Field(
-        description="Pulses or counts between its place by the origin before, and by the one just found."
+        description="In pulses or encoder counts: its place by the origin before, less that by the one found."
     )
-    largest_off_by: int = Field(description="The one that is farthest from 0.")
+    largest_off_by: int = Field(description="In pulses or encoder counts, the one farthest from 0.")
 
 
 class PersonOfShift(BaseModel):
     """What one caller has done."""
 
     caller: str
-    motions: int = Field(description="Commands that move something.")
-    stops: int = Field(description="Requests for stops, whatever they were for.")
-    settings: int = Field(description="Commands that change what a controller keeps.")
+    motions: int = Field(description="Number of commands that move something.")
+    stops: int = Field(description="Number of requests for stops, whatever they were for.")
+    settings: int = Field(description="Number of commands that change what a controller keeps.")
 
 
 class AlarmOfShift(BaseModel):
     """The alarms of one cause that were raised."""
 
     cause: str
-    raised: int
-    standing: int = Field(description="So many of them stand still.")
+    raised: int = Field(description="Number of those that were raised.")
+    standing: int = Field(description="Number of those that still stand.")
 
 
 class Shift(BaseModel):
@@ -113,14 +113,14 @@ class Shift(BaseModel):
     known_since: datetime | None = Field(
         description="The journal goes back to this time: before it nothing is known. Null: it is empty."
     )
-    moves: int
-    ends: dict[str, int] = Field(description="How many moves have which status.")
+    moves: int = Field(description="Number of moves that were asked for.")
+    ends: dict[str, int] = Field(description="Number of moves by status.")
     failures: list[FailureOfShift] = Field(description="By cause, the most frequent first.")
     axes: list[AxisOfShift] = Field(description="The one with the longest move first.")
     homings: list[HomingOfShift] = Field(
         description="Of bodies that were homed after another homing, with their power kept between."
     )
-    stops: int = Field(description="Requests for stops.")
+    stops: int = Field(description="Number of requests for stops.")
     people: list[PersonOfShift]
     alarms: list[AlarmOfShift] = Field(description="By cause, the most frequent first.")
 

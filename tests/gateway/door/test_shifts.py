@@ -16,12 +16,12 @@ from gateway.core.origin import Origin
 from gateway.door.doing import do
 from gateway.door.shifts import Shift, download_shift, get_shift
 from gateway.door.stopping import stop_all
-from gateway.plant import Plant
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.origin import Home
 from protocols.rorze.speeds import SetMaximumSpeed
 from simulator.rorze.world import EMS
 from tests.plants import SET_UP_S, Wire, in_virtual_time, rig
+from tests.tested_plant import TestedPlant
 from tests.world import World
 
 PAT: Final = Origin("pat (http 10.0.0.7)", "r-1")
@@ -30,7 +30,7 @@ LONG_S: Final = 60.0
 
 
 @asynccontextmanager
-async def working(tmp_path: Path) -> AsyncIterator[tuple[Plant, Wire]]:
+async def working(tmp_path: Path) -> AsyncIterator[tuple[TestedPlant, Wire]]:
     """A plant with a journal, set up."""
     world = World(tmp_path / "data")
     async with world.gateway() as plant:
@@ -39,11 +39,11 @@ async def working(tmp_path: Path) -> AsyncIterator[tuple[Plant, Wire]]:
         yield plant, world.wire
 
 
-async def move(plant: Plant, body: str, command: Any, by: Origin = PAT) -> None:
+async def move(plant: TestedPlant, body: str, command: Any, by: Origin = PAT) -> None:
     await do(plant, by, f"/bodies/{body}", command, LONG_S)
 
 
-async def of_shift(plant: Plant, **wanted: Any) -> Shift:
+async def of_shift(plant: TestedPlant, **wanted: Any) -> Shift:
     return await get_shift(plant, **wanted)
 
 

@@ -79,8 +79,9 @@ class AlarmOfShift(TypedDict):
 
     cause: str
     raised: int
+    """Number of those that were raised."""
     standing: int
-    """So many of them stand still."""
+    """Number of those that still stand."""
 
 
 class AlarmRaisedEvent(TypedDict):
@@ -163,9 +164,11 @@ class AxisOfShift(TypedDict):
     target: str
     """line1.3F, or r1/units/1."""
     moves: int
+    """Their number."""
     succeeded: int
+    """Number of those that ended well."""
     failed: int
-    """Failed, lost, unknown or rejected."""
+    """Number of those that failed, were lost or rejected, or are unknown."""
     mean_s: float | None
     """From the command to the end, as a mean; null if nothing moved."""
     longest_s: float | None
@@ -2528,8 +2531,9 @@ class FailureOfShift(TypedDict):
     cause: str
     """The end's cause, such as ems; else the kind of error, or the status."""
     moves: int
+    """Their number."""
     targets: int
-    """So many bodies or units were concerned."""
+    """Number of bodies or units that were concerned."""
     last_move: str
     """The id of the last of them."""
 
@@ -3112,10 +3116,11 @@ class HomingOfShift(TypedDict):
 
     target: str
     homings: int
+    """Number of homings that can be compared with the one before."""
     last_off_by: int
-    """Pulses or counts between its place by the origin before, and by the one just found."""
+    """In pulses or encoder counts: its place by the origin before, less that by the one found."""
     largest_off_by: int
-    """The one that is farthest from 0."""
+    """In pulses or encoder counts, the one farthest from 0."""
 
 
 class HomingSettings(TypedDict):
@@ -4370,11 +4375,11 @@ class PersonOfShift(TypedDict):
 
     caller: str
     motions: int
-    """Commands that move something."""
+    """Number of commands that move something."""
     stops: int
-    """Requests for stops, whatever they were for."""
+    """Number of requests for stops, whatever they were for."""
     settings: int
-    """Commands that change what a controller keeps."""
+    """Number of commands that change what a controller keeps."""
 
 
 class PlannedMove(TypedDict):
@@ -6850,8 +6855,9 @@ class Shift(TypedDict):
     known_since: str | None
     """The journal goes back to this time: before it nothing is known. Null: it is empty."""
     moves: int
+    """Number of moves that were asked for."""
     ends: dict[str, int]
-    """How many moves have which status."""
+    """Number of moves by status."""
     failures: list[FailureOfShift]
     """By cause, the most frequent first."""
     axes: list[AxisOfShift]
@@ -6859,7 +6865,7 @@ class Shift(TypedDict):
     homings: list[HomingOfShift]
     """Of bodies that were homed after another homing, with their power kept between."""
     stops: int
-    """Requests for stops."""
+    """Number of requests for stops."""
     people: list[PersonOfShift]
     alarms: list[AlarmOfShift]
     """By cause, the most frequent first."""

@@ -3746,11 +3746,14 @@ export interface components {
         AlarmOfShift: {
             /** Cause */
             cause: string;
-            /** Raised */
+            /**
+             * Raised
+             * @description Number of those that were raised.
+             */
             raised: number;
             /**
              * Standing
-             * @description So many of them stand still.
+             * @description Number of those that still stand.
              */
             standing: number;
         };
@@ -3931,13 +3934,19 @@ export interface components {
              * @description line1.3F, or r1/units/1.
              */
             target: string;
-            /** Moves */
+            /**
+             * Moves
+             * @description Their number.
+             */
             moves: number;
-            /** Succeeded */
+            /**
+             * Succeeded
+             * @description Number of those that ended well.
+             */
             succeeded: number;
             /**
              * Failed
-             * @description Failed, lost, unknown or rejected.
+             * @description Number of those that failed, were lost or rejected, or are unknown.
              */
             failed: number;
             /**
@@ -9234,11 +9243,14 @@ export interface components {
              * @description The end's cause, such as ems; else the kind of error, or the status.
              */
             cause: string;
-            /** Moves */
+            /**
+             * Moves
+             * @description Their number.
+             */
             moves: number;
             /**
              * Targets
-             * @description So many bodies or units were concerned.
+             * @description Number of bodies or units that were concerned.
              */
             targets: number;
             /**
@@ -10685,16 +10697,19 @@ export interface components {
         HomingOfShift: {
             /** Target */
             target: string;
-            /** Homings */
+            /**
+             * Homings
+             * @description Number of homings that can be compared with the one before.
+             */
             homings: number;
             /**
              * Last Off By
-             * @description Pulses or counts between its place by the origin before, and by the one just found.
+             * @description In pulses or encoder counts: its place by the origin before, less that by the one found.
              */
             last_off_by: number;
             /**
              * Largest Off By
-             * @description The one that is farthest from 0.
+             * @description In pulses or encoder counts, the one farthest from 0.
              */
             largest_off_by: number;
         };
@@ -13594,17 +13609,17 @@ export interface components {
             caller: string;
             /**
              * Motions
-             * @description Commands that move something.
+             * @description Number of commands that move something.
              */
             motions: number;
             /**
              * Stops
-             * @description Requests for stops, whatever they were for.
+             * @description Number of requests for stops, whatever they were for.
              */
             stops: number;
             /**
              * Settings
-             * @description Commands that change what a controller keeps.
+             * @description Number of commands that change what a controller keeps.
              */
             settings: number;
         };
@@ -19768,11 +19783,14 @@ export interface components {
              * @description The journal goes back to this time: before it nothing is known. Null: it is empty.
              */
             known_since: string | null;
-            /** Moves */
+            /**
+             * Moves
+             * @description Number of moves that were asked for.
+             */
             moves: number;
             /**
              * Ends
-             * @description How many moves have which status.
+             * @description Number of moves by status.
              */
             ends: {
                 [key: string]: number;
@@ -19794,7 +19812,7 @@ export interface components {
             homings: components["schemas"]["HomingOfShift"][];
             /**
              * Stops
-             * @description Requests for stops.
+             * @description Number of requests for stops.
              */
             stops: number;
             /** People */
