@@ -83,7 +83,7 @@ class HomingOfShift(BaseModel):
     target: str
     homings: int = Field(description="Number of homings that can be compared with the one before.")
     last_off_by: int = Field(
-        description="In pulses or encoder counts: its place by the origin before, less that by the one found."
+        description="In pulses or encoder counts: its place by the origin found, less that by the one before."
     )
     largest_off_by: int = Field(description="In pulses or encoder counts, the one farthest from 0.")
 

@@ -68,7 +68,7 @@ async def test_it_counts_moves_and_how_they_ended_and_names_the_slowest(tmp_path
         assert lift.longest_move in {it.id for it in plant.moves.of(plant.body("3F"))}
         assert lift.longest_s is not None
         assert lift.mean_s is not None
-        assert 0 < lift.mean_s < lift.longest_s
+        assert 0 < lift.mean_s <= lift.longest_s
         [failure] = shift.failures
         assert (failure.cause, failure.moves, failure.targets) == ("ems", 1, 1)
         assert failure.last_move == plant.moves.of(plant.body("00"))[0].id

@@ -3118,7 +3118,7 @@ class HomingOfShift(TypedDict):
     homings: int
     """Number of homings that can be compared with the one before."""
     last_off_by: int
-    """In pulses or encoder counts: its place by the origin before, less that by the one found."""
+    """In pulses or encoder counts: its place by the origin found, less that by the one before."""
     largest_off_by: int
     """In pulses or encoder counts, the one farthest from 0."""
 

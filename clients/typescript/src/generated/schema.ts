@@ -10704,7 +10704,7 @@ export interface components {
             homings: number;
             /**
              * Last Off By
-             * @description In pulses or encoder counts: its place by the origin before, less that by the one found.
+             * @description In pulses or encoder counts: its place by the origin found, less that by the one before.
              */
             last_off_by: number;
             /**
