@@ -5,6 +5,7 @@ import signal
 from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Iterable, Iterator
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, contextmanager, suppress
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final, Generic, TypeVar
 
@@ -59,6 +60,7 @@ class Host:
             "reason": self.state.reason,
             "since": self.state.since.isoformat().replace("+00:00", "Z"),
             "gateway": self.name,
+            "version": version("motion-gateway"),
             "cursor": self.position.cursor,
             "lines": lines,
         }

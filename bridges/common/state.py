@@ -1,5 +1,6 @@
 """How a bridge is: what it is connected to, and what it has done, for people and for Prometheus."""
 
+import asyncio
 import logging
 from collections.abc import Callable, Iterable
 from datetime import UTC, datetime
@@ -49,6 +50,7 @@ class State:
     def __init__(self, sides: Iterable[str], figures: Figures) -> None:
         self._figures = figures
         self._down: dict[str, str] = {}
+        self._news = asyncio.Event()
         self.since = datetime.now(UTC)
         """When it last became another."""
         self.on_change: Callable[[], object] = lambda: None
@@ -65,6 +67,11 @@ class State:
     def reason(self) -> str | None:
         """Why it is not online."""
         return "; ".join(self._down.values()) or None
+
+    async def wait_for(self, side: str, *, connected: bool = True) -> None:
+        """Wait until a side is connected, or is not."""
+        while (side in self._down) is connected:
+            await self._news.wait()
 
     def up(self, side: str) -> None:
         """A side is connected."""
@@ -83,4 +90,6 @@ class State:
     def _changed(self, side: str, connected: bool) -> None:
         self._figures.connected(side, connected)
         self.since = datetime.now(UTC)
+        news, self._news = self._news, asyncio.Event()
+        news.set()
         self.on_change()

@@ -163,7 +163,9 @@ def test_a_stream_tells_how_its_connection_is_and_asks_for_a_snapshot_until_it_h
         httpx.Response(200, text=f": events after e-6\n\n{sse('e-6')}"),
         httpx.Response(200, text=sse("e-7")),
     )
-    heard = line.client.events(snapshot=True, on_connection=lambda error: said.append(None if error is None else error.kind))
+    heard = line.client.events(
+        snapshot=True, on_connection=lambda error: said.append(None if error is None else error.kind)
+    )
     assert [next(heard)["id"], next(heard)["id"]] == ["e-6", "e-7"]
     assert said == ["no-answer", None, "no-answer", None]
     assert [it.url.query.decode() for it in line.requests] == ["snapshot=true"] * 2 + ["after=e-6"]
