@@ -79,6 +79,7 @@ def _query() -> dict[str, Any]:
         "bodies": "Only events of these bodies, groups and robots: addresses joined by commas.",
         "types": "Only events of these types, joined by commas, such as body.move.*,line.down.",
         "sample": "Live values too: so many times a second at most, 0.1 to 50.",
+        "snapshot": "true: begin with a stream.snapshot, all that is known now of what is wanted.",
         "ticket": "A ticket of POST /tickets, from clients that can send no header.",
     }
     described = {name: {"type": "string", "description": text} for name, text in texts.items()}

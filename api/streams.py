@@ -4,7 +4,7 @@ import asyncio
 import re
 from collections.abc import AsyncIterator, Sequence
 from math import nan
-from typing import Annotated
+from typing import Annotated, Final
 
 from fastapi import Header, Query, Request, Response, WebSocket
 from starlette.datastructures import QueryParams
@@ -24,6 +24,7 @@ from gateway.door.events import (
     Event,
     Sample,
     SlowConsumer,
+    Snapshot,
     Subscription,
     Types,
     addresses_of,
@@ -35,6 +36,8 @@ from gateway.door.table import Right
 from gateway.door.traces import MAX_TRACE_ENTRIES, TracedBodies, TracedRequest, split
 
 router = new_router("events")
+
+_FLAGS: Final = {"true": True, "1": True, "false": False, "0": False}
 
 SUBPROTOCOLS = (TOGETHER, SINGLY)
 """The first that a client offers is spoken; to one that offers none of them events are sent singly."""
@@ -50,12 +53,13 @@ async def stream_events(
     bodies: Bodies = None,
     types: Types = None,
     sample: Sample = None,
+    snapshot: Snapshot = False,
     last_event_id: Annotated[str | None, Header()] = None,
 ) -> Response:
     """Send events as they happen (text/event-stream); a browser resumes with Last-Event-ID."""
     plant = plant_of(request)
     wanted = addresses_of(plant, bodies), types_of(types)
-    events = plant.events.subscribe(last_event_id or after, *wanted, sample)
+    events = plant.events.subscribe(last_event_id or after, *wanted, sample, snapshot=snapshot)
     return StreamingResponse(
         _server_sent(events),
         media_type="text/event-stream",
@@ -94,9 +98,10 @@ async def follow_events(websocket: WebSocket) -> None:
     offered = websocket.scope.get("subprotocols", ())
     await websocket.accept(next((it for it in SUBPROTOCOLS if it in offered), None))
     try:
-        require_known(websocket, ("after", "bodies", "types", "sample"))
+        require_known(websocket, ("after", "bodies", "types", "sample", "snapshot"))
         wanted = addresses_of(plant, query.get("bodies")), types_of(query.get("types"))
-        events = plant.events.subscribe(query.get("after"), *wanted, _rate(query.get("sample")))
+        sample, snapshot = _rate(query.get("sample")), _flag(query, "snapshot")
+        events = plant.events.subscribe(query.get("after"), *wanted, sample, snapshot=snapshot)
     except InvalidRequest as error:
         await refuse(websocket, error)
         return
@@ -197,6 +202,17 @@ async def _send_trace(websocket: WebSocket, news: AsyncIterator[traces.News | No
 
 def _message(news: traces.News) -> str:
     return f'{{"number":{news.number},"missed":{news.missed},"entries":[{traces.written(news.entries)}]}}'
+
+
+def _flag(query: QueryParams, name: str) -> bool:
+    """Read true or false; left out it is false.
+
+    :raises InvalidRequest: it is neither.
+    """
+    text = query.get(name, "false")
+    if text not in _FLAGS:
+        raise InvalidRequest(f"{name}: {text!r} is neither true nor false.", "Give one, or leave it out.")
+    return _FLAGS[text]
 
 
 def _whole(query: QueryParams, name: str) -> int | None:

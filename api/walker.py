@@ -27,7 +27,7 @@ from gateway.door.calls import carry_out
 from gateway.door.documents import expectation
 from gateway.door.names import NAMES
 from gateway.door.results import Result
-from gateway.door.table import Operation, Text, Written, names_in
+from gateway.door.table import Effect, Operation, Text, Written, names_in
 
 WAIT = "wait"
 JSON = "application/json"
@@ -60,9 +60,14 @@ def _told(operation: Operation) -> dict[str, Any]:
         "operation_id": operation.name,
         "summary": operation.title,
         "description": operation.description,
-        "openapi_extra": {**shown(operation), **heeded(operation)},
+        "openapi_extra": {**shown(operation), **heeded(operation), **_effect(operation)},
         **answers(operation),
     }
+
+
+def _effect(operation: Operation) -> dict[str, Any]:
+    """Mark what can move a motor: of what the right `operate` is for, it is what must not come late."""
+    return {"x-effect": operation.effect.value} if operation.effect is Effect.MOTION else {}
 
 
 @cache

@@ -9,7 +9,8 @@ from typing import Final
 from app.tls import Certificate
 from gateway.access.credentials import Credentials, TokenVerifier
 from gateway.access.keys import KeyFault, KeyInfo, KeyStore
-from gateway.config import Config, ConfigError
+from gateway.config import Config
+from gateway.core.toml_files import ConfigError
 from gateway.door.opening import policy_of
 
 log = logging.getLogger(__name__)

@@ -32,6 +32,7 @@ COMMANDS: Final = {
     "data": "data:data",
     "audit": "audit:audit",
     "keys": "keys:app",
+    "bridge": "bridge:app",
     "sessions": "security:sessions",
     "alarms": "alarms:alarms",
     "lease": "lease:lease",

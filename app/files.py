@@ -5,7 +5,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from stat import S_IROTH, S_ISVTX, S_IWGRP, S_IWOTH
 
-from gateway.config import Config, ConfigError
+from gateway.config import Config
+from gateway.core.toml_files import ConfigError
 
 
 def untrusted(file: Path, config: Config) -> Iterator[str]:

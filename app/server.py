@@ -24,7 +24,7 @@ from app.garbage import short_collections
 from app.systemd import Watchdog, expect_long_start, notify, watchdog_wanted
 from app.tls import Certificate
 from gateway.access.principal import EVERYBODY, asking
-from gateway.config import Config, ConfigError, Server
+from gateway.config import Config, Server
 from gateway.config_file import ConfigFile
 from gateway.core.aside import SWITCH_S
 from gateway.core.errors import GatewayError
@@ -33,6 +33,7 @@ from gateway.core.journal.opening import Opened, longest_s, open_journal
 from gateway.core.lease_tokens import LeaseTokens
 from gateway.core.operation import Operation
 from gateway.core.origin import Origin, acting
+from gateway.core.toml_files import ConfigError
 from gateway.door import configuration
 from gateway.memory import make_sense
 from gateway.plant import Plant

@@ -6,7 +6,7 @@ import ssl
 from pathlib import Path
 from typing import Final
 
-from gateway.config import ConfigError
+from gateway.core.toml_files import ConfigError
 
 log = logging.getLogger(__name__)
 

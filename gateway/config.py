@@ -1,28 +1,22 @@
 """What the configuration file may say: the server, and the lines in the words of their families."""
 
 import re
-import tomllib
 from collections.abc import Iterable
 from ipaddress import ip_address, ip_network
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 from urllib.parse import urlsplit
 
-from pydantic import AfterValidator, Field, PlainValidator, ValidationError, model_validator
-from pydantic_core import ErrorDetails
+from pydantic import AfterValidator, Field, PlainValidator, model_validator
 
 from gateway.access.roles import Role
+from gateway.core import toml_files
 from gateway.core.tables import Array, Fault, Line, Table, refuse_repeats
-from gateway.core.toml_lines import KeyPath, LineIndex
+from gateway.core.toml_lines import KeyPath
 from gateway.families import FAMILIES
 from gateway.rorze.config import Line as RorzeLine
 from gateway.rorze.scaras.config import Scara
-from protocols.wording import sentence
 from transports.addresses import Address
-
-
-class ConfigError(ValueError):
-    """The configuration cannot be used: each line names file, line number, key and what is expected."""
 
 
 def _check_address_of_host(host: str) -> str:
@@ -349,12 +343,7 @@ def load(path: Path) -> Config:
 
     :raises ConfigError: it cannot be read, or `parse` refuses it.
     """
-    try:
-        text = path.read_text("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise ConfigError(f"{path}: cannot be read: {reason}") from error
-    return parse(text, str(path))
+    return toml_files.load(path, Config)
 
 
 def parse(text: str, name: str) -> Config:
@@ -362,36 +351,4 @@ def parse(text: str, name: str) -> Config:
 
     :raises ConfigError: not TOML, or not a configuration; every fault that was found has a line of its own.
     """
-    try:
-        return Config.model_validate(tomllib.loads(text))
-    except ValidationError as error:
-        index = LineIndex(text)
-        faults = [(index.line_of(path), path, said) for path, said in map(_explain, error.errors())]
-        faults.sort(key=lambda fault: fault[0])
-        sentences = (f"{name}:{line}: {_written(path)}: {said}" for line, path, said in faults)
-        raise ConfigError("\n".join(sentences)) from error
-    # Not only TOMLDecodeError: an integer of 5000 digits, or arrays in arrays without an end.
-    except (ValueError, RecursionError) as error:
-        place = re.search(r"at line (\d+)", str(error))
-        line = place[1] if place else len(text.splitlines()) or 1
-        raise ConfigError(f"{name}:{line}: not valid TOML: {error}") from error
-
-
-_TOML_WORDS = {
-    **dict.fromkeys(("model_type", "dict_type"), "must be a table"),
-    "path_type": "must be a path in quotes",
-    "string_type": "must be text in quotes",
-}
-
-
-def _explain(error: ErrorDetails) -> tuple[KeyPath, str]:
-    """Say in plain words where the fault is and what is expected there."""
-    fault = error.get("ctx", {}).get("error")
-    if isinstance(fault, ValueError):
-        return (*error["loc"], *getattr(fault, "path", ())), str(fault)
-    return error["loc"], sentence(error, _TOML_WORDS)
-
-
-def _written(path: KeyPath) -> str:
-    """Write a path as `lines[0].bodies[1].id`."""
-    return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path).lstrip(".")
+    return toml_files.parse(text, name, Config)

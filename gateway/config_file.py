@@ -11,9 +11,10 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from gateway.config import Config, ConfigError, load, parse
+from gateway.config import Config, load, parse
 from gateway.core.errors import NotSent
 from gateway.core.records import Record
+from gateway.core.toml_files import ConfigError
 from gateway.core.toml_lines import LineIndex, end_of_array
 
 

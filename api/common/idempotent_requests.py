@@ -27,6 +27,7 @@ from gateway.door.strict_json import INLINE_BYTES, parse
 from gateway.door.table import Right
 
 REPLAYED: Final = "Idempotency-Replayed"
+WITHIN: Final = "start_within_s"
 MOST_BYTES: Final = 262_144
 """No route takes a longer body."""
 
@@ -185,11 +186,17 @@ async def _digest(request: Request, body: bytes) -> str:
 
 
 def _canonical(body: bytes) -> bytes:
-    """Blanks, the order of members and the point of a whole number make no other request."""
+    """Blanks, the order of members and the point of a whole number make no other request.
+
+    Nor does how long it may wait for its turn: of a repetition, less of that is left.
+    """
     try:
-        return json.dumps(parse(body), sort_keys=True).encode()
+        content = parse(body)
     except ValueError:
         return body
+    if isinstance(content, dict):
+        content.pop(WITHIN, None)
+    return json.dumps(content, sort_keys=True).encode()
 
 
 def _found(left: LeftOpen, request: Request) -> _Answer:

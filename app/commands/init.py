@@ -22,8 +22,9 @@ def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOM
     """Read a configuration, say what it would serve, and every fault with its line. No port is opened."""
     from app.files import untrusted
     from gateway.access.posture import weakened
-    from gateway.config import ConfigError, load
+    from gateway.config import load
     from gateway.core.tables import named
+    from gateway.core.toml_files import ConfigError
 
     try:
         config = load(file)

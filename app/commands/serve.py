@@ -38,10 +38,10 @@ def serve(
         raise Failure("Say either --config FILE or --demo.", exits.USAGE)
     gc.disable()  # until the gateway runs: nothing of what is loaded is garbage
     from app.server import CannotListen
-    from gateway.config import ConfigError
     from gateway.config_file import ConfigFile
     from gateway.core.journal.disk import InUse
     from gateway.core.journal.schema import TooNew
+    from gateway.core.toml_files import ConfigError
 
     try:
         given = data or (data_of(config) if config else None)

@@ -232,11 +232,15 @@ class Subscription(AsyncIterator[Event]):
         wanted: Filter,
         missed_after: str | None,
         sample: float | None = None,
+        *,
+        snapshot: bool = False,
     ) -> None:
         self._hub = hub
         self._position = position
         self._wanted = wanted
         self._missed_after = missed_after
+        self._snapshot_due = snapshot
+        """Whether it still has to begin with a snapshot."""
         self._watch = (
             None if sample is None else Watch(hub.live, wanted, sample, partial(hub.turns.wake, self))
         )
@@ -329,13 +333,13 @@ class Subscription(AsyncIterator[Event]):
 
     @property
     def _has_read_all(self) -> bool:
-        return self._position == self._hub.last and self._missed_after is None
+        owed = self._snapshot_due or self._missed_after is not None
+        return self._position == self._hub.last and not owed
 
     def _in_turn(self, turn: Turn) -> None:
         """Have a turn: at news, or soon where there is something to be read, or nothing more to come."""
         hub = self._hub
-        has_read_all = self._position == hub.last and self._missed_after is None
-        if has_read_all and not hub.closed and (self._watch is None or not self._watch.due):
+        if self._has_read_all and not hub.closed and (self._watch is None or not self._watch.due):
             self._waits = True
             hub.turns.at_news(self, turn)
         else:
@@ -351,6 +355,9 @@ class Subscription(AsyncIterator[Event]):
             raise SlowConsumer(self.cursor)
         if self._missed_after is not None or after < hub.first - 1:
             return Batch(self._skip_to_first())
+        if self._snapshot_due:
+            self._snapshot_due = False
+            return Batch(hub.snapshot_at(after, self._wanted))
         if after == hub.last and self._watch is not None and self._watch.due:
             return hub.readings(self._watch.take(), hub.live.last, after, self._wanted)
         self._position = min(after + BATCH, hub.last)
@@ -370,7 +377,7 @@ class Subscription(AsyncIterator[Event]):
 
     def _skip_to_first(self) -> list[Event]:
         requested = self._missed_after or self.cursor
-        self._missed_after = None
+        self._missed_after, self._snapshot_due = None, False
         self._position = self._hub.first - 1
         return self._hub.gap_before(self._position + 1, requested, self._wanted)
 
@@ -470,14 +477,18 @@ class EventHub:
         bodies: Iterable[str] | None = None,
         types: Iterable[str] | None = None,
         sample: float | None = None,
+        *,
+        snapshot: bool = False,
     ) -> Subscription:
         """Begin after a cursor, or now; a cursor that cannot be continued is answered with a `GAP` first.
 
-        With a `sample` there are live values, too, at most so many times a second of each.
+        With a `sample` there are live values, too, at most so many times a second of each. With a `snapshot`
+        it begins with what a gap is followed by.
 
         :raises InvalidRequest: the cursor or a filter is malformed.
         """
-        return self._read(self.cursor if after is None else after, Filter.of(bodies, types), sample)
+        wanted = Filter.of(bodies, types)
+        return self._read(self.cursor if after is None else after, wanted, sample, snapshot=snapshot)
 
     async def since(
         self,
@@ -516,9 +527,13 @@ class EventHub:
         self.gaps += 1
         data = {"requested": requested, "first_available": _cursor(self.epoch, number)}
         gap = self._event(number - 1, GAP, "/events", data)
+        return [gap, *self.snapshot_at(number - 1, wanted)]
+
+    def snapshot_at(self, number: int, wanted: Filter) -> list[Event]:
+        """Tell how it is now what somebody wants; later events are those after the number."""
         if self.take_snapshot is None:
-            return [gap]
-        return [gap, self._event(number - 1, SNAPSHOT, "/events", self.take_snapshot(wanted, self.cursor))]
+            return []
+        return [self._event(number, SNAPSHOT, "/events", self.take_snapshot(wanted, self.cursor))]
 
     def _event(
         self, number: int, type_: str, subject: str, data: Data, correlation: str | None = None
@@ -556,18 +571,21 @@ class EventHub:
             ]
         )
 
-    def _read(self, after: str, wanted: Filter, sample: float | None = None) -> Subscription:
+    def _read(
+        self, after: str, wanted: Filter, sample: float | None = None, *, snapshot: bool = False
+    ) -> Subscription:
         match = _CURSOR.fullmatch(after)
         if match is None:
             raise InvalidRequest(
                 f"{after!r} is no cursor.", f"Give the cursor of an event, such as {self.cursor}."
             )
         epoch, number = match[1], int(match[2])
+        begin_at = partial(Subscription, self, wanted=wanted, sample=sample, snapshot=snapshot)
         if epoch == self.epoch and number <= self.last:
-            return Subscription(self, number, wanted, None, sample)
+            return begin_at(number, missed_after=None)
         if epoch in self._earlier:  # it may have seen more of it than the journal has
-            return Subscription(self, min(number, self._earlier[epoch]), wanted, None, sample)
-        return Subscription(self, self.first - 1, wanted, after, sample)
+            return begin_at(min(number, self._earlier[epoch]), missed_after=None)
+        return begin_at(self.first - 1, missed_after=after)
 
 
 def _cursor(epoch: str, number: int) -> str:

@@ -8,12 +8,13 @@ from typing import Any, Final
 from pydantic import Field, JsonValue
 
 from gateway.access import principal
-from gateway.config import Config, ConfigError
+from gateway.config import Config
 from gateway.config_file import Changes, ConfigFile, changes
 from gateway.core.errors import InvalidRequest, NotAllowed
 from gateway.core.operation import Rows
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
+from gateway.core.toml_files import ConfigError
 from gateway.door.names import LineId
 from gateway.plant import Plant
 from gateway.port_scans import require_device

@@ -26,6 +26,7 @@ __all__ = [
     "Limit",
     "Sample",
     "SlowConsumer",
+    "Snapshot",
     "Subscription",
     "Types",
     "Writer",
@@ -57,6 +58,15 @@ Sample = Annotated[
         le=FASTEST_HZ,
         description="Live values too (body.position, robot.position, io): each so many times a second at "
         "most. They are no events: a new value takes the place of one that was not sent yet.",
+    ),
+]
+
+
+Snapshot = Annotated[
+    bool,
+    Field(
+        description="Begin with a stream.snapshot: all that is known now of what is wanted. Later events up "
+        "to its `as_of` are in it already."
     ),
 ]
 

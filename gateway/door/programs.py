@@ -19,6 +19,7 @@ from gateway.rorze.program_runs import ProgramRun, ProgramState
 from gateway.rorze.program_uploads import ProgramUpload
 from protocols.rorze.programs import Address, Label, RunProgram, StepProgram
 from protocols.rorze.user_program.assembler import Assembled, assemble
+from protocols.table import Effect
 
 ROWS: Final = Rows("programs")
 MAX_PROGRAM_BYTES: Final = 262_144
@@ -144,7 +145,9 @@ list_records(
 )
 
 
-@ROWS.post("/bodies/{body_id}/program/runs", Right.OPERATE, over="The program has ended.")
+@ROWS.post(
+    "/bodies/{body_id}/program/runs", Right.OPERATE, effect=Effect.MOTION, over="The program has ended."
+)
 async def run_program(
     plant: Plant,
     body: Body,

@@ -39,12 +39,14 @@ from gateway.door import (
 )
 from gateway.door.commands import rows_of
 from gateway.families import FAMILIES
+from protocols.table import Effect
 
 __all__ = [
     "FAMILIES",
     "LEASED",
     "MAX_WAIT_S",
     "SECTIONS",
+    "Effect",
     "Expectation",
     "Operation",
     "Right",

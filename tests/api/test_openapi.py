@@ -162,6 +162,14 @@ def test_every_command_carries_its_code() -> None:
     assert codes == {*COMMANDS, *FICS_COMMANDS}
 
 
+def test_what_can_move_a_motor_is_marked() -> None:
+    paths = DOCUMENT["paths"]
+    marked = {path for path, its in paths.items() if its.get("post", {}).get("x-effect") == "motion"}
+    begin = ("/moves", "/jogs", "/program/runs", "/macros/{name}/runs", "/commands/home", "/commands/move-to")
+    assert {path for path, its in paths.items() if "post" in its and path.endswith(begin)} <= marked
+    assert all(paths[path]["post"]["x-right"] == "operate" for path in marked)
+
+
 def test_the_key_that_makes_repetitions_harmless_stands_at_all_that_does_something_but_stops() -> None:
     def keyed(operation: dict[str, Any]) -> bool:
         return any(it["name"] == "Idempotency-Key" for it in operation.get("parameters", ()))

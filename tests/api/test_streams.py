@@ -49,6 +49,15 @@ async def test_a_cursor_of_another_life_is_answered_with_a_gap(stand: Stand) -> 
 
 
 @on_stand()
+async def test_a_stream_begins_with_a_snapshot_where_that_is_asked_for(stand: Stand) -> None:
+    async with socket(stand, "/events?snapshot=true&bodies=00") as client:
+        await client.message()
+        snapshot = await client.event()
+    assert (snapshot["type"], snapshot["data"]["as_of"]) == ("stream.snapshot", snapshot["cursor"])
+    assert [body["body_id"] for body in snapshot["data"]["bodies"]] == ["arm.00"]
+
+
+@on_stand()
 async def test_events_of_other_bodies_are_left_out(stand: Stand) -> None:
     async with socket(stand, "/events?bodies=00,01") as client:
         await client.message()
@@ -69,7 +78,7 @@ async def test_the_subprotocol_is_spoken_when_it_is_offered(stand: Stand) -> Non
 
 @on_stand()
 async def test_a_malformed_cursor_or_filter_closes_the_socket_with_a_reason(stand: Stand) -> None:
-    for query in ("after=yesterday", "bodies=ZZ", "types=*"):
+    for query in ("after=yesterday", "bodies=ZZ", "types=*", "snapshot=maybe"):
         async with socket(stand, f"/events?{query}") as client:
             await client.message()
             closed = await client.message()

@@ -11,7 +11,8 @@ import pytest
 from app.access import AccessControl
 from gateway.access.keys import DAY_S, KeyPolicy, KeyStore
 from gateway.access.roles import Role
-from gateway.config import Config, ConfigError
+from gateway.config import Config
+from gateway.core.toml_files import ConfigError
 
 LINE = {"id": "line1", "address": "tcp://127.0.0.1:1"}
 NETWORK = {"server": {"host": "10.0.0.1", "trusted_proxies": ["10.0.0.2"]}}

@@ -10,7 +10,7 @@ from app.cli import app
 from app.files import require_no_links
 from gateway.access.keys import KeyFault, KeyStore
 from gateway.access.roles import Role
-from gateway.config import ConfigError
+from gateway.core.toml_files import ConfigError
 
 CONFIG = """
 [server]

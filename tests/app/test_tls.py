@@ -9,7 +9,8 @@ import pytest
 
 from app.server import _uvicorn_config
 from app.tls import Certificate
-from gateway.config import ConfigError, Server
+from gateway.config import Server
+from gateway.core.toml_files import ConfigError
 from tests.certificates import write_certificate, x509
 
 

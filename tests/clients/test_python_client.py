@@ -153,6 +153,36 @@ def test_a_stream_goes_on_after_the_last_event_it_gave() -> None:
     assert line.requests[0].url.params["types"] == "line.*,body.*"
 
 
+def test_a_stream_tells_how_its_connection_is_and_asks_for_a_snapshot_until_it_has_one() -> None:
+    def sse(cursor: str) -> str:
+        return f'id: {cursor}\ndata: {{"id": "{cursor}"}}\n\n'
+
+    said: list[str | None] = []
+    line = Line(
+        httpx.ConnectError("nobody there"),
+        httpx.Response(200, text=f": events after e-6\n\n{sse('e-6')}"),
+        httpx.Response(200, text=sse("e-7")),
+    )
+    heard = line.client.events(
+        snapshot=True, on_connection=lambda error: said.append(None if error is None else error.kind)
+    )
+    assert [next(heard)["id"], next(heard)["id"]] == ["e-6", "e-7"]
+    assert said == ["no-answer", None, "no-answer", None]
+    assert [it.url.query.decode() for it in line.requests] == ["snapshot=true"] * 2 + ["after=e-6"]
+
+
+def test_an_answer_is_handed_on_as_it_is_with_the_leases_of_others() -> None:
+    line = Line(
+        httpx.Response(202, json=move("sent"), headers={"Idempotency-Replayed": "true"}),
+        httpx.Response(409, json=PROBLEM),
+    )
+    answer = line.client.ask("POST", "/bodies/3F/moves", idempotency_key="k-1", lease_tokens=["4", "5"])
+    assert (answer.status, answer.content["id"], answer.replayed) == (202, "m1", True)
+    assert line.requests[0].headers["lease-token"] == "4, 5"
+    refusal = line.client.ask("POST", "/bodies/3F/moves")
+    assert (refusal.is_success, refusal.content, refusal.replayed) == (False, PROBLEM, False)
+
+
 def test_a_reader_knows_where_the_stream_began_before_any_event() -> None:
     reader = EventReader(None)
     assert not list(reader.take(": events after a-1\n\n: still"))

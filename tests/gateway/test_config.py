@@ -7,8 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
-from gateway.config import Access, ConfigError, Oidc, Server, load, parse
+from gateway.config import Access, Oidc, Server, load, parse
 from gateway.core import tables
+from gateway.core.toml_files import ConfigError
 from gateway.families import FAMILIES
 from gateway.fics import config as fics
 from gateway.fics.config import Robot, RobotUnit

@@ -8,9 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gateway.config import ConfigError, parse
+from gateway.config import parse
 from gateway.config_file import Changes, ConfigFile, LineChange, changes
 from gateway.core.errors import NotSent
+from gateway.core.toml_files import ConfigError
 
 HEAD = """\
 # The plant of hall 3.

@@ -15,7 +15,8 @@ from api.app import create_app
 from gateway.access.credentials import Credentials
 from gateway.access.keys import KeyStore
 from gateway.access.roles import Role
-from gateway.config import ConfigError, parse
+from gateway.config import parse
+from gateway.core.toml_files import ConfigError
 from gateway.families import FAMILIES
 from gateway.plant import Plant
 from tests.api.stand import HOST

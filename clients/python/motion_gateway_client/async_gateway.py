@@ -2,7 +2,7 @@
 
 import asyncio
 import os
-from collections.abc import AsyncIterator, Iterable
+from collections.abc import AsyncIterator, Callable, Iterable
 from contextlib import asynccontextmanager, suppress
 from time import monotonic
 from types import TracebackType
@@ -10,6 +10,7 @@ from typing import Any, Final, Literal, Self, TypeVar, cast
 
 import httpx
 
+from motion_gateway_client.answers import Answer
 from motion_gateway_client.async_heart import AsyncHeart
 from motion_gateway_client.errors import GatewayError, MoveNotOver, MoveNotSucceeded, NoAnswer, Refused
 from motion_gateway_client.generated.async_operations import AsyncOperations
@@ -42,6 +43,7 @@ BEATS: Final = 4
 """Heartbeats in the time in which one has to come."""
 
 M = TypeVar("M", Move, RobotMove)
+Connection = Callable[[GatewayError | None], object]
 
 
 class AsyncGateway(AsyncOperations):
@@ -96,10 +98,30 @@ class AsyncGateway(AsyncOperations):
         :raises Refused: the answer is a problem.
         :raises NoAnswer: there is none; `moved` is `no` only where nothing can have been sent.
         """
+        answer = await self.ask(method, path, query=query, body=body, idempotency_key=idempotency_key)
+        if not answer.is_success:
+            raise _refused(answer.status, answer.content)
+        return answer.content
+
+    async def ask(
+        self,
+        method: str,
+        path: str,
+        *,
+        query: dict[str, Any] | None = None,
+        body: Any = None,
+        idempotency_key: str | None = None,
+        lease_tokens: Iterable[str] = (),
+    ) -> Answer:
+        """Send a request, and give the answer as it is, for those who hand it on; a problem is one, too.
+
+        Leases that others hold with this key are used by their `lease_tokens`.
+
+        :raises NoAnswer: there is none; `moved` is `no` only where nothing can have been sent.
+        """
         query = given(query or {})
-        headers = given(
-            {"Idempotency-Key": idempotency_key or None, "Lease-Token": ", ".join(self._tokens) or None}
-        )
+        tokens = ", ".join((*self._tokens, *lease_tokens))
+        headers = given({"Idempotency-Key": idempotency_key or None, "Lease-Token": tokens or None})
         timeout = self._timeout_s + float(query.get("wait", 0))
         try:
             answer = await self._http.request(
@@ -107,9 +129,7 @@ class AsyncGateway(AsyncOperations):
             )
         except httpx.TransportError as error:
             raise _no_answer(method, error) from error
-        if not answer.is_success:
-            raise _refused(answer)
-        return answer.json() if "json" in answer.headers.get("content-type", "") else answer.text
+        return Answer(answer.status_code, _content(answer), "Idempotency-Replayed" in answer.headers)
 
     async def command(self, address: str, name: str, **parameters: Any) -> Any:
         """Send a single command of the controller's table, as GET /commands lists them.
@@ -256,29 +276,42 @@ class AsyncGateway(AsyncOperations):
         types: Iterable[str] | None = None,
         after: str | None = None,
         sample: float | None = None,
+        snapshot: bool = False,
+        on_connection: Connection | None = None,
     ) -> AsyncIterator[Event]:
         """Follow what happens, without an end; a lost connection is taken up where it was lost.
 
         `bodies` are addresses of bodies, groups and robots, `types` such as `body.move.*`. It begins when the
         first event is asked for, or after a cursor: `after=move["event_cursor"]`. Where the gateway no longer
         has what happened meanwhile, as after its restart, there is an event `stream.gap`. With `sample`
-        there are live values, too, such as `body.position`, each so many times a second at most.
+        there are live values, too, such as `body.position`, each so many times a second at most. With
+        `snapshot` the first event is a `stream.snapshot`, all that is known now of what is wanted; after a
+        lost connection there is none. `on_connection` is called with None whenever the stream says something,
+        every 15 s at least, and with the error whenever it is lost.
+
+        :raises Refused: it is refused, and would be again.
         """
         wanted = given({"bodies": _listed(bodies), "types": _listed(types), "sample": sample})
+        begin = {"snapshot": "true"} if snapshot else {}
+        tell = on_connection or _unheard
         reader = EventReader(after)
         failures = 0
         while True:
             try:
-                async with self._stream(wanted, reader.cursor) as answer:
+                async with self._stream({**wanted, **begin}, reader.cursor) as answer:
                     async for text in answer.aiter_text():
                         failures = 0
+                        tell(None)
                         for event in reader.take(text):
+                            begin = {}
                             yield event
-            except httpx.TransportError:
-                pass
+                tell(NoAnswer("The gateway has ended the stream.", moved="no", retryable=True))
+            except httpx.TransportError as error:
+                tell(_no_answer("GET", error))
             except GatewayError as error:
                 if not error.retryable:
                     raise
+                tell(error)
             await asyncio.sleep(PAUSES_S[min(failures, len(PAUSES_S) - 1)])
             failures += 1
             reader = EventReader(reader.cursor)
@@ -290,7 +323,7 @@ class AsyncGateway(AsyncOperations):
         async with self._http.stream("GET", "/events/stream", params=query, timeout=timeout) as answer:
             if not answer.is_success:
                 await answer.aread()
-                raise _refused(answer)
+                raise _refused(answer.status_code, _content(answer))
             yield answer
 
 
@@ -298,9 +331,16 @@ def _listed(names: Iterable[str] | None) -> list[str] | None:
     return None if names is None else list(names)
 
 
-def _refused(answer: httpx.Response) -> Refused:
-    problem = answer.json() if "json" in answer.headers.get("content-type", "") else {}
-    return Refused(answer.status_code, problem)
+def _content(answer: httpx.Response) -> Any:
+    return answer.json() if "json" in answer.headers.get("content-type", "") else answer.text
+
+
+def _refused(status: int, content: Any) -> Refused:
+    return Refused(status, content if isinstance(content, dict) else {})
+
+
+def _unheard(error: GatewayError | None) -> None:
+    """Nobody wants to know of the connection."""
 
 
 def _no_answer(method: str, error: httpx.TransportError) -> NoAnswer:

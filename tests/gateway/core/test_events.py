@@ -197,6 +197,33 @@ class TestASubscription:
 
         run_virtual(story())
 
+    def test_begins_with_a_snapshot_if_asked_and_goes_on_after_its_cursor(self) -> None:
+        async def story() -> None:
+            hub = make_hub()
+            hub.take_snapshot = lambda _wanted, as_of: {"as_of": as_of}
+            publish(hub, 2)
+            now = hub.subscribe(snapshot=True)
+            snapshot = await anext(now)
+            assert (snapshot.type, snapshot.cursor) == (SNAPSHOT, hub.cursor)
+            publish(hub, 1)
+            assert numbers(await take(now, 1)) == [3]
+            earlier, *rest = await take(hub.subscribe("0badcafe-000000000001", snapshot=True), 3)
+            assert (earlier.type, earlier.data["as_of"]) == (SNAPSHOT, "0badcafe-000000000003")
+            assert numbers(rest) == [2, 3], "what was missed comes all the same"
+
+        run_virtual(story())
+
+    def test_has_one_snapshot_after_a_gap_asked_or_not(self) -> None:
+        async def story() -> None:
+            hub = make_hub(capacity=2)
+            hub.take_snapshot = lambda _wanted, _as_of: {}
+            publish(hub, 5)
+            events = await take(hub.subscribe("0badcafe-000000000001", snapshot=True), 4)
+            assert [event.type for event in events[:2]] == [GAP, SNAPSHOT]
+            assert numbers(events[2:]) == [4, 5]
+
+        run_virtual(story())
+
     def test_the_cursor_just_before_the_oldest_event_is_no_gap(self) -> None:
         async def story() -> None:
             hub = make_hub(capacity=3)

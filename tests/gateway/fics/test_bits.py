@@ -4,8 +4,9 @@ import asyncio
 
 import pytest
 
-from gateway.config import ConfigError, parse
+from gateway.config import parse
 from gateway.core.move_record import MoveStatus
+from gateway.core.toml_files import ConfigError
 from gateway.fics.bits import Bits
 from gateway.fics.exchange import Answered
 from gateway.fics.watch import HEALTH_POLL_S

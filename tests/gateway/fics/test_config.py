@@ -2,7 +2,8 @@
 
 import pytest
 
-from gateway.config import ConfigError, parse
+from gateway.config import parse
+from gateway.core.toml_files import ConfigError
 from gateway.fics.config import Line
 from protocols.fics.notation import AxisSystem
 

@@ -4,7 +4,8 @@ import asyncio
 
 import pytest
 
-from gateway.config import ConfigError, parse
+from gateway.config import parse
+from gateway.core.toml_files import ConfigError
 from gateway.rorze.edges import Edges
 from protocols.rorze.inputs_outputs import GetInputs, Inputs, Sensors
 from protocols.rorze.link import UnknownMessage, program_text

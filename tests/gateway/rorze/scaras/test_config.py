@@ -2,7 +2,8 @@
 
 import pytest
 
-from gateway.config import ConfigError, parse
+from gateway.config import parse
+from gateway.core.toml_files import ConfigError
 from protocols.rorze.scara import BeltLinked, ThreeAxes
 from tests.gateway.rorze.scaras.cell import BELTS, SCARA
 

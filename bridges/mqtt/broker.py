@@ -1,0 +1,115 @@
+"""The connection to a broker: how it is made, and how it publishes."""
+
+import socket
+import ssl
+from typing import Any, Final
+
+import aiomqtt
+from paho.mqtt.packettypes import PacketTypes
+from paho.mqtt.properties import Properties
+
+from bridges.common.settings import secret_in
+from bridges.mqtt.settings import MqttFile
+
+JSON: Final = "application/json"
+CLOUD_EVENT: Final = "application/cloudevents+json"
+IN_FLIGHT: Final = 64
+"""Messages that wait for their acknowledgement at a time."""
+ANSWER_S: Final = 10.0
+NO_DELAY: Final = [(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)]
+"""Else a small message waits for the acknowledgement of the one before: 40 ms."""
+
+
+def new_client(file: MqttFile, will: aiomqtt.Will | None, *, suffix: str = "") -> aiomqtt.Client:
+    """Make a client for one connection: what is left of an earlier one is not sent by it.
+
+    :raises OSError: a certificate cannot be used.
+    """
+    mqtt = file.mqtt
+    host, port = mqtt.place
+    client = aiomqtt.Client(
+        host,
+        port,
+        identifier=file.client_id + suffix,
+        username=mqtt.user,
+        password=secret_in(mqtt.password_file) if mqtt.password_file else None,
+        will=will,
+        timeout=ANSWER_S,
+        keepalive=mqtt.keepalive_s,
+        max_inflight_messages=IN_FLIGHT,
+        tls_context=_context(file) if mqtt.is_tls else None,
+        socket_options=NO_DELAY,
+        transport="tcp" if mqtt.websocket_path is None else "websockets",
+        websocket_path=mqtt.websocket_path,
+        **_session(file),
+    )
+    client.pending_calls_threshold = 1 << 20  # the window bounds them
+    return client
+
+
+def _session(file: MqttFile) -> dict[str, Any]:
+    """No session outlives the connection: a command must never be delivered later."""
+    if file.mqtt.version != "5":
+        return {"protocol": aiomqtt.ProtocolVersion.V311, "clean_session": True}
+    properties = Properties(PacketTypes.CONNECT)  # type: ignore[no-untyped-call]
+    # A will is sent with the end of its session: to delay it, the session has to stay. The next life begins
+    # with a clean one all the same.
+    properties.SessionExpiryInterval = file.mqtt.will_delay_s
+    return {"protocol": aiomqtt.ProtocolVersion.V5, "clean_start": True, "properties": properties}
+
+
+def _context(file: MqttFile) -> ssl.SSLContext:
+    context = ssl.create_default_context(cafile=file.mqtt.ca_file)
+    if file.mqtt.cert_file and file.mqtt.key_file:
+        context.load_cert_chain(file.mqtt.cert_file, file.mqtt.key_file, _no_passphrase)
+    return context
+
+
+def _no_passphrase() -> str:
+    """Keep OpenSSL from asking on a terminal that nobody sits at."""
+    return ""
+
+
+def will(file: MqttFile, topic: str, payload: bytes) -> aiomqtt.Will:
+    """Have the broker publish this when the bridge is gone without a word."""
+    properties = None
+    if file.mqtt.version == "5":
+        properties = Properties(PacketTypes.WILLMESSAGE)  # type: ignore[no-untyped-call]
+        properties.WillDelayInterval = file.mqtt.will_delay_s
+        properties.ContentType = JSON
+        properties.PayloadFormatIndicator = 1
+    return aiomqtt.Will(topic, payload, qos=1, retain=True, properties=properties)
+
+
+class Connection:
+    """A connection that is up."""
+
+    def __init__(self, client: aiomqtt.Client, *, v5: bool) -> None:
+        self.client, self.v5 = client, v5
+
+    async def publish(
+        self,
+        topic: str,
+        payload: bytes,
+        *,
+        qos: int = 1,
+        retain: bool = False,
+        content_type: str = JSON,
+        expires_in_s: int | None = None,
+        correlation: bytes | None = None,
+    ) -> None:
+        """Publish, and wait for the acknowledgement if there is one. In MQTT 3.1.1 the payload is all.
+
+        :raises aiomqtt.MqttError: the connection is lost: nobody knows whether it was published.
+        """
+        properties = None
+        if self.v5:
+            properties = Properties(PacketTypes.PUBLISH)  # type: ignore[no-untyped-call]
+            if payload and content_type:
+                properties.ContentType = content_type
+                properties.PayloadFormatIndicator = 1
+            if expires_in_s is not None:
+                properties.MessageExpiryInterval = expires_in_s
+            if correlation is not None:
+                properties.CorrelationData = correlation
+        await self.client.publish(topic, payload, qos=qos, retain=retain, properties=properties)

@@ -1,0 +1,92 @@
+"""What the gateway's own document says of its operations: which stop, which move, which change something."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from motion_gateway_client import AsyncGateway
+
+STOP: Final = "stop"
+MOTION: Final = "motion"
+READS: Final = frozenset({"open", "view"})
+WITHIN: Final = "start_within_s"
+"""The member of a request that says how long it may wait for its turn."""
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """What a command is, as far as a bridge has to know: the rest is the gateway's to judge."""
+
+    stops: bool = False
+    changes: bool = True
+    """Whether it has an effect, so that to do it twice matters."""
+    moves: bool = False
+    """Whether it can move a motor, so that it must not come late."""
+    takes_within: bool = False
+    """Whether its request can say how long it may wait for its turn."""
+
+
+UNKNOWN: Final = Operation()
+"""Stands for what the document does not have: the gateway will refuse it, or knows more."""
+
+
+class Operations:
+    """The operations that are POSTs, by their paths."""
+
+    def __init__(self, document: Mapping[str, Any]) -> None:
+        schemas = document.get("components", {}).get("schemas", {})
+        self._by_shape: dict[tuple[str, ...], Operation] = {}
+        """By the parts of a path that have to stand in it; what a parameter stands for is left out."""
+        self._shapes: dict[int, set[tuple[int, ...]]] = {}
+        """By how many parts there are: which of them have to stand."""
+        for path, its in document["paths"].items():
+            if "post" in its:
+                parts = path.split("/")
+                fixed = tuple(place for place, part in enumerate(parts) if not part.startswith("{"))
+                self._by_shape[_shape(parts, fixed)] = _operation(its["post"], schemas)
+                self._shapes.setdefault(len(parts), set()).add(fixed)
+
+    def find(self, path: str) -> Operation:
+        """Give the operation of a path."""
+        parts = path.split("/")
+        found = (self._by_shape.get(_shape(parts, fixed)) for fixed in self._shapes.get(len(parts), ()))
+        return next((operation for operation in found if operation is not None), UNKNOWN)
+
+
+def _shape(parts: list[str], fixed: tuple[int, ...]) -> tuple[str, ...]:
+    return (str(len(parts)), *(f"{place} {parts[place]}" for place in fixed))
+
+
+def without_document(path: str) -> Operation:
+    """Tell a stop from the rest while the gateway has not given its document: nothing else is let through."""
+    return Operation(stops=True) if path.endswith("/stop") else UNKNOWN
+
+
+async def read(gateway: AsyncGateway) -> Operations:
+    """Ask the gateway for its document.
+
+    :raises GatewayError: it does not give it.
+    """
+    return Operations(await gateway.call("GET", "/openapi.json"))
+
+
+def _operation(told: Mapping[str, Any], schemas: Mapping[str, Any]) -> Operation:
+    right = told.get("x-right")
+    return Operation(
+        stops=right == STOP,
+        changes=right not in READS and right != STOP,
+        moves=told.get("x-effect") == MOTION,
+        takes_within=any(WITHIN in it.get("properties", {}) for it in _requests(told, schemas)),
+    )
+
+
+def _requests(told: Mapping[str, Any], schemas: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
+    """Give all shapes that a request can have."""
+    content = told.get("requestBody", {}).get("content", {})
+    waiting = [it.get("schema", {}) for it in content.values()]
+    while waiting:
+        schema = waiting.pop()
+        if "$ref" in schema:
+            schema = schemas.get(schema["$ref"].rpartition("/")[2], {})
+        yield schema
+        waiting += [*schema.get("oneOf", ()), *schema.get("anyOf", ()), *schema.get("allOf", ())]

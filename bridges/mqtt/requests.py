@@ -1,0 +1,135 @@
+"""Commands as they come: a topic, a payload and properties, or an envelope that says the same."""
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from hashlib import sha256
+from typing import Any, Final
+from urllib.parse import parse_qsl
+
+from aiomqtt import Message
+
+from bridges.mqtt.topics import COMMANDS
+
+ENVELOPE: Final = frozenset({"correlation", "response_topic", "expires_at", "lease_token", "body"})
+"""Members of a payload that says what properties say in MQTT 5."""
+MARKS: Final = ("correlation", "response_topic", "expires_at")
+"""No request of the API has such a member: one of them makes an envelope."""
+LEASE_TOKEN: Final = "lease-token"  # noqa: S105  # the name of a user property
+MOST_BYTES: Final = 1 << 20
+_SEGMENT: Final = re.compile(r"[A-Za-z0-9._~%!$&'()*,;=:@+-]+")
+_PLAIN: Final = re.compile("[!-~]{1,150}")
+
+
+@dataclass(frozen=True)
+class Request:
+    """A command, before anybody has judged it."""
+
+    who: str
+    path: str
+    """Of the API, with a slash before it; empty where the topic has none."""
+    query: Mapping[str, str]
+    body: Any
+    malformed: str | None
+    """What of the payload cannot be read."""
+    correlation: str | None
+    """As an idempotency key is written."""
+    response_topic: str | None
+    correlation_data: bytes | None
+    """Goes back with the answer."""
+    echo: str | None
+    """The correlation of an envelope: goes back within the answer."""
+    expires_in_s: float | None
+    """Seconds from its arrival; 0 or less is too late."""
+    lease_tokens: tuple[str, ...]
+    retain: bool
+
+
+def read(message: Message, root: str) -> Request:
+    """Take a message apart."""
+    who, path, query = _place(str(message.topic).removeprefix(f"{root}/{COMMANDS}/"))
+    content, malformed = _content(bytes(message.payload))
+    told = _properties(message)
+    envelope = content if _is_envelope(content) else None
+    if envelope is not None:
+        told |= {name: envelope[name] for name in MARKS if envelope.get(name) is not None}
+        content = envelope.get("body")
+    lease = envelope.get("lease_token") if envelope else None
+    leases = (*told["leases"], *([str(lease)] if lease is not None else []))
+    expires_in_s, late_fault = _expiry(told)
+    return Request(
+        who=who,
+        path=path,
+        query=query,
+        body=content,
+        malformed=malformed or late_fault,
+        correlation=_correlation(told["correlation"]),
+        response_topic=_text(told["response_topic"]),
+        correlation_data=told["correlation"] if isinstance(told["correlation"], bytes) else None,
+        echo=_text(envelope.get("correlation")) if envelope else None,
+        expires_in_s=expires_in_s,
+        lease_tokens=leases,
+        retain=bool(message.retain),
+    )
+
+
+def _place(rest: str) -> tuple[str, str, dict[str, str]]:
+    who, _, asked = rest.partition("/")
+    path, _, query = asked.partition("?")
+    segments = path.split("/")
+    if not all(_SEGMENT.fullmatch(it) and it not in (".", "..") for it in segments):
+        return who, "", {}
+    return who, f"/{path}", dict(parse_qsl(query, keep_blank_values=True))
+
+
+def _content(payload: bytes) -> tuple[Any, str | None]:
+    if not payload.strip():
+        return None, None
+    if len(payload) > MOST_BYTES:
+        return None, f"The payload is longer than {MOST_BYTES} bytes"
+    try:
+        return json.loads(payload), None
+    except (ValueError, RecursionError):
+        return None, "The payload is no JSON"
+
+
+def _is_envelope(content: Any) -> bool:
+    return isinstance(content, dict) and bool(content.keys() & set(MARKS)) and content.keys() <= ENVELOPE
+
+
+def _properties(message: Message) -> dict[str, Any]:
+    """Give what the properties of MQTT 5 say."""
+    its = message.properties
+    given = getattr(its, "UserProperty", None) or []
+    return {
+        "correlation": getattr(its, "CorrelationData", None),
+        "response_topic": getattr(its, "ResponseTopic", None),
+        "expires_in_s": getattr(its, "MessageExpiryInterval", None),
+        "leases": tuple(value for name, value in given if name.lower() == LEASE_TOKEN),
+    }
+
+
+def _expiry(told: Mapping[str, Any]) -> tuple[float | None, str | None]:
+    """Give the seconds left, and what is wrong with an `expires_at`."""
+    if (at := told.get("expires_at")) is None:
+        return told["expires_in_s"], None
+    try:
+        moment = datetime.fromisoformat(at)
+        return (moment - datetime.now(UTC)).total_seconds(), None
+    except (TypeError, ValueError):
+        return None, "expires_at is no time with its zone, such as 2026-01-31T12:00:00Z"
+
+
+def _correlation(given: object) -> str | None:
+    """Write a correlation as an idempotency key: as it is, or as what stands for it alone."""
+    if given is None or given in (b"", ""):
+        return None
+    data = given if isinstance(given, bytes) else str(given).encode()
+    text = data.decode("latin-1")
+    return text if _PLAIN.fullmatch(text) else f"sha256-{sha256(data).hexdigest()}"
+
+
+def _text(value: object) -> str | None:
+    return value if isinstance(value, str) and value else None

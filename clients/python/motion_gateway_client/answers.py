@@ -1,0 +1,18 @@
+"""What the gateway answers."""
+
+from typing import Any, NamedTuple
+
+
+class Answer(NamedTuple):
+    """Everything that the gateway answers to a request, a refusal too."""
+
+    status: int
+    content: Any
+    """JSON, or text."""
+    replayed: bool
+    """Whether it is the first answer again, to a request that was repeated with its idempotency key."""
+
+    @property
+    def is_success(self) -> bool:
+        """Whether it is no refusal."""
+        return 200 <= self.status < 300
