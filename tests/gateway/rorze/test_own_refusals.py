@@ -17,6 +17,7 @@ from gateway.rorze.limited_speed import Rate
 from gateway.rorze.own_refusals import COMMAND_ERROR
 from gateway.rorze.patterns import PatternChange, PatternValues, alter_pattern, get_pattern, list_patterns
 from gateway.rorze.plans import PlannedMove
+from gateway.rorze.settings_document import BodySettingsChange
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.patterns import GetPattern
 from protocols.rorze.status import GetControllerStatus
@@ -142,7 +143,7 @@ async def test_a_value_that_cannot_be_read_and_is_set_leaves_none() -> None:
         assert await status(it) == 0
         for text in ("3IS2047", "3PDP[+]"):
             assert not it.axis(0x3F).execute(text, asyncio.get_running_loop().time()).payload.startswith("@")
-        await got(it, settings.change_body_settings, change=settings.BodySettingsChange(position_index=3))
+        await got(it, settings.change_body_settings, change=BodySettingsChange(position_index=3))
         assert await status(it) == 0
 
 
