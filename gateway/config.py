@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable
 from ipaddress import ip_address, ip_network
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 from urllib.parse import urlsplit
 
 from pydantic import AfterValidator, Field, PlainValidator, model_validator
@@ -38,12 +38,17 @@ def _check_network(text: str) -> str:
     return str(network)
 
 
+_PRIVATE: Final = ("127.0.0.0/8", "10.0.0.0/8", "172.16.0.0/12", "192.168.0.0/16", "::1/128", "fc00::/7")
+"""This machine, and the networks that nobody else's machines are in (RFC 1918, RFC 4193)."""
+
+
 def _is_in(host: str, networks: Iterable[str]) -> bool:
     """Whether a host is an IP address in one of these networks; no name is looked up."""
     try:
         address = ip_address("127.0.0.1" if host == "localhost" else host)
     except ValueError:
         return False
+    address = getattr(address, "ipv4_mapped", None) or address
     return any(address in ip_network(it) for it in networks)
 
 
@@ -135,17 +140,10 @@ class Server(Table):
     def may_request(self, host: str) -> bool:
         """Whether a request may add or search a terminal server there.
 
-        Where no networks are configured, a public, link-local or multicast address is none; a name may be.
+        Where no networks are configured, a private address may be one. A name is none: whoever serves names
+        decides where it leads.
         """
-        if self.line_networks:
-            return _is_in(host, self.line_networks)
-        try:
-            address = ip_address(host)
-        except ValueError:
-            return True
-        return address.is_private and not (
-            address.is_link_local or address.is_multicast or address.is_unspecified
-        )
+        return _is_in(host, self.line_networks or _PRIVATE)
 
     @property
     def names(self) -> tuple[str, ...]:

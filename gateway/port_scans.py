@@ -29,6 +29,10 @@ DEVICES: Final = {
     "dpram": re.compile(r"/dev/uio\d+", re.ASCII),
 }
 """The devices that a request may name: no disk, no memory, no console of the machine."""
+_INSTEAD: Final = {
+    "tcp": "Name an IP address in server.line_networks of the configuration file, or else a private one.",
+    "device": "Name a device such as /dev/ttyUSB0 or /dev/uio0; others stand in the configuration file only.",
+}
 GATEWAY: Final = "The gateway"
 """Whose scans these are."""
 BROKEN_OFF: Final = "It was broken off; what was found until then stands here."
@@ -103,12 +107,12 @@ class PortScans(Works[PortScan]):
                 f"{error}. Nothing was sent.",
                 "Name ports as /dev/ttyUSB0, tcp://HOST:PORT or dpram:///dev/uio0.",
             ) from None
-        require_device(addresses[0], self._config().server)
         if line_id := self._line_at(addresses[0]):
             raise InvalidRequest(
                 f"Line {line_id} has the port {port}; nothing was sent.",
                 "Name a port that no line has; a scan of the line itself finds more of its bodies.",
             )
+        require_device(addresses[0], self._config().server)
         return addresses
 
     def _line_at(self, address: str) -> str | None:
@@ -149,22 +153,21 @@ def require_device(address: str, server: Server) -> None:
     :raises InvalidRequest: it is no serial port, no UIO device, nor in the networks of lines; nothing was
         sent.
     """
+    if why := foreign(address, server):
+        kind = "tcp" if address.startswith("tcp:") else "device"
+        raise InvalidRequest(f"{why}; nothing was sent.", _INSTEAD[kind])
+
+
+def foreign(address: str, server: Server) -> str | None:
+    """Say why a place is none where controllers are looked for, if it is none."""
     it = Address.parse(address)
     if it.scheme == "tcp":
-        if server.may_request(it.host):
-            return
-        raise InvalidRequest(
-            f"{it.host} is in no network of terminal servers; nothing was sent.",
-            "Name an address in server.line_networks of the configuration file; without that, a private one.",
-        )
+        return None if server.may_request(it.host) else f"{it.host} is in no network of terminal servers"
     place = Path(it.path).resolve()
     if DEVICES[it.scheme].fullmatch(str(place)) and not place.is_file():
-        return
+        return None
     kind = "serial port" if it.scheme == "serial" else "UIO device"
-    raise InvalidRequest(
-        f"{it.path} is no {kind}, so no device of the gateway's machine for controllers; nothing was sent.",
-        "Name a device such as /dev/ttyUSB0 or /dev/uio0; others stand in the configuration file only.",
-    )
+    return f"{it.path} is no {kind}, so no device of the gateway's machine for controllers"
 
 
 def _place_of(address: str) -> tuple[object, ...]:

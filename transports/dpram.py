@@ -13,6 +13,7 @@ from array import array
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final, Literal
 
 from transports.addresses import Address
@@ -52,6 +53,7 @@ FIRST_PAUSE_S = 0.0005
 LONGEST_PAUSE_S = 0.005
 
 _MESSAGE = re.compile(rb"[^\r]*\r\n?")
+_UIO = re.compile(r"/dev/uio\d+", re.ASCII)
 _REASONS = {
     errno.ENOENT: "there is no such file or device; load the board's driver, or start the simulator",
     errno.EACCES: "permission was denied; let this user read and write the device",
@@ -195,6 +197,9 @@ class _Memory:
         self._spacing = min(place.stride, self._cell)
         """Bytes from one byte of the RAM to the next, within such cells laid side by side."""
         self._in_order = threading.Lock()
+        if Path(path).is_char_device() and not _UIO.fullmatch(os.path.realpath(path)):
+            # To open one may be a command already, as to a watchdog; this may be memory of the machine.
+            raise OSError("it is another device than a UIO device such as /dev/uio0")
         with contextlib.ExitStack() as stack:  # whatever fails, nothing stays open
             # Nothing here waits: neither the file, nor the device, nor the lock.
             fd = os.open(path, os.O_RDWR | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC)

@@ -38,7 +38,7 @@ def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOM
             f"  SCARA robot {named(scara.id, scara.name)} of {', '.join(scara.members)} on {scara.line}"
         )
     weak = (f"{it.setting} = {it.value}: {it.meaning}" for it in weakened(config))
-    for warning in (*weak, *_missing(config), *untrusted(file, config)):
+    for warning in (*weak, *_doubtful(config), *untrusted(file, config)):
         typer.echo(f"warning: {warning}", err=True)
 
 
@@ -46,13 +46,17 @@ def _served(line: "Line") -> str:
     return f"line {line.id} at {line.address}, {line.served()}"
 
 
-def _missing(config: "Config") -> Iterator[str]:
+def _doubtful(config: "Config") -> Iterator[str]:
+    """Say which lines and files are not there, and which lines lead where no request may add one."""
+    from gateway.port_scans import foreign
     from transports.addresses import Address
 
     for line in config.lines:
         address = Address.parse(line.address)
         if address.scheme != "tcp" and not Path(address.path).exists():
             yield f"line {line.id}: there is no {address.path} on this machine now"
+        elif why := foreign(line.address, config.server):
+            yield f"line {line.id}: {why}"
     for file in (config.server.tls_certificate, config.server.tls_key):
         if file is not None and not file.exists():
             yield f"server: there is no {file} on this machine now"

@@ -262,11 +262,13 @@ class Alarms:
     # raising
 
     def note(self, event: Event) -> None:
-        """Raise what an event means."""
+        """Raise what an event means; what it puts an end to is over before."""
+        subject = "/".join(event.subject.split("/")[:3])  # of a unit's robot
+        for alarm in [it for it in self._standing.values() if it.subject == subject]:
+            self._note_end(alarm)
         if self.closed or event.type not in self._by_event:
             return
         data = event.data
-        subject = "/".join(event.subject.split("/")[:3])  # of a unit's robot
         for cause in self._by_event[event.type]:
             if cause.applies(data) and not cause.is_told(subject):
                 self._raise(cause, subject, data)
@@ -278,14 +280,14 @@ class Alarms:
 
     def _raise(self, cause: Cause, subject: str, data: Facts) -> None:
         key = _Key(subject, cause.name)
+        address = subject.rpartition("/")[2]
+        facts = {"subject": subject, "address": address, **cause.facts(data)}
         before = self._standing.get(key)
         if before is not None:
-            if before.ended_at is None and cause.lasts(subject):
+            if before.ended_at is None and before.code == facts.get("code") and cause.lasts(subject):
                 return
             self._reset(before, AGAIN)
         now = datetime.now(UTC)
-        address = subject.rpartition("/")[2]
-        facts = {"subject": subject, "address": address, **cause.facts(data)}
         names = {**facts, "line": address.partition(".")[0]}
         alarm = Alarm(
             id=new_id(now),

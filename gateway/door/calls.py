@@ -53,7 +53,10 @@ async def carry_out(
         if operation.keyed:
             taken[KEYED] = keyed
         async with AsyncExitStack() as looking:
-            if operation.effect is Effect.READ:
+            if operation.effect in (
+                Effect.READ,
+                Effect.SETTING,
+            ):  # before a change it is looked what there is
                 for thing in taken.values():
                     if isinstance(thing, Looked):
                         await looking.enter_async_context(thing.looking())

@@ -37,7 +37,7 @@ IN_PULSES: Final[Mapping[Row, tuple[str, ...]]] = {
 }
 """The fields that grow with the pulses a unit is. Percent, times and counts of tries do not."""
 FARTHEST: Final = BILLION - 1
-"""As a bound it says that there is none."""
+"""As a bound it says that there is none; as a place it is one."""
 
 
 def for_body(wanted: Contents, body: Body, units: Units | None) -> tuple[Contents, ScaleDifference | None]:
@@ -99,7 +99,8 @@ def _scaled(command: Command, factor: Fraction) -> Command:
     :raises InvalidRequest: the controller does not take so much, or so little.
     """
     fields = IN_PULSES.get(type(command), ())
-    values = {name: it for name in fields if (it := getattr(command, name)) and abs(it) < FARTHEST}
+    place = isinstance(command, SetPositionEntry)
+    values = {name: it for name in fields if (it := getattr(command, name)) and (place or abs(it) < FARTHEST)}
     scaled = {
         name: round(it * factor) if isinstance(it, int) else round(float(Fraction(str(it)) * factor), 2)
         for name, it in values.items()

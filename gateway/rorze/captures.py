@@ -44,7 +44,9 @@ Entry = Annotated[int, Field(ge=0, le=2047)]
 class Section(RequestModel):
     """The stretch of positions in which an edge counts."""
 
-    lower: Length | int = Field(description="A number alone, as GET gives it, is in pulses.")
+    lower: Length | int = Field(
+        description="A number alone, as GET gives it, is in pulses; encoder counts in encoder mode."
+    )
     upper: Length | int
 
     def bounds(self, body: AskedBody) -> Bounds:
@@ -305,7 +307,7 @@ class CapturedValue(BaseModel):
     number: int = Field(description="Position number.")
     pulses: int | None = Field(
         description="Null until an edge comes; where another host has armed the input, 0. Encoder counts for "
-        "`encoder`."
+        "`encoder`, and in encoder mode for `position`."
     )
     value: float | None = Field(description="The same in `unit`; null without a scale, and for `encoder`.")
     unit: str | None
@@ -314,8 +316,8 @@ class CapturedValue(BaseModel):
 class CaptureBounds(BaseModel):
     """The stretch of positions in which an edge counts."""
 
-    lower: int = Field(description="In pulses.")
-    upper: int = Field(description="In pulses.")
+    lower: int = Field(description="In pulses; encoder counts in encoder mode.")
+    upper: int = Field(description="As `lower`.")
 
 
 class CaptureState(BaseModel):

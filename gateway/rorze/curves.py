@@ -123,7 +123,7 @@ async def curve_of(
     """
     if not 1 <= distance < BILLION:
         raise InvalidRequest(
-            f"distance comes to {distance} pulses, and must be 1 to {BILLION - 1}; nothing was sent."
+            f"distance comes to {distance}, and must be 1 to {BILLION - 1}; nothing was sent."
         )
     ratio = await pulses_per_count(body)
     try:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from gateway.core.errors import GatewayError, InvalidText, Misplaced, NotAllowed
+from gateway.core.errors import BodyBusy, GatewayError, InvalidText, Misplaced
 from gateway.rorze.bodies import Body
 from gateway.rorze.stored_program import read_instructions
 from protocols.rorze.moves import RelativeMove
@@ -55,8 +55,10 @@ class EndlessPrograms:
         """Why a program must not be started in this instant: it may be another than was looked at."""
         if self._allowed or body.program_ends:
             return None
-        return NotAllowed(
-            f"The program of {body.address} may have a move without an end; {code} was not sent.", REMEDY
+        return BodyBusy(
+            f"{body.address} may have another program than was searched for moves without an end, "
+            f"or its power or line was away; {code} was not sent.",
+            "Start it again: its program is read anew.",
         )
 
 

@@ -162,8 +162,8 @@ class MoveProof:
         """
         if self.before is None or self.before.position != stretch.start:
             raise NotSent(
-                f"{self.body.address} stands at {self.move.start_position} pulses, and the move was planned "
-                f"from {stretch.start}; {self.move.command} was not sent.",
+                f"{self.body.address} stands at {self.move.start_position}, and the move was planned from "
+                f"{stretch.start}; {self.move.command} was not sent.",
                 "See what else moves it, and try again.",
             )
         self.move.target_position, self.tolerance = stretch.target, stretch.tolerance

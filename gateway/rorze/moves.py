@@ -104,8 +104,6 @@ class Moves(MoveRuns[Body, Move]):
         run = _MoveRun(target, command, proofs, epoch, course or {}, on_sent)
         refusal = await self._start(moves, partial(self._run, run, start_within_s), run.answered)
         if refusal is not None:
-            if isinstance(target, Body):
-                await name_limits(target, command, refusal)
             raise refusal
         return [proof.move for proof in run.proofs]
 
@@ -157,11 +155,12 @@ class Moves(MoveRuns[Body, Move]):
             results = await self._send(run, start_within_s)
         except GatewayError as error:
             results = {proof.body: error for proof in run.proofs}
-        for proof in run.proofs:
+        for proof in sorted(run.proofs, key=lambda it: isinstance(results[it.body], ControllerRefused)):
             result = results[proof.body]
-            if isinstance(result, ControllerRefused):
-                results[proof.body] = await proof.contradicted(result) or result
-            self._reply(proof.body, proof.move, results[proof.body])
+            if isinstance(result, ControllerRefused):  # last, for it is looked into
+                results[proof.body] = result = await proof.contradicted(result) or result
+                await name_limits(proof.body, run.command, result)
+            self._reply(proof.body, proof.move, result)
         run.answer(results)
         await together(*(self._each_through(proof, results[proof.body]) for proof in run.proofs))
 

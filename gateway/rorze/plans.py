@@ -142,6 +142,11 @@ async def plan_of(body: Body, command: RorzeCommand[Ack], limit: Rate | None = N
 
     :raises GatewayError: the settings could not be read.
     """
+    async with body.looking():
+        return await _plan_of(body, command, limit)
+
+
+async def _plan_of(body: Body, command: RorzeCommand[Ack], limit: Rate | None) -> PlannedMove:
     frame = body.line.frame_of(body.number, command)
     position, _ = await body.ask(GetPosition())
     target = await target_of(body, command, position.pulses)

@@ -7,12 +7,13 @@ from gateway.rorze.bodies import Body
 from gateway.rorze.plans import crossed_limit, target_of
 from protocols.rorze.position import GetPosition
 from protocols.rorze.row import RorzeCommand
+from protocols.table import Reply
 
 OUT_OF_RANGE: Final = "0x5D"
 """What the controller answers; it does not say which range is meant."""
 
 
-async def name_limits(body: Body, command: RorzeCommand[Any], refusal: GatewayError) -> None:
+async def name_limits(body: Body, command: RorzeCommand[Any], refusal: Reply | GatewayError) -> None:
     """Name the target and the limit, where a refused move leads beyond one; only reads are sent."""
     if not isinstance(refusal, ControllerRefused) or refusal.error_code != OUT_OF_RANGE:
         return

@@ -48,8 +48,8 @@ async def require_start_positions(
             for controller, start in told.items():
                 if start.pulses != positions[body]:
                     raise _outdated(
-                        f"{controller.address} was told that axis {driven.axis} stands at {start.pulses} "
-                        f"pulses, and {body.address} stands at {positions[body]}"
+                        f"{controller.address} was told that axis {driven.axis} stands at {start.pulses}, "
+                        f"and {body.address} stands at {positions[body]}"
                     )
     except NoReply as error:
         raise NotSent(

@@ -103,8 +103,7 @@ class BodyTarget(_Motors):
     async def plan(self, command: Any, limit: Rate | None = None) -> PlannedMove:
         """Work out a move; errors as of `plan_of`."""
         self._moves.require_end(command)
-        async with self.thing.looking():
-            return await plan_of(self.thing, with_own_pattern([self.thing], command, limit), limit)
+        return await plan_of(self.thing, with_own_pattern([self.thing], command, limit), limit)
 
     async def samples(self, move_id: str) -> BodySamples:
         """Give where it was seen during a move, beside its plan; errors as of `Trajectories.of`."""

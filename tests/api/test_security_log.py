@@ -187,7 +187,7 @@ async def test_another_configuration_is_told_and_one_that_was_not_taken(tmp_path
         file = tmp_path / "gateway.toml"
         file.write_text(it.world.text)
         it.plant.file = ConfigFile(file)
-        new = {"id": "line2", "address": "tcp://192.0.2.7:4001", "bodies": [{"id": "01"}]}
+        new = {"id": "line2", "address": "tcp://10.1.0.7:4001", "bodies": [{"id": "01"}]}
         for dry_run in (True, False):
             answer = await it.post("/lines", "admin", {"line": new, "dry_run": dry_run})
             assert answer.status_code == 200, answer.text

@@ -32,7 +32,7 @@ from transports import Transport
 
 ME = Origin("test", "r-1")
 ARM = '[[lines]]\nid = "line1"\naddress = "tcp://arm:1"\nbodies = [{ id = "00" }]\n'
-CELL, LEG, NOBODY = "tcp://cell:1", "tcp://leg:1", "tcp://nobody:1"
+CELL, LEG, NOBODY = (f"tcp://10.0.0.{n}:1" for n in (1, 2, 3))
 
 
 class Hall:
@@ -87,7 +87,7 @@ async def test_a_robot_that_is_found_is_added_while_the_plant_runs_and_gone_afte
         assert it.plant.line("line1").state == "ready"
         text = it.file.path.read_text()
         assert text.startswith(before)
-        assert " by everybody.\n# tcp://cell:1: a Fics of version" in text
+        assert f" by everybody.\n# {CELL}: a Fics of version" in text
         assert "# compare this with its set-up before anything moves." in text
         (_, line) = it.file.load().lines
         assert isinstance(line, FicsLine)
@@ -130,7 +130,7 @@ async def test_a_file_is_no_port(tmp_path: Path) -> None:
         with pytest.raises(InvalidRequest, match="no device of the gateway's machine"):
             require_device(f"dpram://{place}", Server())
     (tmp_path / "link").symlink_to("/dev/uio0")
-    for address in (f"dpram://{tmp_path}/link", "serial:///dev/ttyUSB0", "tcp://host:4001"):
+    for address in (f"dpram://{tmp_path}/link", "serial:///dev/ttyUSB0", "tcp://10.1.2.3:4001"):
         require_device(address, Server())
     async with hall(tmp_path) as it:
         with pytest.raises(InvalidRequest, match="nothing was sent"):
@@ -156,6 +156,13 @@ async def test_a_file_is_no_port(tmp_path: Path) -> None:
         "tcp://169.254.169.254:80",
         "tcp://0.0.0.0:80",
         "tcp://[fe80::1]:80",
+        "tcp://[::ffff:169.254.169.254]:80",
+        "tcp://[::ffff:8.8.8.8]:53",
+        "tcp://255.255.255.255:80",
+        "tcp://240.0.0.1:80",
+        "tcp://moxa:4001",
+        "tcp://2130706433:80",
+        "tcp://metadata.google.internal:80",
     ],
 )
 def test_a_request_names_no_other_device_and_no_foreign_network(address: str) -> None:
@@ -169,7 +176,7 @@ def test_a_request_names_terminal_servers_of_the_configured_networks() -> None:
     for host in ("10.2.0.1", "127.0.0.1", "moxa"):
         with pytest.raises(InvalidRequest, match="no network of terminal servers; nothing was sent"):
             require_device(f"tcp://{host}:4001", server)
-    for host in ("10.1.2.3", "192.168.7.1", "127.0.0.1", "moxa"):
+    for host in ("10.1.2.3", "192.168.7.1", "127.0.0.1", "localhost", "[::1]", "[fd00::7]"):
         require_device(f"tcp://{host}:4001", Server())
 
 
@@ -178,7 +185,7 @@ async def test_a_port_that_cannot_be_opened_is_noted(tmp_path: Path) -> None:
     async with hall(tmp_path) as it:
         scan = await it.scan(NOBODY)
         assert (scan.status, scan.found) == ("finished", [])
-        assert scan.notes == ["tcp://nobody:1 was not opened: there is no such port."]
+        assert scan.notes == [f"{NOBODY} was not opened: there is no such port."]
         with pytest.raises(InvalidRequest, match="must begin with one of"):
             await it.scan("http://host")
 

@@ -313,6 +313,8 @@ def _judge_lost(it: Cell) -> None:
         assert (move.status, move.end_cause) == (MoveStatus.LOST, "power_cycled")
         assert move.error is not None
         assert "were seen to stand still since" in move.error.detail
+        alarm = next(one for one in it.plant.alarms.standing() if one.cause == "robot.move.lost")
+        assert "Unless it was seen to stand since" in alarm.en.motor, "one sentence contradicts no other"
     assert it.changes in ([], [list(FASTER.percents)])
 
 

@@ -737,7 +737,8 @@ class TestOpening:
         ("path", "reason"),
         [
             ("/dev/uio77", "there is no such file or device; load the board's driver"),
-            ("/dev/null", "cannot be mapped"),
+            ("/dev/null", "it is another device than a UIO device"),
+            ("/dev/zero", "it is another device than a UIO device"),
             ("/proc", "directory"),
             ("/proc/self/mem", "was not opened"),
         ],

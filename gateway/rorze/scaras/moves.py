@@ -132,7 +132,8 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
         :raises GatewayError: the robot did not tell where it stands.
         """
         sent = with_own_pattern(scara, request)
-        return await weigh(await work_out(scara, sent), sent.pattern, wish_of(scara, request))
+        async with scara.looking():
+            return await weigh(await work_out(scara, sent), sent.pattern, wish_of(scara, request))
 
     async def samples(self, move_id: str) -> ScaraSamples:
         """Give where its axes were seen during a move, beside their plans; errors as of `Trajectories.of`."""

@@ -1,12 +1,14 @@
 """A SCARA robot as the gateway sees it: its mechanics, its bodies, and what all of them say at once."""
 
-from collections.abc import Sequence
+from collections.abc import AsyncIterator, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
 from typing import NamedTuple, cast
 
 from gateway.core.errors import GatewayError, InvalidRequest
 from gateway.core.lanes import Lane
 from gateway.core.stops import StopMode
+from gateway.core.targets import Looked
 from gateway.rorze.bodies import Body, Group, R
 from gateway.rorze.line import Line
 from gateway.rorze.scaras.record import ScaraMove
@@ -23,7 +25,7 @@ class AxisPositions(NamedTuple):
 
 
 @dataclass(eq=False)
-class Scara:
+class Scara(Looked):
     """Two or three bodies of one line whose axes move together."""
 
     id: str
@@ -90,6 +92,14 @@ class Scara:
             raise InvalidRequest(f"{error} Nothing was sent.") from None
 
     # all members at once
+
+    @asynccontextmanager
+    async def looking(self) -> AsyncIterator[None]:
+        """Leave no command error of what is asked inside at any of them."""
+        async with AsyncExitStack() as stack:
+            for body in self.members:
+                await stack.enter_async_context(body.looking())
+            yield
 
     async def ask(self, command: RorzeCommand[R], *, lane: Lane | None = None) -> list[R]:
         """Send a command to all members in one frame, and give their replies in the order of the axes.

@@ -129,7 +129,10 @@ def _no_command(text: str) -> str:
         capital = name.upper()
         if capital != name and (capital in OPERATIONS or capital in COMMANDS):
             return f"{name!r} is no command. Commands are written in capitals."
-    return f"{text[:3]!r} is no command."
+    word = re.match(
+        "[0-9]?[A-Za-z]+", text
+    )  # blanks are gone: what stands behind a word may be its parameter
+    return f"{(word[0] if word else text[:3])!r} is no command."
 
 
 def _label(text: str) -> Label:

@@ -1,6 +1,7 @@
 """`init` and `check`: a configuration is written for what is found, and told before it is served."""
 
 import asyncio
+import os
 import re
 from pathlib import Path
 
@@ -192,6 +193,29 @@ def test_check_says_what_is_served_and_warns_of_what_is_weak(tmp_path: Path) -> 
         "key.pem",
     ):
         assert sum(word in it for it in warnings) == 1, word
+
+
+def test_check_warns_of_lines_that_lead_to_no_port_of_controllers(tmp_path: Path) -> None:
+    leader, pseudo_terminal = os.openpty()
+    plain = tmp_path / "ram"
+    plain.write_bytes(bytes(4096))
+    (tmp_path / "port").symlink_to(os.ttyname(pseudo_terminal))
+    places = {
+        "tcp://8.8.8.8:53": "8.8.8.8 is in no network of terminal servers",
+        "tcp://moxa:4001": "moxa is in no network of terminal servers",
+        "tcp://10.1.2.3:4001": None,
+        "serial:///dev/null": "/dev/null is no serial port",
+        f"dpram://{plain}": f"{plain} is no UIO device",
+        f"serial://{tmp_path}/port": None,
+    }
+    file = tmp_path / "gateway.toml"
+    for address, why in places.items():
+        file.write_text(f'[[lines]]\nid = "a"\naddress = "{address}"\nbodies = [{{ id = "3F" }}]\n', "utf-8")
+        said = run("check", file).stderr
+        told = [it.partition("line a: ")[2] for it in said.splitlines() if "line a: " in it]
+        assert [it.partition(",")[0] for it in told] == ([why] if why else []), address
+    os.close(leader)
+    os.close(pseudo_terminal)
 
 
 def test_check_names_every_fault_with_its_line(tmp_path: Path) -> None:

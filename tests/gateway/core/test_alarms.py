@@ -119,6 +119,25 @@ def test_the_same_cause_that_lasts_is_one_alarm(room: Room) -> None:
     assert room.one.id == first
 
 
+def test_another_error_is_another_alarm_though_the_first_one_lasts(room: Room) -> None:
+    room.hub.publish(DOWN, SUBJECT, {"reason": "cut", "code": "001"})
+    first = room.one
+    room.hub.publish(DOWN, SUBJECT, {"reason": "cut", "code": "001"})
+    assert room.one is first
+    room.hub.publish(DOWN, SUBJECT, {"reason": "gone", "code": "002"})
+    assert (room.one.code, room.one.en.happened) == ("002", "line1 is down: gone")
+
+
+def test_an_alarm_ends_with_the_event_that_tells_so(room: Room) -> None:
+    room.goes_down()
+    first = room.one
+    room.down = False
+    room.hub.publish("line.up", SUBJECT, {})
+    room.goes_down(reason="cut again")
+    assert first.ended_at is not None
+    assert (room.one.en.happened, first.reset_by) == ("line1 is down: cut again", AGAIN)
+
+
 def test_what_an_alarm_of_something_larger_tells_is_none_of_its_own(room: Room) -> None:
     room.told_elsewhere = True
     room.goes_down()

@@ -188,6 +188,7 @@ def test_a_backup_of_another_scale_is_refused_until_it_is_said_what_shall_stay(
         ("[memories]\nUDSD0,5\n", "data memories"),
         ("[settings]\nEAS1\n", "encoder counts"),
         ("[positions]\n3PSP[7],900000000\n", r"comes to pulses 2250000000, which 3PS does not take"),
+        ("[positions]\n3PSP[7],-999999999\n", r"comes to pulses -2499999998, which 3PS does not take"),
     ],
 )
 def test_what_no_scale_converts_is_refused_by_name(more: str, why: str) -> None:

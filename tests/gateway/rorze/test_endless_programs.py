@@ -1,8 +1,10 @@
 """Programs with a move that only a stop ends, where the configuration allows no such moves."""
 
+import asyncio
+
 import pytest
 
-from gateway.core.errors import InvalidText, NotAllowed
+from gateway.core.errors import BodyBusy, ControllerRefused, InvalidText
 from gateway.door import Door
 from gateway.door.programs import check
 from gateway.rorze.endless_programs import has_no_end
@@ -80,7 +82,7 @@ async def test_a_program_that_is_there_already_is_not_started() -> None:
         for command in (RunProgram(), StepProgram(address=1)):
             with pytest.raises(InvalidText):
                 await it.plant.target("/bodies/3F").ask(command)
-            with pytest.raises(NotAllowed, match="may have a move without an end"):
+            with pytest.raises(BodyBusy, match="may have another program"):
                 await it.body().ask(command)
         assert not sent(it, "URG")
         assert not sent(it, "USG")
@@ -97,6 +99,21 @@ async def test_a_program_of_moves_with_ends_is_read_once_and_started() -> None:
         it.axis().program = ("1+M500",)
         await it.body().ask(AddProgramInstruction(instruction="1+MZ"))
         with pytest.raises(InvalidText, match="Line 2"):
+            await runs.start(it.body(), RunProgram())
+
+
+@in_virtual_time
+async def test_a_loss_of_power_before_the_start_is_no_move_without_an_end() -> None:
+    options = "needs_origin = false"
+    async with rig(bodies=(0x3F,), groups={}, server=BOUNDED, body_options=options) as it:
+        runs = it.plant.rorze.runs
+        await it.body().ask(AddProgramInstruction(instruction="END"))
+        await runs.wait(await runs.start(it.body(), RunProgram()), 20.0)
+        it.machine.brown_out(0x3F, 0.02, asyncio.get_running_loop().time())
+        await asyncio.sleep(0.1)
+        with pytest.raises(BodyBusy, match="its power or line was away; URG"):
+            await runs.start(it.body(), RunProgram())
+        with pytest.raises(ControllerRefused, match="There is no user program"):
             await runs.start(it.body(), RunProgram())
 
 

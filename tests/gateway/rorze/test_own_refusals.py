@@ -9,14 +9,15 @@ from gateway.core.errors import ControllerRefused, InvalidRequest
 from gateway.core.lanes import Lane
 from gateway.core.operation import Run
 from gateway.door.calls import carry_out
-from gateway.rorze import curves, patterns
+from gateway.rorze import curves, patterns, settings
 from gateway.rorze.backup import text_of
 from gateway.rorze.curves import get_curve
 from gateway.rorze.jogs import BodyJogRequest
 from gateway.rorze.limited_speed import Rate
 from gateway.rorze.own_refusals import COMMAND_ERROR
-from gateway.rorze.patterns import PatternChange, alter_pattern, get_pattern, list_patterns
+from gateway.rorze.patterns import PatternChange, PatternValues, alter_pattern, get_pattern, list_patterns
 from gateway.rorze.plans import PlannedMove
+from gateway.rorze.settings_document import BodySettingsChange
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.patterns import GetPattern
 from protocols.rorze.status import GetControllerStatus
@@ -30,7 +31,7 @@ async def status(it: Rig) -> int:
 
 async def got(it: Rig, read: Run, **query: Any) -> Any:
     """What a row answers a caller who asks for pattern 20 or its list, as of the whole plant."""
-    (row,) = (row for row in (*patterns.ROWS, *curves.ROWS) if row.run is read)
+    (row,) = (row for row in (*patterns.ROWS, *curves.ROWS, *settings.ROWS) if row.run is read)
     return await carry_out(it.plant, row, {"body_id": "3F", "n": 20} | query)
 
 
@@ -122,6 +123,27 @@ async def test_the_plan_of_a_move_that_would_be_refused_leaves_none() -> None:
         plan = await target.plan(MoveClockwise(distance=10, pattern=20))
         assert isinstance(plan, PlannedMove)
         assert "would be refused" in (plan.note or "")
+        assert await status(it) == 0
+
+
+@in_virtual_time
+async def test_the_plan_of_a_groups_move_that_would_be_refused_leaves_none() -> None:
+    async with rig(groups={"80": ("00", "3F")}) as it:
+        await known(it)
+        await it.plant.target("/groups/line1.80").plan(MoveClockwise(distance=10, pattern=20))
+        assert await status(it) == 0
+
+
+@in_virtual_time
+async def test_a_value_that_cannot_be_read_and_is_set_leaves_none() -> None:
+    async with rig() as it:
+        await known(it)
+        sets = PatternValues(acceleration_set=1, deceleration_set=1)
+        await got(it, patterns.set_pattern, values=sets)
+        assert await status(it) == 0
+        for text in ("3IS2047", "3PDP[+]"):
+            assert not it.axis(0x3F).execute(text, asyncio.get_running_loop().time()).payload.startswith("@")
+        await got(it, settings.change_body_settings, change=BodySettingsChange(position_index=3))
         assert await status(it) == 0
 
 

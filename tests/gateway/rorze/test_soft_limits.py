@@ -53,3 +53,22 @@ async def test_a_command_by_its_name_is_refused_in_the_same_words(stand: Stand) 
     await refused(stand, {"kind": "absolute", "position": {"value": 5, "unit": "mm"}})
     answer = await stand.post("/bodies/01/commands/move-to", {"position": -2000})
     assert "the target -2000 lies beyond its lower soft limit -1000" in answer.json()["detail"]
+
+
+@on_stand()
+async def test_the_record_of_a_move_that_was_refused_has_the_same_words(stand: Stand) -> None:
+    await refused(stand, {"kind": "absolute", "position": {"value": 5, "unit": "mm"}})
+    [move] = (await stand.get("/bodies/01/moves")).json()["moves"]
+    assert "the target 5000 lies beyond its upper soft limit 1200 (pulses)" in move["error"]["detail"]
+
+
+@on_stand()
+async def test_the_member_of_a_group_that_refuses_says_which_limit(stand: Stand) -> None:
+    await stand.client.put("/groups/80", json={"members": ["00", "01"]})
+    await stand.teach_speeds("01")
+    assert (await stand.client.patch("/bodies/01/settings", json=LIMITS)).status_code == 200
+    move = {"kind": "relative", "direction": "cw", "distance": {"value": 5000, "unit": "pulse"}}
+    answer = (await stand.post("/groups/80/moves", move)).json()
+    said = [it["error"]["detail"] for it in answer["moves"] if it["error"]]
+    assert len(said) == 1
+    assert "the target 5000 lies beyond its upper soft limit 1200 (pulses)" in said[0]

@@ -70,7 +70,7 @@ async def test_what_was_prepared_where_the_axes_stand_is_started() -> None:
         (step, "Nobody has prepared line1.03 since"),
         (move_by_hand, "line1.03 stands at -9900"),
         (tell, "Nobody has prepared line1.02 since"),
-        (tell_one_otherwise, "line1.02 was told that axis 2 stands at 0 pulses"),
+        (tell_one_otherwise, "line1.02 was told that axis 2 stands at 0,"),
         (start, "Nobody has prepared line1.02 since"),
     ],
 )
@@ -96,7 +96,7 @@ async def test_the_finger_turns_from_where_it_was_told_to_stand() -> None:
     async with cell() as robot:
         finger = robot.scara.members[-1]
         turn = TurnFinger(angle=60_000, pattern=4)
-        with pytest.raises(PreparationOutdated, match=r"line1\.04 was told that axis 2 stands at 0 pulses"):
+        with pytest.raises(PreparationOutdated, match=r"line1\.04 was told that axis 2 stands at 0,"):
             await robot.rig.plant.moves.start(finger, turn)
         await tell(robot)
         [move] = await robot.rig.plant.moves.start(finger, turn)

@@ -18,6 +18,7 @@ from gateway.core.errors import (
     PowerCycled,
 )
 from gateway.core.journal.intents import Intents
+from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
 from gateway.core.stops import CONFIRM_WITHIN_S
@@ -35,6 +36,7 @@ from protocols.rorze.modes import SetSoftLimits
 from protocols.rorze.path import Arc, Corner, Line, Segment, rounded
 from protocols.rorze.position import GetPosition
 from protocols.rorze.speeds import SetMaximumAcceleration
+from protocols.rorze.status import GetControllerStatus
 from simulator.faults import Direction
 from simulator.rorze.rc400 import LinkSettings
 from simulator.rorze.world import CCW_LIMIT, EMS, STALL
@@ -269,12 +271,16 @@ async def test_a_plan_tells_how_long_it_would_take(kind: str, request_: dict[str
 
 
 @in_virtual_time
-async def test_a_plan_tells_why_it_would_be_refused() -> None:
+async def test_a_plan_tells_why_it_would_be_refused_and_leaves_no_command_error() -> None:
     async with cell() as robot:
+        for body in robot.scara.members:
+            await body.poll(Lane.READ)
         plan = await robot.moves.plan(robot.scara, read("offset", x=mm(10), pattern=9))
         assert plan.duration_s is None
         assert plan.note is not None
         assert "would be refused: line1.02 refused SPD: The acceleration pattern is not set." in plan.note
+        for body in robot.scara.members:
+            assert (await body.ask(GetControllerStatus()))[0].bits == 0
 
 
 # A speed of its own

@@ -121,6 +121,8 @@ def test_hexadecimal_digits_are_no_memory() -> None:
         ("jmp+0", 0, "'jmp' is no command. Commands are written in capitals."),
         ("ldD0,5", 0, "'ld' is no command. Commands are written in capitals."),
         ("xyz", 0, "'xyz' is no command."),
+        ("WAIT5", 0, "'WAIT' is no command."),
+        ("?!", 0, "'?!' is no command."),
         ("URG", 0, "URG cannot stand in a program."),
         ("HMM", 0, "HMM cannot stand in a program."),
         ("XID", 0, "XID cannot stand in a program."),
