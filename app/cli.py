@@ -28,6 +28,7 @@ COMMANDS: Final = {
     "backup": "backups:backup",
     "diff": "backups:diff",
     "restore": "backups:restore",
+    "record": "record:record",
     "journal": "journal:journal",
     "data": "data:data",
     "audit": "audit:audit",
