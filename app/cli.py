@@ -29,6 +29,7 @@ COMMANDS: Final = {
     "diff": "backups:diff",
     "restore": "backups:restore",
     "record": "record:record",
+    "export": "export:export",
     "journal": "journal:journal",
     "data": "data:data",
     "audit": "audit:audit",

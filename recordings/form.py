@@ -3,7 +3,7 @@
 import json
 import os
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
@@ -153,7 +153,7 @@ def members(folder: Path) -> Iterator[Path]:
     yield from sorted(it for it in folder.rglob("*") if it.is_file() and it.name != MANIFEST)
 
 
-def pack(folder: Path, target: Path) -> Iterator[None]:
+def pack(folder: Path, target: Path) -> Generator[None, None, None]:
     """Make a recording of a folder, step by step; there is a whole one in the end, or none.
 
     :raises OSError: the disk does not take it; nothing of it is left.
