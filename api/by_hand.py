@@ -5,16 +5,19 @@ from functools import partial
 from typing import Final, get_args
 
 from fastapi import Request, Response
+from fastapi.responses import FileResponse
 
 from api.common.requests import access_of, json_response, new_router, plant_of
 from api.front.documents import JSON, Document
 from gateway.door.catalogue import CommandList, Family, FamilyName, tables_of
 from gateway.door.metrics import CONTENT_TYPE, text_of
 from gateway.door.of_http import Liveness, Readiness, Ticket, readiness_of, ticket_of
+from gateway.door.recordings import CONTENT, file_of
 from gateway.door.table import Right
 
 health, tickets, commands = new_router("health"), new_router("system"), new_router("commands")
-ROUTERS: Final = (health, tickets, commands)
+recordings = new_router("recordings")
+ROUTERS: Final = (health, tickets, commands, recordings)
 
 
 @health.get("/livez", Right.OPEN, responses={}, response_model=Liveness)
@@ -53,6 +56,14 @@ async def issue_ticket(request: Request) -> Response:
     access = access_of(request)
     ticket = ticket_of(access.ticket_for(request.scope))
     return json_response(ticket, headers={"Cache-Control": "no-store"})
+
+
+# Clients made of the OpenAPI document know no files.
+@recordings.get("/recordings/{recording_id}/content", Right.VIEW, any_scope=True, include_in_schema=False)
+async def download_recording(request: Request, recording_id: str) -> Response:
+    """Download a recording: a zip, for `motion-gateway export` and `replay`."""
+    path = file_of(plant_of(request), recording_id)
+    return FileResponse(path, media_type=CONTENT, filename=path.name)
 
 
 @commands.get("/commands", Right.VIEW, any_scope=True, response_model=CommandList)

@@ -28,6 +28,8 @@ COMMANDS: Final = {
     "backup": "backups:backup",
     "diff": "backups:diff",
     "restore": "backups:restore",
+    "record": "record:record",
+    "export": "export:export",
     "journal": "journal:journal",
     "data": "data:data",
     "audit": "audit:audit",

@@ -53,14 +53,20 @@ class Answer:
         return json_of.loads(self.read())
 
     def iter_text(self) -> Iterator[str]:
-        """Give its text as it comes.
+        """Give its text as it comes; errors as of `iter_bytes`."""
+        decoder = codecs.getincrementaldecoder("utf-8")()
+        return map(decoder.decode, self.iter_bytes())
+
+    def iter_bytes(self) -> Iterator[bytes]:
+        """Give its content as it comes.
 
         :raises AnswerLost: it breaks off, or nothing comes in time.
         """
-        decoder = codecs.getincrementaldecoder("utf-8")()
         with _losing():
             while piece := self._response.read1(_PIECE):
-                yield decoder.decode(piece)
+                yield piece
+            if self._response.length:
+                raise AnswerLost("its end is missing")
 
 
 def request(

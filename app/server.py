@@ -100,6 +100,7 @@ async def serve(
         sending = _sending(config, security)
         plant = Plant(config, journal=journal, lease_tokens=LeaseTokens(data), file=file, security=security)
         plant.names.keep_in(data)
+        plant.recordings.keep_in(data)
         app = create_app(plant, access.credentials, special.rows)
         server = _Server(_uvicorn_config(app, config.server, access.certificate))
         signals.concern(plant, server)

@@ -235,6 +235,18 @@ class Security(Table):
     syslog: Syslog | None = None
 
 
+class Recordings(Table):
+    """What is kept to be recorded, and how much of the disk recordings may take."""
+
+    memory_mib: int = Field(4, ge=1, le=1000)
+    """For the newest records of each line, packed: some 160,000 of them."""
+    disk_mib: int = Field(500, ge=1, le=1_000_000)
+    """For all recordings together; the oldest are deleted for newer ones."""
+    before_alarm_s: float = Field(0.0, ge=0, le=3600)
+    """An alarm begins a recording so many seconds before it; with both 0 none does."""
+    after_alarm_s: float = Field(0.0, ge=0, le=3600)
+
+
 def _of_its_family(given: object) -> Line:
     """Read a line by the table of its protocol."""
     if isinstance(given, Line):
@@ -259,6 +271,7 @@ class Config(Table):
     server: Server = Server()
     access: Access = Access()
     security: Security = Security()
+    recordings: Recordings = Recordings()
     lines: Array[Annotated[Line, PlainValidator(_of_its_family)]] = ()
     scaras: Array[Scara] = ()
 

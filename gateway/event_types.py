@@ -10,6 +10,7 @@ from gateway.config_file import Changes
 from gateway.core.event_types import CORE, GATEWAY, EventData, EventType, Nothing, news_types, table_of
 from gateway.families import FAMILIES
 from gateway.port_scans import PortScan
+from gateway.recordings import RecordingInfo
 
 
 class ReloadFailed(EventData):
@@ -29,6 +30,15 @@ OF_PORTS = news_types(
     PortScan,
     finished="a scan of ports has asked at all of them",
     failed="a scan of ports was broken off",
+)
+
+
+OF_RECORDINGS = news_types(
+    "gateway.recording",
+    GATEWAY,
+    RecordingInfo,
+    finished="a recording is over, and can be downloaded",
+    failed="the disk has not taken a recording",
 )
 
 
@@ -70,7 +80,7 @@ OF_ACCESS = (
 def event_types() -> Mapping[str, EventType]:
     """The types of the core and of every family, by their names."""
     families = (family.event_types for family in FAMILIES.values())
-    return table_of(CORE, OF_THE_CONFIGURATION, OF_PORTS, OF_ACCESS, snapshot.TYPES, *families)
+    return table_of(CORE, OF_THE_CONFIGURATION, OF_PORTS, OF_RECORDINGS, OF_ACCESS, snapshot.TYPES, *families)
 
 
 EVENT_TYPES = event_types()

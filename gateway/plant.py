@@ -42,6 +42,7 @@ from gateway.families import FAMILIES
 from gateway.figures import Figures
 from gateway.memory import Memory
 from gateway.port_scans import PortScans
+from gateway.recordings import REQUESTS_BYTES, Noted, RecordingInfo, Recordings, Taken
 from gateway.rorze.family import Rorze
 from gateway.rorze.position_uploads import TableUploads
 from gateway.rorze.positions import PositionReadings
@@ -51,6 +52,7 @@ from gateway.snapshot import taking
 from gateway.wind_down import SUBJECT, WindDown
 from protocols.wording import as_given
 from transports import Transport, create
+from transports.history import History
 from transports.recorder import Recorded, Recorder
 from transports.trace_file import TraceFile
 
@@ -117,7 +119,10 @@ class Plant:
         self.position_readings = PositionReadings(partial(self._publish_reading, "position_reading"))
         self.position_uploads = TableUploads(partial(self._publish_reading, "position_upload"))
         self.figures = Figures(self._line_of)
-        self.events.listeners += [self.figures.note, logbook.note, self.alarms.note]
+        self.requests: History[Noted] = History(REQUESTS_BYTES)
+        """What was asked for, to be recorded."""
+        self.recordings = self._recordings()
+        self.events.listeners += [self.figures.note, logbook.note, self.alarms.note, self.recordings.note]
         self.on_lines: Callable[[], None] = lambda: None
         """Called when other lines are served."""
         self._open_transport = open_transport
@@ -156,7 +161,8 @@ class Plant:
         file = (
             TraceFile(line.trace_file, line.trace_file_bytes, line.trace_files) if line.trace_file else None
         )
-        self.recorders[line.id] = recorder = Recorder(line.trace_entries, file)
+        history_bytes = self.config.recordings.memory_mib << 20
+        self.recorders[line.id] = recorder = Recorder(line.trace_entries, file, history_bytes)
         port = self._open_transport(line.address)
         return Recorded(port, recorder) if line.trace_entries or line.trace_file else port
 
@@ -170,6 +176,7 @@ class Plant:
         for line_id in self._ports:
             self._start(line_id)
         with acting(POLL):
+            self.recordings.salvage()
             looking = carry_on("the watch of alarms", self._watch_alarms)
             self._watch_of_alarms = asyncio.create_task(looking, name="watch of alarms")
 
@@ -280,7 +287,7 @@ class Plant:
     async def close(self) -> None:
         """End all work. What `on_exit` leaves moving runs on in the controllers; nothing more is sent."""
         what, readings = "the end of the plant", (self.backups, self.comparisons, self.position_readings)
-        works = self.port_scans, *readings, self.position_uploads
+        works = self.port_scans, *readings, self.position_uploads, self.recordings
         await seen_to(what, self.wind_down, *(work.close for work in works))
         self.alarms.closed = True
         survived(what, self.watch.close, self.leases.close)
@@ -361,6 +368,42 @@ class Plant:
         with acting(Origin(f"gateway: {what}")):
             for family in self.families.values():
                 insist(what, partial(family.end_motion, everything=False, within=parts))
+
+    def _recordings(self) -> Recordings:
+        families, journal, wanted = self.families.values(), self.journal, self.config.recordings
+        taken = Taken(
+            events=self.events,
+            recorders=self.recorders,
+            requests=self.requests,
+            configuration=self._recorded_configuration,
+            trajectories=lambda: (it for family in families for it in family.trajectories()),
+            line_of=self._line_that_has,
+            read_journal=(lambda *_: ()) if journal is None else journal.disk.read_apart,
+        )
+        recordings = Recordings(taken, wanted.disk_mib << 20, wanted.before_alarm_s, wanted.after_alarm_s)
+        recordings.on_end = self._publish_recording
+        return recordings
+
+    def _publish_recording(self, record: RecordingInfo) -> None:
+        self.events.publish(f"gateway.recording.{record.status}", SUBJECT, record, correlation=record.id)
+
+    def _recorded_configuration(self) -> dict[str, Any]:
+        """What a replay is made with: the lines and what is on them, and no keys, hosts or files."""
+        config = self.config
+        return {
+            "server": config.server.model_dump(include={"latch", "allow_endless_moves", "on_exit"}),
+            "lines": [
+                it.model_dump(mode="json", exclude_unset=True, exclude={"trace_file"}) for it in config.lines
+            ],
+            "scaras": [it.model_dump(mode="json", exclude_unset=True) for it in config.scaras],
+        }
+
+    def _line_that_has(self, name: str) -> str | None:
+        """The line of a subject or of an address; None of what is about no line."""
+        collection, *named = name.strip("/").split("/") if name.startswith("/") else ("", name)
+        if collection in ("gateway", "events"):
+            return None
+        return self._part("/".join(named)).line_id
 
     def _publish_reading(self, noun: str, what: str, reading: Reading) -> None:
         kind = f"{_what(reading.target)}.{noun}.{what}"

@@ -7,6 +7,7 @@ from datetime import datetime
 from itertools import islice
 
 from transports.base import Receiver, Transport, TransportLost
+from transports.history import History
 from transports.trace import NOBODY, Kind, Record, Sender, TraceEntry, wall_ns
 from transports.trace_file import TraceFile
 
@@ -14,14 +15,27 @@ log = logging.getLogger(__name__)
 
 # Longer data becomes several records, so that a bound on records is a bound on bytes.
 RECORD_BYTES = 512
+OPENING = 400
+"""Records after the last opening that are kept as long as it lasts: how the line was set up."""
+
+
+def clocks() -> tuple[int, int]:
+    """Read the wall clock and the one that never jumps, in nanoseconds."""
+    return time.time_ns(), time.monotonic_ns()
 
 
 class Recorder:
-    """Keeps the newest records in memory and, given a file, hands each one to it as well."""
+    """Keeps the newest records in memory and, given a file, hands each one to it as well.
 
-    def __init__(self, capacity: int = 10_000, file: TraceFile | None = None) -> None:
+    The `history` has more of them, packed, for recordings.
+    """
+
+    def __init__(self, capacity: int = 10_000, file: TraceFile | None = None, history_bytes: int = 0) -> None:
         self._records: deque[Record] = deque(maxlen=capacity)
         self._file = file
+        self.history: History[Record] = History(history_bytes)
+        self.opening: list[Record] = []
+        self.clocks = clocks
         self.sender: Sender = NOBODY
         """Who writes, and because of which request; set right before each write."""
         self.recorded = 0
@@ -39,9 +53,14 @@ class Recorder:
                 self.record(kind, data[start : start + RECORD_BYTES])
             return
         sender = self.sender if kind == "tx" else NOBODY
-        record = (time.time_ns(), time.monotonic_ns(), kind, data, *sender)
+        record = (*self.clocks(), kind, data, *sender)
         self._records.append(record)
         self.recorded += 1
+        self.history.append(record)
+        if kind == "opened":
+            self.opening = []
+        if len(self.opening) < OPENING:
+            self.opening.append(record)
         if self._file is not None:
             self._file.put(record)
 

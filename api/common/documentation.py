@@ -37,6 +37,7 @@ SECTIONS: Final[Mapping[str, str]] = {
     "robot positions": "The table of positions that a robot keeps, as JSON and as CSV.",
     "robot settings": "Speeds, soft limits and homing of a robot's axes.",
     "backups": "Everything that a body, a line or a robot keeps, as one text: read, compare, restore.",
+    "recordings": "What went over the lines, with all that happened meanwhile, as files.",
     "configuration": "Which lines are served: found at ports, added, and read anew from the file.",
     "audit": "Who has asked for what, and what became of it.",
     "leases": "Who may move what, for a while.",

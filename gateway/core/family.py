@@ -230,6 +230,10 @@ class Family(ABC):
 
     # over restarts
 
+    def trajectories(self) -> Iterable[Any]:
+        """Where motors were seen during the newest moves: `Trajectory` with its `move`."""
+        return ()
+
     def move_logs(self) -> Iterable[MoveLog[Any]]:
         """Where its moves are remembered."""
         return ()

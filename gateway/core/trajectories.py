@@ -68,6 +68,11 @@ class Trajectories(Generic[W]):
         if len(self._ways) > WAYS:
             self._ways.popitem(last=False)
 
+    @property
+    def all(self) -> list[W]:
+        """Those that are kept, the oldest first."""
+        return list(self._ways.values())
+
     def of(self, move_id: str) -> W:
         """Find the trajectory of a move.
 

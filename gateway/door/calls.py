@@ -2,24 +2,30 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AsyncExitStack
-from functools import cache
-from typing import Any
+from datetime import UTC, datetime
+from functools import cache, partial
+from typing import Any, Final
+
+from pydantic_core import to_json
 
 from gateway.access import principal
 from gateway.core.aside import aside
 from gateway.core.family import Family
 from gateway.core.operation import EXPECTS, KEYED, Expectation, Operation, names_in
 from gateway.core.origin import ORIGIN
-from gateway.core.own_faults import twice
+from gateway.core.own_faults import survived, twice
 from gateway.core.rights import Right
 from gateway.core.targets import Looked, Target
 from gateway.door.caller import require
 from gateway.families import FAMILIES
 from gateway.plant import Plant
 from protocols.table import Effect
+from transports.recorder import clocks
 
 __all__ = ["aside", "carry_out", "require_right", "twice"]
 
+LONGEST_NOTED: Final = 65_536
+"""A longer request, such as an upload, is not kept to be recorded."""
 Finder = Callable[[Plant, Mapping[str, str]], Any]
 
 
@@ -43,6 +49,7 @@ async def carry_out(
     before = ORIGIN.set(ORIGIN.get())
     try:
         _admit(plant, operation, values)
+        survived("the record of a request", partial(_note, plant, operation, values))
         taken = {name: values[name] for name in operation.parameters if name in values}
         if (request := operation.request_name) is not None and request in values:
             taken[request] = values[request]
@@ -63,6 +70,25 @@ async def carry_out(
             return await operation.run(**taken)
     finally:
         ORIGIN.reset(before)
+
+
+def _note(plant: Plant, operation: Operation, values: Mapping[str, Any]) -> None:
+    """Keep what is asked of the lines for recordings; what only an administrator may ask is not among it."""
+    if operation.right is Right.ADMIN or (operation.effect is Effect.READ and operation.target is None):
+        return
+    at_ns, monotonic_ns = clocks()
+    origin = ORIGIN.get()
+    told = {
+        "at": datetime.fromtimestamp(at_ns / 1e9, UTC),
+        "monotonic_ns": monotonic_ns,
+        "operation": operation.name,
+        "values": values,
+        "caller": origin.caller,
+        "request_id": origin.request_id,
+    }
+    text = to_json(told, exclude_none=False, fallback=str)
+    if len(text) <= LONGEST_NOTED:
+        plant.requests.append((at_ns, monotonic_ns, text.decode()))
 
 
 def require_right(plant: Plant, operation: Operation, values: Mapping[str, Any]) -> None:

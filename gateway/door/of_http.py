@@ -14,8 +14,11 @@ from gateway.plant import Plant
 STREAMS: Final = Rows("streams")
 HEALTH: Final = Rows("health")
 TICKETS: Final = Rows("system")
+RECORDINGS: Final = Rows("recordings")
 STREAM: Final = "it is a stream, which has no end"
 TRACE: Final = "/lines/{line_id}/trace/stream"
+CONTENT: Final = "/recordings/{recording_id}/content"
+FILE: Final = "it is a file, which is sent as it is read"
 FIGURES: Final = "it is the text that Prometheus reads"
 TICKET: Final = "it is for those who can send no header"
 STATUS: Final = "its status is the answer, for what watches processes over HTTP"
@@ -84,6 +87,7 @@ _TABLE: Final[tuple[tuple[Rows, Verb, str, Right, str, str, str, Any], ...]] = (
     (HEALTH, "GET", "/livez", Right.OPEN, "livez", "Answer.", STATUS, Liveness),
     (HEALTH, "GET", "/readyz", Right.OPEN, "readyz", "Say if all can be used.", STATUS, Readiness),
     (HEALTH, "GET", "/metrics", Right.VIEW, "metrics", "Give all figures.", FIGURES, None),
+    (RECORDINGS, "GET", CONTENT, Right.VIEW, "download_recording", "Download a recording.", FILE, None),
     (TICKETS, "POST", "/tickets", Right.VIEW, "issue_ticket", "Give a ticket.", TICKET, Ticket),
 )
 
@@ -101,7 +105,7 @@ for section, verb, path, right, name, what, why, result in _TABLE:
         *(verb, path, right, _by_http),
         name=name,
         description=what,
-        any_scope=section is TICKETS,
+        any_scope=section in (RECORDINGS, TICKETS),
         http_only=why,
         result=result,
     )

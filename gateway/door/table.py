@@ -25,6 +25,7 @@ from gateway.door import (
     of_http,
     port_scans,
     programs,
+    recordings,
     robot_moves,
     robot_positions,
     robots,
@@ -100,6 +101,8 @@ SECTIONS: Final = (
     text_commands.ROWS,
     traces.ROWS,
     of_http.TICKETS,
+    recordings.ROWS,
+    of_http.RECORDINGS,
     backups.TEXTS,
 )
 """What takes more than one thing of a family: the plant with its names, leases, alarms and logs."""

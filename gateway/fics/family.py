@@ -224,6 +224,10 @@ class Fics(Family):
 
     # over restarts
 
+    def trajectories(self) -> Sequence[Any]:
+        """Those of the moves."""
+        return self.moves.trajectories.all
+
     def move_logs(self) -> Iterator[MoveLog[RobotMove]]:
         """That of all robots."""
         yield self.moves.log

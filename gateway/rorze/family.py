@@ -449,6 +449,10 @@ class Rorze(Family):
 
     # over restarts
 
+    def trajectories(self) -> Sequence[Any]:
+        """Those of the moves."""
+        return self.moves.trajectories.all
+
     def move_logs(self) -> Iterator[MoveLog[Any]]:
         """That of all bodies, and that of all SCARA robots."""
         yield from (self.moves.log, self.scara_moves.log)

@@ -6,6 +6,7 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from random import Random
+from tempfile import TemporaryDirectory
 
 from httpx2 import ASGITransport, AsyncClient
 
@@ -52,6 +53,8 @@ async def demo(credentials: Credentials | None = None, data: Path | None = None)
     by_address = {it.address: ports[it.id] for it in config.lines}
     journal = open_journal(data, open_disk=faults.open_disk) if data else None
     plant = TestedPlant(config, open_transport=by_address.__getitem__, rng=Random(0), journal=journal)
+    kept = TemporaryDirectory(ignore_cleanup_errors=True)
+    plant.recordings.keep_in(data or Path(kept.name))
     await plant.start()
     try:
         await asyncio.sleep(SET_UP_S)
@@ -62,3 +65,4 @@ async def demo(credentials: Credentials | None = None, data: Path | None = None)
             yield Demo(plant, client)
     finally:
         await plant.close()
+        kept.cleanup()

@@ -230,6 +230,12 @@ GET       /system/ports                                  admin    plant
 POST      /system/scans                                  admin    plant
 GET       /system/scans/{scan_id}                        admin    plant
 DELETE    /system/scans/current                          admin    plant
+POST      /recordings                                    view     any
+GET       /recordings                                    view     any
+GET       /recordings/{recording_id}                     view     any
+POST      /recordings/{recording_id}/finish              view     any
+DELETE    /recordings/{recording_id}                     setup    plant
+GET       /recordings/{recording_id}/content             view     any
 GET       /access/keys                                   admin    plant
 POST      /access/keys                                   admin    plant
 DELETE    /access/keys/{name}                            admin    plant

@@ -44,8 +44,13 @@ ASKS_ITSELF = {
     "listDeeds",
     "getShift",
     "downloadShift",
+    "startRecording",
+    "listRecordings",
+    "getRecording",
+    "finishRecording",
+    "downloadRecording",
 }
-"""They ask for the right on what the alarm, the lease or the deeds are about."""
+"""They ask for the right on what the alarm, the lease, the deeds or the recording are about."""
 
 
 def test_which_operations_pass_callers_of_any_scope_is_known() -> None:

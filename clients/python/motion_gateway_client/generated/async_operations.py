@@ -112,6 +112,9 @@ from motion_gateway_client.generated.types import (
     RawReply,
     RawRequest,
     Readiness,
+    RecordingInfo,
+    RecordingList,
+    RecordingRequest,
     RelativeMoveRequest,
     Reloaded,
     ReloadRequest,
@@ -2000,6 +2003,52 @@ class AsyncOperations(Protocol):
         It is for browsers, whose WebSockets and EventSources send no key.
         """
         answer: Ticket = await self.call("POST", filled("/tickets"), idempotency_key=idempotency_key)
+        return answer
+
+    async def start_recording(
+        self, body: RecordingRequest, /, *, wait: float | None = None, idempotency_key: str | None = None
+    ) -> RecordingInfo:
+        """Record what went over lines with the events, the journal and the samples of that time.
+
+        Nothing is sent to a controller. Keys record the lines in their scopes.
+        """
+        answer: RecordingInfo = await self.call(
+            "POST", filled("/recordings"), query={"wait": wait}, body=body, idempotency_key=idempotency_key
+        )
+        return answer
+
+    async def list_recordings(self) -> RecordingList:
+        """List the recordings of the lines that the caller may see."""
+        answer: RecordingList = await self.call("GET", filled("/recordings"))
+        return answer
+
+    async def get_recording(self, recording_id: str, *, wait: float | None = None) -> RecordingInfo:
+        """Get a recording, at once or when it is over."""
+        answer: RecordingInfo = await self.call(
+            "GET", filled("/recordings/{recording_id}", recording_id=recording_id), query={"wait": wait}
+        )
+        return answer
+
+    async def delete_recording(
+        self, recording_id: str, *, idempotency_key: str | None = None
+    ) -> RecordingInfo:
+        """Break a recording off, or delete its file."""
+        answer: RecordingInfo = await self.call(
+            "DELETE",
+            filled("/recordings/{recording_id}", recording_id=recording_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def finish_recording(
+        self, recording_id: str, *, idempotency_key: str | None = None
+    ) -> RecordingInfo:
+        """End a recording before its time; what was recorded until now is kept."""
+        answer: RecordingInfo = await self.call(
+            "POST",
+            filled("/recordings/{recording_id}/finish", recording_id=recording_id),
+            idempotency_key=idempotency_key,
+        )
         return answer
 
     async def get_body_backup(self, body_id: str) -> str:

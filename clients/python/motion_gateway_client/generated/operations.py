@@ -112,6 +112,9 @@ from motion_gateway_client.generated.types import (
     RawReply,
     RawRequest,
     Readiness,
+    RecordingInfo,
+    RecordingList,
+    RecordingRequest,
     RelativeMoveRequest,
     Reloaded,
     ReloadRequest,
@@ -1960,6 +1963,48 @@ class Operations(Protocol):
         It is for browsers, whose WebSockets and EventSources send no key.
         """
         answer: Ticket = self.call("POST", filled("/tickets"), idempotency_key=idempotency_key)
+        return answer
+
+    def start_recording(
+        self, body: RecordingRequest, /, *, wait: float | None = None, idempotency_key: str | None = None
+    ) -> RecordingInfo:
+        """Record what went over lines with the events, the journal and the samples of that time.
+
+        Nothing is sent to a controller. Keys record the lines in their scopes.
+        """
+        answer: RecordingInfo = self.call(
+            "POST", filled("/recordings"), query={"wait": wait}, body=body, idempotency_key=idempotency_key
+        )
+        return answer
+
+    def list_recordings(self) -> RecordingList:
+        """List the recordings of the lines that the caller may see."""
+        answer: RecordingList = self.call("GET", filled("/recordings"))
+        return answer
+
+    def get_recording(self, recording_id: str, *, wait: float | None = None) -> RecordingInfo:
+        """Get a recording, at once or when it is over."""
+        answer: RecordingInfo = self.call(
+            "GET", filled("/recordings/{recording_id}", recording_id=recording_id), query={"wait": wait}
+        )
+        return answer
+
+    def delete_recording(self, recording_id: str, *, idempotency_key: str | None = None) -> RecordingInfo:
+        """Break a recording off, or delete its file."""
+        answer: RecordingInfo = self.call(
+            "DELETE",
+            filled("/recordings/{recording_id}", recording_id=recording_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def finish_recording(self, recording_id: str, *, idempotency_key: str | None = None) -> RecordingInfo:
+        """End a recording before its time; what was recorded until now is kept."""
+        answer: RecordingInfo = self.call(
+            "POST",
+            filled("/recordings/{recording_id}/finish", recording_id=recording_id),
+            idempotency_key=idempotency_key,
+        )
         return answer
 
     def get_body_backup(self, body_id: str) -> str:

@@ -2342,6 +2342,8 @@ class EventList(TypedDict):
         | GatewayReloadFailedEvent
         | GatewayScanFinishedEvent
         | GatewayScanFailedEvent
+        | GatewayRecordingFinishedEvent
+        | GatewayRecordingFailedEvent
         | GatewaySecurityTroubleEvent
         | GatewaySecurityRecoveredEvent
         | GatewayRefusalsBurstEvent
@@ -2775,6 +2777,38 @@ class GatewayLoopHeldEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: LoopHeld
+
+
+class GatewayRecordingFailedEvent(TypedDict):
+    """The disk has not taken a recording; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.recording.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RecordingInfo
+
+
+class GatewayRecordingFinishedEvent(TypedDict):
+    """A recording is over, and can be downloaded; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.recording.finished"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RecordingInfo
 
 
 class GatewayRefusalsBurstEvent(TypedDict):
@@ -4795,6 +4829,51 @@ class Readiness(TypedDict):
     """While it is unavailable, reads and stops go on; what else has an effect is refused."""
     detail: str
     """The same in words, and what to do."""
+
+
+class RecordingInfo(TypedDict):
+    """One recording, under way or kept."""
+
+    id: str
+    """Sorts by time."""
+    status: Literal["running", "finished", "failed"]
+    cause: Literal["request", "alarm"]
+    alarm_id: str | None
+    """The alarm that has begun it."""
+    lines: list[str]
+    whole_plant: bool
+    """Whether these are all lines."""
+    since: str
+    """When what it holds begins."""
+    until: str | None
+    """When that ends; null while it is not over."""
+    bytes: int | None
+    """Size of its file."""
+    complete: bool
+    """False where the gateway ended in the middle of it: it holds what was on the disk."""
+    error: str | None
+    """Why there is no file."""
+    request_id: str | None
+    """The X-Request-Id of the request that asked for it."""
+    started_at: str
+    ended_at: str | None
+
+
+class RecordingList(TypedDict):
+    """Recordings, the newest first."""
+
+    recordings: list[RecordingInfo]
+
+
+class RecordingRequest(TypedDict):
+    """Which time to record, and which lines."""
+
+    last_s: NotRequired[float]
+    """Seconds until now, as far as the memory reaches. Left out: 0.0."""
+    for_s: NotRequired[float]
+    """Seconds from now on. Left out: 0.0."""
+    lines: NotRequired[list[str] | None]
+    """Only these lines with what is on them; left out, all that the caller may see."""
 
 
 class RefusalsBurst(TypedDict):
@@ -7554,6 +7633,8 @@ Event: TypeAlias = (
     | GatewayReloadFailedEvent
     | GatewayScanFinishedEvent
     | GatewayScanFailedEvent
+    | GatewayRecordingFinishedEvent
+    | GatewayRecordingFailedEvent
     | GatewaySecurityTroubleEvent
     | GatewaySecurityRecoveredEvent
     | GatewayRefusalsBurstEvent
