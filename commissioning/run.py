@@ -1,0 +1,117 @@
+"""Walking the assumptions of one line: each trial in turn, as far as people allow."""
+
+from collections.abc import Awaitable, Callable, Mapping
+from datetime import UTC, datetime
+from importlib.metadata import version
+from types import MappingProxyType
+from typing import Any, Final
+
+from commissioning import fics, rorze
+from commissioning.assumptions import Assumption, Level, of_family
+from commissioning.bench import Bench, Terms
+from commissioning.conversation import Conversation
+from commissioning.findings import Finding, Result, cannot_tell
+from commissioning.report import Outcome, Report, Setting
+from transports import Transport, create
+
+Tell = Callable[[int, int, str], None]
+"""Called before each trial: its place, how many there are, and its slug."""
+
+BENCHES: Final[Mapping[str, tuple[Callable[..., Bench], Mapping[str, Any]]]] = MappingProxyType(
+    {"rorze": (rorze.RorzeBench, rorze.TRIALS), "fics": (fics.FicsBench, fics.TRIALS)}
+)
+STUCK_MS: Final = 10_000
+AFTER_A_SURPRISE: Final = "It was not tried after {slug}: first find out why that is so."
+
+
+async def commission(
+    line: Any,
+    terms: Terms,
+    *,
+    tell: Tell = lambda *_: None,
+    open_transport: Callable[[str], Transport] = create,
+) -> Report:
+    """Try all assumptions about a line, alone on its port.
+
+    :raises TransportUnavailable: the port cannot be opened; nothing was sent.
+    :raises TransportLost: the port has gone meanwhile.
+    """
+    bench_of, trials = BENCHES[line.protocol]
+    talk = Conversation(open_transport(patient(line.address)))
+    await talk.open()
+    started = _now()
+    bench = bench_of(line, talk, terms)
+    try:
+        results = await _walk(bench, trials, tell)
+        await bench.describe()
+    finally:
+        await talk.close()
+    return Report(
+        version=version("motion-gateway"),
+        line=line.id,
+        protocol=line.protocol,
+        address=line.address,
+        started_at=started,
+        ended_at=_now(),
+        allowed=sorted(terms.allowed),
+        controllers=bench.serial_numbers,
+        table=line.model_dump(mode="json"),
+        results=results,
+        frames=talk.frames,
+    )
+
+
+def patient(address: str) -> str:
+    """Give an address at which a robot may take its time to fetch a message from its dual-port RAM."""
+    return fics.with_option(address, "stuck_ms", STUCK_MS) if address.startswith("dpram:") else address
+
+
+async def _walk(bench: Bench, trials: Mapping[str, Any], tell: Tell) -> list[Outcome]:
+    """Try each row, questions first; the results stand in the order of the rows."""
+    rows = of_family(bench.line.protocol)
+    by_level = sorted(rows, key=lambda it: list(Level).index(it.level))
+    found: dict[str, Finding] = {}
+    surprise: str | None = None
+    for place, row in enumerate(by_level, 1):
+        tell(place, len(rows), row.slug)
+        if row.level is not Level.QUESTIONS and surprise is not None:
+            found[row.slug] = cannot_tell(row, "It was not tried.", AFTER_A_SURPRISE.format(slug=surprise))
+            continue
+        found[row.slug] = await _try(row, bench, trials.get(row.slug))
+        if found[row.slug].surprise:
+            surprise = surprise or row.slug
+    return [_outcome(row, found[row.slug], bench.line) for row in rows]
+
+
+async def _try(
+    row: Assumption, bench: Bench, trial: Callable[[Assumption, Bench], Awaitable[Finding]] | None
+) -> Finding:
+    if trial is None:
+        return cannot_tell(row, "There is no trial for it.")
+    if row.level is not Level.QUESTIONS and row.level not in bench.terms.allowed:
+        return cannot_tell(row, f"Only questions were asked: it takes `--allow {row.level}`.")
+    return await trial(row, bench)
+
+
+def _outcome(row: Assumption, finding: Finding, line: Any) -> Outcome:
+    key = row.key if finding.change is None else finding.change.key
+    setting = None
+    if key and "{" not in key:
+        proposed = None if finding.change is None else finding.change.proposed
+        setting = Setting(key=key, now=value_at(line.model_dump(mode="json"), key), proposed=proposed)
+    needed = finding.needed if finding.result is Result.CANNOT_TELL else None
+    return Outcome(
+        assumption=row.slug, result=finding.result, setting=setting, needed=needed, seen=finding.seen
+    )
+
+
+def value_at(table: Any, key: str) -> Any:
+    """What a table has at a dotted key; tables in arrays are found by their ids."""
+    for part in key.split("."):
+        in_array = isinstance(table, list)
+        table = next(it for it in table if it["id"] == part) if in_array else table[part]
+    return table
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
