@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Awaitable, Callable, Iterator, Sequence
 from dataclasses import dataclass
+from math import ceil
 from statistics import median
 from typing import Any
 
@@ -23,6 +24,7 @@ ALLOWANCE = 2.0
 """Times by which a proposed limit exceeds what was measured."""
 MODEL_TURNAROUND_S = 0.003
 """From question to reply, as the gateway plans it."""
+ROUNDING = 1e-3
 SLOW_SHARE = 0.5
 """A reply that takes this share of the reply timeout leaves too little of it."""
 
@@ -247,4 +249,4 @@ async def copies(row: Assumption, bench: Bench) -> Finding:
 
 def _limit(seconds: float) -> float:
     """A limit of the configuration, in tenths of a second."""
-    return min(max(round(seconds + 0.05, 1), 0.1), 60.0)
+    return min(max(ceil(10 * seconds - ROUNDING) / 10, 0.1), 60.0)
