@@ -135,7 +135,7 @@ RORZE: Final = (
         "rorze",
         "A command in an operating mode it is not marked for answers 61h.",
         "`WRONG_MODE` in `protocols/rorze/row.py`",
-        "A question of another operating mode is asked (PKD or CCD).",
+        "A question of another operating mode is asked (PKD or CCD); its refusal stays in 9CD until 9CS.",
         "A refusal is not known for one, or what should be refused is done.",
         "A body that answers, and link settings by which refusals carry their codes.",
     ),
@@ -152,6 +152,7 @@ RORZE: Final = (
         level=Level.SETTINGS,
         motor=_CALM,
         person=True,
+        harmless=True,
     ),
     Assumption(
         "comment-kept",
@@ -173,7 +174,7 @@ RORZE: Final = (
         "Limit, EMS, initialisation, range and STALL errors stay in 9CD until a command or a loss of power "
         "clears them.",
         "`LASTING_ERRORS` in `gateway/rorze/power.py`; only where no mark tells",
-        "The status of each body is read twice.",
+        "The status of each body is read twice (9CD).",
         "An error that goes by itself is taken for a loss of power, and has to be acknowledged.",
         "A body with an error that stands: press a limit switch by hand while it moves, or run it against "
         "one.",
@@ -458,5 +459,6 @@ BY_SLUG: Final = {it.slug: it for it in ASSUMPTIONS}
 
 
 def of_family(family: str) -> tuple[Assumption, ...]:
-    """The assumptions about lines of a family, `rorze` or `fics`, the general ones first."""
-    return tuple(it for it in (*BOTH, *RORZE, *FICS) if it.family in (family, "both"))
+    """The assumptions about lines of a family, `rorze` or `fics`, in the order in which they are tried."""
+    *general, stops = BOTH
+    return tuple(it for it in (*general, *RORZE, *FICS, stops) if it.family in (family, "both"))

@@ -13,6 +13,8 @@ from commissioning.findings import Change, Finding, agrees, cannot_tell, fails
 
 PATIENCE_S = 10.0
 """The first answer of a line is waited for this long."""
+OUTAGE = "outage"
+"""The loss of power that several trials look at, in the memory of a bench."""
 SETTLES_S = 0.1
 """What an answer to bytes that were half said needs to be over."""
 LONGEST_ANSWER = 64
@@ -72,6 +74,9 @@ class Bench:
         """When each numbered question was on the wire."""
         self.serial_numbers: dict[str, str] = {}
         """Versions and serial numbers that controllers tell."""
+        self.memory: dict[str, Any] = {}
+        """What was done once for several trials, by its name."""
+        self._agreed: dict[tuple[str, str], bool] = {}
         self._sampled = False
 
     # what families say
@@ -113,6 +118,16 @@ class Bench:
     def within_s(self, frame: bytes) -> float:
         """How long an answer is waited for."""
         return (len(frame) + LONGEST_ANSWER) * self.talk.port.byte_time_s + self.patience_s
+
+    async def consents(self, row: Assumption, subject: str, what: str) -> bool:
+        """Ask people once for each body or robot and each sentence."""
+        if (subject, what) not in self._agreed:
+            self._agreed[subject, what] = await self.terms.consent(row, subject, what)
+        return self._agreed[subject, what]
+
+    def background(self, deed: Awaitable[bool]) -> "asyncio.Future[bool]":
+        """Begin something that goes on beside the questions."""
+        return asyncio.ensure_future(deed)
 
     async def pause(self, seconds: float) -> None:
         """Let time pass."""

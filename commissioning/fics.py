@@ -171,7 +171,7 @@ async def _coordinates(bench: FicsBench) -> list[str]:
     return [it for it in numbers if it and it != UNKNOWN]
 
 
-async def _stored(bench: FicsBench, first: int, wanted: int) -> tuple[list[str], Frame | None]:
+async def stored(bench: FicsBench, first: int, wanted: int) -> tuple[list[str], Frame | None]:
     """Stored positions as text, and what ended them."""
     frames = await bench.ask(DownloadPositions(first=first, count=wanted))
     ends = [it for it in frames if not isinstance(it, Answer)]
@@ -182,8 +182,8 @@ async def robot_decimals(row: Assumption, bench: FicsBench) -> Finding:
     """Look at the decimals and the size of all coordinates that are told."""
     if not await bench.is_there():
         return cannot_tell(row, NOBODY)
-    stored, _ = await _stored(bench, 1, POSITIONS_READ)
-    numbers = await _coordinates(bench) + [it for text in stored for it in text.split(",") if it]
+    positions, _ = await stored(bench, 1, POSITIONS_READ)
+    numbers = await _coordinates(bench) + [it for text in positions for it in text.split(",") if it]
     if not numbers:
         return cannot_tell(row, "The robot tells no coordinates.")
     most, largest = max(map(_decimals, numbers)), max(abs(float(it)) for it in numbers)
@@ -212,7 +212,7 @@ async def displayed_hundredths(row: Assumption, bench: FicsBench) -> Finding:
     return fails(row, seen)
 
 
-async def _at_rest(bench: FicsBench) -> tuple[AxisStatuses, bool] | None:
+async def at_rest(bench: FicsBench) -> tuple[AxisStatuses, bool] | None:
     """The status of a unit at rest without an error, and whether it is homed; None if it is not so."""
     before = await bench.told(GetMotorPosition())
     await bench.pause(REST_S)
@@ -232,7 +232,7 @@ async def status_bits(row: Assumption, bench: FicsBench) -> Finding:
     """Compare the status bits of a robot at rest with what its positions and errors tell."""
     if not await bench.is_there():
         return cannot_tell(row, NOBODY)
-    rest = await _at_rest(bench)
+    rest = await at_rest(bench)
     if rest is None:
         return cannot_tell(row, "The robot moves, has an error, or does not tell its status.")
     status, homed = rest
@@ -277,13 +277,13 @@ async def por_end(row: Assumption, bench: FicsBench) -> Finding:
     """Read stored positions at once and one by one."""
     if not await bench.is_there():
         return cannot_tell(row, NOBODY)
-    at_once, end = await _stored(bench, 1, POSITIONS_READ)
+    at_once, end = await stored(bench, 1, POSITIONS_READ)
     if end is None:
         return cannot_tell(row, "POR is not answered to its end.")
     one_by_one: list[str] = []
     last: Frame | None = end
     for number in range(1, POSITIONS_READ + 1):
-        answers, last = await _stored(bench, number, 1)
+        answers, last = await stored(bench, number, 1)
         if not answers:
             break
         one_by_one += answers
@@ -343,7 +343,7 @@ def with_option(address: str, name: str, value: int) -> str:
 
 Trial = Callable[[Assumption, FicsBench], Awaitable[Finding]]
 
-TRIALS: Final[Mapping[str, Trial]] = MappingProxyType(
+QUESTIONS: Final[Mapping[str, Trial]] = MappingProxyType(
     {
         "echo": echo,
         "late-replies": late_replies,

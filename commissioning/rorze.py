@@ -13,7 +13,7 @@ from gateway.rorze.power import LASTING_ERRORS
 from protocols.lines import CR, Garbage
 from protocols.rorze.encoder import GetAdjustmentLimit
 from protocols.rorze.inputs_outputs import GetClearPulseTime
-from protocols.rorze.link import INTRODUCERS, POISON, Answer, Frame, LinkReader, Refusal, encode
+from protocols.rorze.link import INTRODUCERS, POISON, Answer, Frame, GroupAnswer, LinkReader, Refusal, encode
 from protocols.rorze.link_master import IdentifyControllers
 from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.notation import PositionReference
@@ -88,6 +88,17 @@ class RorzeBench(Bench):
             return command.read_reply(answer.payload) if isinstance(answer, Answer) else None
         except WireFault:
             return None
+
+    async def answers(self, group: int) -> bool:
+        """Whether a virtual body answers a question."""
+        command = GetControllerStatus()
+        frame, since = self.frame(group, command), len(self.talk.heard)
+        self.talk.send(frame)
+
+        def told(lines: Sequence[Heard]) -> bool:
+            return any(isinstance(it, GroupAnswer) and it.body == group for it in _frames(lines))
+
+        return told(await self.talk.hear(told, self.within_s(frame), since))
 
     async def someone(self) -> int | None:
         """A body that answers."""
@@ -277,7 +288,7 @@ async def _errors(bench: RorzeBench, body: int) -> int:
 
 Trial = Callable[[Assumption, RorzeBench], Awaitable[Finding]]
 
-TRIALS: Final[Mapping[str, Trial]] = MappingProxyType(
+QUESTIONS: Final[Mapping[str, Trial]] = MappingProxyType(
     {
         "echo": echo,
         "late-replies": late_replies,

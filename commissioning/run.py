@@ -6,9 +6,9 @@ from importlib.metadata import version
 from types import MappingProxyType
 from typing import Any, Final
 
-from commissioning import fics, rorze
+from commissioning import fics, fics_deeds, rorze, rorze_deeds
 from commissioning.assumptions import Assumption, Level, of_family
-from commissioning.bench import Bench, Terms
+from commissioning.bench import OUTAGE, Bench, Terms
 from commissioning.conversation import Conversation
 from commissioning.findings import Finding, Result, cannot_tell
 from commissioning.report import Outcome, Report, Setting
@@ -18,10 +18,10 @@ Tell = Callable[[int, int, str], None]
 """Called before each trial: its place, how many there are, and its slug."""
 
 BENCHES: Final[Mapping[str, tuple[Callable[..., Bench], Mapping[str, Any]]]] = MappingProxyType(
-    {"rorze": (rorze.RorzeBench, rorze.TRIALS), "fics": (fics.FicsBench, fics.TRIALS)}
+    {"rorze": (rorze.RorzeBench, rorze_deeds.TRIALS), "fics": (fics.FicsBench, fics_deeds.TRIALS)}
 )
 STUCK_MS: Final = 10_000
-AFTER_A_SURPRISE: Final = "It was not tried after {slug}: first find out why that is so."
+AFTER_A_SURPRISE: Final = "See to {slug} first: change what is proposed, or find out why it is so."
 
 
 async def commission(
@@ -67,20 +67,30 @@ def patient(address: str) -> str:
 
 
 async def _walk(bench: Bench, trials: Mapping[str, Any], tell: Tell) -> list[Outcome]:
-    """Try each row, questions first; the results stand in the order of the rows."""
+    """Try each row, questions first and the power last; the results stand in the order of the rows."""
     rows = of_family(bench.line.protocol)
-    by_level = sorted(rows, key=lambda it: list(Level).index(it.level))
+    by_level = sorted(rows, key=lambda it: (it.person, list(Level).index(it.level)))
     found: dict[str, Finding] = {}
-    surprise: str | None = None
+    barred: dict[Level, str] = {}
+    """What has to be seen to before anything more is set or moved."""
     for place, row in enumerate(by_level, 1):
         tell(place, len(rows), row.slug)
-        if row.level is not Level.QUESTIONS and surprise is not None:
-            found[row.slug] = cannot_tell(row, "It was not tried.", AFTER_A_SURPRISE.format(slug=surprise))
+        is_over = row.person and OUTAGE in bench.memory  # several trials look at one loss of power
+        if row.level in barred and row.level in bench.terms.allowed and not is_over:
+            needed = AFTER_A_SURPRISE.format(slug=barred[row.level])
+            found[row.slug] = cannot_tell(row, "It was not tried.", needed)
             continue
-        found[row.slug] = await _try(row, bench, trials.get(row.slug))
-        if found[row.slug].surprise:
-            surprise = surprise or row.slug
+        finding = found[row.slug] = await _try(row, bench, trials.get(row.slug))
+        for level in _bars(finding):
+            barred.setdefault(level, row.slug)
     return [_outcome(row, found[row.slug], bench.line) for row in rows]
+
+
+def _bars(finding: Finding) -> tuple[Level, ...]:
+    """Which trials do not follow this one: after a surprise none but questions, after a change no motion."""
+    if finding.surprise:
+        return Level.SETTINGS, Level.MOTION
+    return () if finding.change is None else (Level.MOTION,)
 
 
 async def _try(

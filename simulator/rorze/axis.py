@@ -47,7 +47,7 @@ class Axis:
         self.pace = 1.0
         """By how much the motor is faster than its settings say."""
         self.refuses_second_stop = False
-        """Whether 5IS is refused while 5SS brakes: the manual does not say."""
+        """Whether 5IS is refused after 5SS: the manual does not say."""
 
     def power_on(self, now: float) -> None:
         """Load flash into RAM; the counters start from 0 (RC-420 manual 18).

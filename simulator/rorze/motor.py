@@ -111,8 +111,8 @@ class Motor:
 
     @property
     def braking(self) -> bool:
-        """Whether a decelerating stop is under way."""
-        return self._stopping and self.train is not None
+        """Whether a decelerating stop is under way, or has ended the last move."""
+        return self._stopping
 
     @property
     def interpolating(self) -> bool:

@@ -1,10 +1,12 @@
 """Lines on the bench: simulators behind a cable, on virtual time, and a configuration that names them."""
 
+import asyncio
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from commissioning.bench import Terms
+from commissioning.assumptions import Assumption, Level
+from commissioning.bench import Places, Terms
 from commissioning.findings import Result
 from commissioning.report import Outcome, Report
 from commissioning.run import commission
@@ -54,6 +56,35 @@ def fics() -> SimulatedFics:
 
 
 MAKES: dict[str, Callable[[], Machine]] = {"robot": rc400, "cell": fics}
+
+
+OFF_S = 1.0
+
+
+def all_allowed(machine: Machine, places: Places, off_s: float = OFF_S) -> Terms:
+    """People who agree to everything, and switch the power when they are asked to."""
+
+    async def agree(_row: Assumption, _subject: str, _what: str) -> bool:
+        return True
+
+    async def switch(_row: Assumption, _subject: str, _what: str) -> bool:
+        loop = asyncio.get_running_loop()
+        await asyncio.sleep(0.3)
+        switch_all(machine, loop.time(), on=False)
+        await asyncio.sleep(off_s)
+        switch_all(machine, loop.time(), on=True)
+        await asyncio.sleep(0.3)
+        return True
+
+    return Terms(frozenset(Level), agree, switch, places)
+
+
+def switch_all(machine: Machine, now: float, *, on: bool) -> None:
+    """Switch a robot, or a link master with its bodies."""
+    (machine.power_on if on else machine.power_off)(now)
+    if not isinstance(machine, SimulatedFics):
+        for body in machine.axes:
+            machine.switch_body(body, on, now)
 
 
 async def commissioned(

@@ -6,16 +6,18 @@ from typing import Any, NamedTuple
 import pytest
 
 from commissioning.assumptions import ASSUMPTIONS
+from commissioning.bench import Places
 from commissioning.findings import Result
 from commissioning.proposals import changed, diff
 from simulator.fics.line import SimulatedFics
 from simulator.fics.quirks import QUIRKS as FICS_QUIRKS
 from simulator.rorze.line import Rc400Line
 from simulator.rorze.quirks import QUIRKS as RC400_QUIRKS
-from tests.commissioning.benches import CONFIG, MAKES, Machine, commissioned, result_of, unlike
+from tests.commissioning.benches import CONFIG, MAKES, Machine, all_allowed, commissioned, result_of, unlike
 from tests.plants import in_virtual_time
 
-BOTH = ("echo", "late-replies", "turnaround", "stop-overtakes")
+NEVER_TOLD = {"label-answers", "lasting-errors", "dpram-map", "dpram-times", "jog-mode"}
+"""What a line that is as assumed does not show: there is no label, no error, no RAM; and nothing jogs."""
 
 
 class Case(NamedTuple):
@@ -27,6 +29,8 @@ class Case(NamedTuple):
     proposed: Mapping[str, Any] = {}
     prepare: Callable[[Any], None] | None = None
     """What the machine has to be like for the quirk to show."""
+    off_s: float = 1.0
+    """How long its power is off, where it is switched."""
 
 
 def with_label(line: Rc400Line) -> None:
@@ -48,6 +52,19 @@ def homed(robot: SimulatedFics) -> None:
             motor.homed = motor.ever_homed = True
             motor.at = 1.23
         unit.motors[-1].at = 2.0
+
+
+def away(line: Rc400Line) -> None:
+    """Let the bodies be at another place than 0, within the places where they may go."""
+    for body in line.axes:
+        line.receive(f"&{body:02X}6PS100\r".encode(), 0.0)
+    line.take_output(0.0)
+
+
+def in_mode_3(robot: SimulatedFics) -> None:
+    """Home the robot, and have it tell refusals."""
+    homed(robot)
+    robot.robot.mode = 3
 
 
 def with_hole(robot: SimulatedFics) -> None:
@@ -86,6 +103,29 @@ CASES = (
     Case("cell", "displayed-hundredths", CONTRADICTS, prepare=homed),
     Case("cell", "copies-of-answers", DIFFERS, {"late_reply_s": 6.0}),
 )
+DEEDS = (
+    Case("robot", "link-master-forgets", DIFFERS),
+    Case("robot", "comment-kept", DIFFERS, {"bodies.00.power_comment": 0}, prepare=away),
+    Case("robot", "power-on-position", DIFFERS, prepare=away),
+    Case("robot", "curve-tick", CONTRADICTS),
+    Case("robot", "stop-overtakes", DIFFERS),
+    Case("cell", "upload-end", CONTRADICTS),
+    Case("cell", "upload-end", CONTRADICTS, prepare=in_mode_3),
+    Case("cell", "upload-refusal", CONTRADICTS),
+    Case("cell", "upload-refusal", CONTRADICTS, prepare=in_mode_3),
+    Case("cell", "pos-left-out", CONTRADICTS),
+    Case("cell", "pos-left-out", CONTRADICTS, prepare=in_mode_3),
+    Case("cell", "numbers-as-set", CONTRADICTS),
+    Case("cell", "numbers-as-set", CONTRADICTS, prepare=in_mode_3),
+    Case("cell", "power-loss-read", CONTRADICTS, off_s=0.2),
+    Case("cell", "power-loss-motion", CONTRADICTS, off_s=0.2),
+    Case("cell", "positions-after-power", CONTRADICTS, prepare=homed),
+    Case("cell", "error-after-power", CONTRADICTS),
+    Case("cell", "homing-outlasts", CONTRADICTS, prepare=homed),
+    Case("cell", "stop-overtakes", DIFFERS, prepare=in_mode_3),
+    Case("cell", "stop-overtakes", DIFFERS, prepare=homed),
+)
+"""Quirks that show only where more than questions is allowed."""
 each_case = pytest.mark.parametrize("case", CASES, ids=lambda it: f"{it.line_id}-{it.slug}")
 
 
@@ -134,6 +174,36 @@ async def test_without_the_quirk_the_same_machine_agrees(case: Case) -> None:
     report, _ = await commissioned(machine)
     assert result_of(report, case.slug).result is Result.AGREES
     assert unlike(report) == {}
+
+
+@pytest.mark.parametrize("case", DEEDS, ids=lambda it: f"{it.line_id}-{it.slug}")
+@in_virtual_time
+async def test_a_quirk_is_found_where_more_is_allowed(case: Case) -> None:
+    machine = quirky(case)
+    report, _ = await commissioned(machine, all_allowed(machine, places_of(case), case.off_s))
+    assert result_of(report, case.slug).result is case.result
+    assert report.changes() == case.proposed
+
+
+def places_of(case: Case) -> Places:
+    """Between which places the machine of a case may move."""
+    return Places(0, 200) if case.line_id == "robot" else Places(140, 180)
+
+
+PREPARED = (("robot", away), ("cell", homed), ("cell", in_mode_3))
+
+
+@pytest.mark.parametrize(("line_id", "prepare"), PREPARED)
+@in_virtual_time
+async def test_all_trials_leave_a_machine_that_is_as_assumed_as_it_was(
+    line_id: str, prepare: Callable[[Any], None]
+) -> None:
+    machine = MAKES[line_id]()
+    prepare(machine)
+    report, _ = await commissioned(machine, all_allowed(machine, places_of(Case(line_id, "", DIFFERS))))
+    assert unlike(report) == {}
+    told = {it.assumption: it.seen for it in report.results if it.result is Result.CANNOT_TELL}
+    assert told.keys() <= NEVER_TOLD, told
 
 
 def test_each_assumption_has_its_quirk() -> None:
