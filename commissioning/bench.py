@@ -155,7 +155,7 @@ class Bench:
                     self.patience_s = max(self.line.reply_timeout_s, 1.0)  # it may not be there
         listen_s = 2 * self.line.late_reply_s + self.line.reply_timeout_s
         if self.present:
-            await self.talk.hear(lambda _: False, max(listen_s, PATIENCE_S / 2))
+            await self.talk.hear(lambda _: False, listen_s)
 
     def first_replies(self) -> Iterator[tuple[Key, Heard]]:
         """The first answer to each numbered question, as they came."""
