@@ -55,6 +55,8 @@ class Report(BaseModel):
     """Versions and serial numbers that controllers tell, by body or robot."""
     table: dict[str, Any] = Field(default_factory=dict)
     """The line's table of the configuration."""
+    lost: str | None = None
+    """Why the port has gone before the end, if it has."""
     results: list[Outcome]
     frames: list[Frame]
 
@@ -79,6 +81,8 @@ class Report(BaseModel):
         for name, told in self.controllers.items():
             yield f"- {name}: {told}"
         yield ""
+        if self.lost is not None:
+            yield from (f"**It was broken off**: {self.lost}", "")
         if any(it.result is Result.CONTRADICTS for it in self.results):
             yield from (NO_MOTION, "")
         yield "| assumption | result | what was seen | what to do |"

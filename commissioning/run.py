@@ -12,7 +12,7 @@ from commissioning.bench import OUTAGE, Bench, Terms
 from commissioning.conversation import Conversation
 from commissioning.findings import Finding, Result, cannot_tell
 from commissioning.report import Outcome, Report, Setting
-from transports import Transport, create
+from transports import Transport, TransportLost, create
 
 Tell = Callable[[int, int, str], None]
 """Called before each trial: its place, how many there are, and its slug."""
@@ -34,7 +34,6 @@ async def commission(
     """Try all assumptions about a line, alone on its port.
 
     :raises TransportUnavailable: the port cannot be opened; nothing was sent.
-    :raises TransportLost: the port has gone meanwhile.
     """
     bench_of, trials = BENCHES[line.protocol]
     talk = Conversation(open_transport(patient(line.address)))
@@ -42,8 +41,9 @@ async def commission(
     started = _now()
     bench = bench_of(line, talk, terms)
     try:
-        results = await _walk(bench, trials, tell)
-        await bench.describe()
+        results, lost = await _walk(bench, trials, tell)
+        if lost is None:
+            await bench.describe()
     finally:
         await talk.close()
     return Report(
@@ -57,6 +57,7 @@ async def commission(
         controllers=bench.serial_numbers,
         table=line.model_dump(mode="json"),
         results=results,
+        lost=lost,
         frames=talk.frames,
     )
 
@@ -66,11 +67,15 @@ def patient(address: str) -> str:
     return fics.with_option(address, "stuck_ms", STUCK_MS) if address.startswith("dpram:") else address
 
 
-async def _walk(bench: Bench, trials: Mapping[str, Any], tell: Tell) -> list[Outcome]:
-    """Try each row, questions first and the power last; the results stand in the order of the rows."""
+async def _walk(bench: Bench, trials: Mapping[str, Any], tell: Tell) -> tuple[list[Outcome], str | None]:
+    """Try each row, questions first and the power last; the results stand in the order of the rows.
+
+    Why the port has gone meanwhile stands beside them: what was not tried by then cannot be told.
+    """
     rows = of_family(bench.line.protocol)
     by_level = sorted(rows, key=lambda it: (it.person, list(Level).index(it.level)))
     found: dict[str, Finding] = {}
+    lost: str | None = None
     barred: dict[Level, str] = {}
     """What has to be seen to before anything more is set or moved."""
     for place, row in enumerate(by_level, 1):
@@ -80,10 +85,16 @@ async def _walk(bench: Bench, trials: Mapping[str, Any], tell: Tell) -> list[Out
             needed = AFTER_A_SURPRISE.format(slug=barred[row.level])
             found[row.slug] = cannot_tell(row, "It was not tried.", needed)
             continue
-        finding = found[row.slug] = await _try(row, bench, trials.get(row.slug))
+        try:
+            finding = found[row.slug] = await _try(row, bench, trials.get(row.slug))
+        except TransportLost as error:
+            lost = str(error)
+            break
         for level in _bars(finding):
             barred.setdefault(level, row.slug)
-    return [_outcome(row, found[row.slug], bench.line) for row in rows]
+    for row in rows:
+        found.setdefault(row.slug, cannot_tell(row, "It was not tried: the port has gone."))
+    return [_outcome(row, found[row.slug], bench.line) for row in rows], lost
 
 
 def _bars(finding: Finding) -> tuple[Level, ...]:

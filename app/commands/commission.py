@@ -58,6 +58,8 @@ def commission(
     _write(found, report)
     _tell(found)
     _propose(found, config, apply=apply)
+    if found.lost is not None:
+        raise Failure(f"{found.lost} The trials that are missing were not made.", exits.NOT_SENT)
     if not found.is_right():
         raise typer.Exit(exits.REFUSED)
 

@@ -84,7 +84,7 @@ async def test_a_robot_is_left_as_it_was(prepare: Any) -> None:
     assert robot.variables[99] == 12.5
     assert robot.unit.positions == {5: (1.0, 2.0, 3.0)}
     assert robot.unit.users[0].percent == 70.0
-    assert robot.upload is robot.alarm is robot.job is None
+    assert (robot.upload, robot.alarm, robot.job) == (None, None, None)
 
 
 @in_virtual_time
