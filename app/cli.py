@@ -18,6 +18,7 @@ COMMANDS: Final = {
     "status": "watch:status",
     "watch": "watch:watch",
     "scan": "scan:scan",
+    "commission": "commission:commission",
     "trace": "trace:trace",
     "send": "moves:send",
     "move": "moves:move",

@@ -112,7 +112,7 @@ class ConfigFile:
         if (*path, "bodies") in index:
             start = sum(len(row) + 1 for row in rows[: index.line_of((*path, "bodies")) - 1])
             end, last = end_of_array(text, text.index("[", text.index("=", start)))
-            values = ", ".join(map(_value, bodies))
+            values = ", ".join(map(value_text, bodies))
             above = f"{text[:start]}{_commented(comment)}{text[start:end]}"
             new = f"{above}{'' if last in '[,' else ','} {values}{text[end:]}"
         else:
@@ -171,17 +171,17 @@ def _commented(comment: str) -> str:
 
 def _array_table(name: str, table: Mapping[str, Any]) -> Iterator[str]:
     yield f"[[{name}]]\n"
-    yield from (f"{_key(key)} = {_value(value)}\n" for key, value in table.items())
+    yield from (f"{_key(key)} = {value_text(value)}\n" for key, value in table.items())
 
 
 def _key(key: str) -> str:
-    return key if key.replace("_", "").replace("-", "").isalnum() and key.isascii() else _value(key)
+    return key if key.replace("_", "").replace("-", "").isalnum() and key.isascii() else value_text(key)
 
 
-def _value(value: Any) -> str:
+def value_text(value: Any) -> str:
     """Write a value as TOML does."""
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{_key(key)} = {_value(it)}" for key, it in value.items()) + " }"
+        return "{ " + ", ".join(f"{_key(key)} = {value_text(it)}" for key, it in value.items()) + " }"
     if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_value, value))}]"
+        return f"[{', '.join(map(value_text, value))}]"
     return json.dumps(value, ensure_ascii=False)

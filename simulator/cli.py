@@ -5,7 +5,7 @@ import gc
 import re
 import signal
 import socket
-from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,9 +27,11 @@ from simulator.fics.layout import Layout
 from simulator.fics.line import LineSettings, SimulatedFics
 from simulator.fics.line import build_line as build_fics
 from simulator.fics.macros import MACROS, read_macros
+from simulator.fics.quirks import QUIRKS as FICS_QUIRKS
 from simulator.ports import Machine, Port, serve_pty, serve_tcp
 from simulator.rorze.control import create_control
 from simulator.rorze.line import Rc400Line, build_line
+from simulator.rorze.quirks import QUIRKS as RC400_QUIRKS
 from simulator.truth import TruthLog
 
 KEPT_FACTS = 100_000
@@ -61,6 +63,10 @@ TruthOption = Annotated[
 ]
 ControlOption = Annotated[str | None, typer.Option(help="Offer the HTTP control interface at HOST:PORT.")]
 SeedOption = Annotated[int, typer.Option(help="Seed of the faults' dice.")]
+QuirkOption = Annotated[
+    list[str] | None,
+    typer.Option(help="Be otherwise than the gateway assumes, by the name that `commission` gives it."),
+]
 
 
 @app.callback()
@@ -87,16 +93,18 @@ def rc400(
     truth: TruthOption = None,
     control: ControlOption = None,
     seed: SeedOption = 0,
+    quirk: QuirkOption = None,
 ) -> None:
     """Simulate an RC-400 link master with RC-420 controllers until interrupted."""
     try:
         numbers = read_bodies(bodies)
         service = read_service(read_place(pty, listen), baud, truth, control)
+        turn = read_quirks(quirk or (), RC400_QUIRKS)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from None
     _run(
         service,
-        lambda log: build_line(numbers, monotonic(), log, seed=seed),
+        lambda log: turn(build_line(numbers, monotonic(), log, seed=seed)),
         create_control,
         f"RC-400 with bodies {', '.join(f'{body:02X}' for body in numbers)}",
     )
@@ -121,18 +129,20 @@ def fics(
     truth: TruthOption = None,
     control: ControlOption = None,
     seed: SeedOption = 0,
+    quirk: QuirkOption = None,
 ) -> None:
     """Simulate a Fics robot system with C-HOST until interrupted."""
     try:
         programs = MACROS if macros is None else read_macros(macros)
         layout = Layout(units=units, axes=axes, macros=programs)
         service = read_service(read_fics_place(pty, listen, dpram), baud, truth, control)
+        turn = read_quirks(quirk or (), FICS_QUIRKS)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from None
     settings = LineSettings(terminator=terminator)
     _run(
         service,
-        lambda log: build_fics(layout, log, settings, seed),
+        lambda log: turn(build_fics(layout, log, settings, seed)),
         create_fics_control,
         f"Fics with {units} unit{'s' if units > 1 else ''} of axes {axes}",
     )
@@ -151,6 +161,23 @@ def _run(
     except OSError as error:
         typer.echo(f"The simulated line did not start: {error}.", err=True)
         raise typer.Exit(1) from None
+
+
+def read_quirks(names: Sequence[str], known: Mapping[str, Callable[[M], None]]) -> Callable[[M], M]:
+    """Read the names of quirks, and give what gives them to a machine.
+
+    :raises ValueError: there is no quirk of this name.
+    """
+    for name in names:
+        if name not in known:
+            raise ValueError(f"{name!r} is no quirk here; they are {', '.join(known)}")
+
+    def turn(machine: M) -> M:
+        for name in names:
+            known[name](machine)
+        return machine
+
+    return turn
 
 
 def read_bodies(text: str) -> tuple[int, ...]:

@@ -28,9 +28,9 @@ class Measure:
         """A place as it is displayed; never minus zero."""
         return round(value, self.decimals) + 0.0
 
-    def written(self, value: float) -> str:
+    def displayed(self, value: float, decimals: int) -> str:
         """A place as APS and MPS write it: with a point, but for pulses (C-HOST manual 2-9, 4-4)."""
-        return f"{self.shown(value):.{self.decimals}f}"
+        return f"{self.shown(value):.{decimals if self.decimals else 0}f}"
 
 
 MILLIMETRE = Measure(AxisSystem.MILLIMETRE, 2, 1.0, 100)

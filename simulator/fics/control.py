@@ -123,6 +123,9 @@ class LineChange(Strict):
     reply_delay_s: float | None = Field(default=None, ge=0, le=60)
     terminator: Terminator | None = None
     boot_s: float | None = Field(default=None, ge=0, le=3600)
+    hears: Literal["either", "crlf"] | None = None
+    half_commands: Literal["refused", "executed"] | None = None
+    echoes: bool | None = None
 
 
 Bits = Annotated[tuple[str, ...], Field(strict=False)]  # JSON has lists only
@@ -136,8 +139,18 @@ class RobotChange(Strict):
     status_bits: Bits | None = Field(default=None, description="Bits 0 to 3, each name once.")
     sensor_bits: Bits | None = Field(default=None, description="Bits 0 to 2, each name once.")
     origin_bit: Literal["homed", "lasting"] | None = None
-    hidden_positions: Literal["several_units", "always"] | None = None
+    hidden_positions: Literal["several_units", "always", "at_rest"] | None = None
     mode_change: Literal["new_mode", "old_mode"] | None = None
+    displayed_decimals: int | None = Field(default=None, ge=0, le=6)
+    upload_end: Literal["refused", "done"] | None = None
+    upload_refusal: Literal["E03", "E01"] | None = None
+    download_end: Literal["first_hole", "skips_holes"] | None = None
+    left_out: Literal["without", "kept"] | None = None
+    numbers: Literal["as_set", "whole"] | None = None
+    homing: Literal["lasting", "lost_by_moves"] | None = None
+    jog_mode: Literal["jog", "move"] | None = None
+    positions_after_power: Literal["unknown", "kept"] | None = None
+    error_after_power: Literal["gone", "kept"] | None = None
 
 
 class TornMessages(Strict):

@@ -44,6 +44,9 @@ class SimulatedDpram(Port):
         """How the next messages to the host are torn."""
         self.ends_with_cr = True
         """Whether a message carries its CR, or is ended by its flag alone; an assumption."""
+        self.takes_after_s = 0.0
+        """How long a message of the host lies there before it is taken; an assumption."""
+        self._full_since: float | None = None
         self._path = path
         self._inode = path.stat().st_ino
         self._ram = ram
@@ -109,12 +112,21 @@ class SimulatedDpram(Port):
 
     def _take(self) -> None:
         """Read a message, free the area, and let the machine hear it."""
-        if self._ram[HOST_FLAG] == FULL and not self.stalled:
+        if self._ram[HOST_FLAG] == FULL and not self.stalled and self._has_lain():
             area = self._ram[FROM_HOST].rstrip(b"\0")
             self._ram[HOST_FLAG] = FREE
             self._stay_awake()
             for message in _MESSAGES.findall(area)[:1]:
                 self._clockwork.feed(message)
+
+    def _has_lain(self) -> bool:
+        """Whether a message has lain there as long as they do."""
+        now = self._loop.time()
+        since = self._full_since = now if self._full_since is None else self._full_since
+        if now - since < self.takes_after_s:
+            return False
+        self._full_since = None
+        return True
 
     def _stay_awake(self) -> None:
         self._busy_until = self._loop.time() + SPIN_S

@@ -1,10 +1,12 @@
 """A simulated Fics at its line: power, faults, replies that take their time."""
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import partial
 from math import inf
 from random import Random
+from typing import Literal
 
 from protocols.fics.link import LONGEST_LINE, TERMINATORS, Request, RequestReader, Terminator
 from simulator.faults import Faults
@@ -14,6 +16,9 @@ from simulator.fics.robot import SYSTEM, Message, Robot
 from simulator.fics.settings import RobotSettings
 from simulator.truth import TruthLog
 from simulator.wire import Wire
+
+_WITH_BOTH = re.compile(rb"[^\n]*\r(?!\n)")
+"""A line that ends with CR alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +31,12 @@ class LineSettings:
     """Ends every line to the host."""
     boot_s: float = 0.0
     """From the return of the power until it hears anything."""
+    hears: Literal["either", "crlf"] = "either"
+    """Which ends of a line are understood (1-2)."""
+    half_commands: Literal["refused", "executed"] = "refused"
+    """What becomes of a command with `!` behind it: `!` is left out, or it is in a wrong form (2-12)."""
+    echoes: bool = False
+    """Whether each line comes back, as with an adapter's local echo."""
 
 
 class SimulatedFics:
@@ -53,6 +64,8 @@ class SimulatedFics:
         """Take bytes from the host."""
         self._advance(now)
         if self.powered:
+            if self.settings.echoes:
+                self._wire.send(data, None, self._now)
             self._wire.receive(data, self._now)
             self._advance(now)
 
@@ -118,6 +131,10 @@ class SimulatedFics:
         self._now = max(self._now, now)
 
     def _hear(self, number: int | None, piece: bytes, now: float) -> None:
+        if self.settings.half_commands == "executed":
+            piece = piece.replace(b"!", b"")
+        if self.settings.hears == "crlf":
+            piece = _WITH_BOTH.sub(b"", piece)
         for request in self._reader.feed(piece):
             if isinstance(request, Request):
                 self._obey(request, number, now)

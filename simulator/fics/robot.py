@@ -47,6 +47,7 @@ from simulator.truth import TruthLog
 SYSTEM = 0
 """Stands for the whole system where the truth log tells of a unit."""
 
+UPLOAD_REFUSALS = {"E03": Code.WRONG_STATE, "E01": Code.BUSY}
 HOMING_PROGRAM = 999
 """The program that homes the mechanism (C-HOST manual 2-4)."""
 
@@ -112,6 +113,8 @@ class Robot:
         """The stop input of the system is active."""
         self._now = -inf
         self._messages: list[Message] = []
+        self.refusal = Code.NONE
+        """The last error of communication, until ERR has told it."""
         self._job_unit: int | None = None
         """Of the job that is just going on: a macro keeps to its unit when the host selects another."""
         self.boot()
@@ -130,8 +133,8 @@ class Robot:
         """Data or parameters are being edited at the teaching terminal."""
         self.job: Job | None = None
         self.braking: Braking | None = None
-        self.refusal = Code.NONE
-        """The last error of communication, until ERR has told it."""
+        if self.settings.error_after_power == "gone":
+            self.refusal = Code.NONE
         self.alarm: Alarm | None = None
         self.latest: ErrorDetail = NO_ERROR
         self.reset()
@@ -142,7 +145,7 @@ class Robot:
         if self.job is not None:
             self._halt(self.job, now)
             self._end(self.job, "power", now)
-        for unit in self.units.values():
+        for unit in self.units.values() if self.settings.positions_after_power == "unknown" else ():
             unit.lose_power()
         self.outputs = [0] * self.layout.channels
         self._messages.clear()
@@ -199,7 +202,7 @@ class Robot:
         :raises Refused: E01, E02 or E03.
         """
         if self.upload is not None and not command.during_upload:
-            raise Refused(Code.WRONG_STATE)
+            raise Refused(UPLOAD_REFUSALS[self.settings.upload_refusal])
         blocks = command.blocked & self.blocks()
         if isinstance(command, StartJog) and self.jogging():
             blocks -= {Block.MOTION}
@@ -325,6 +328,10 @@ class Robot:
     def _finish(self, job: Job, why: str, now: float, alarm: Alarm | None = None) -> None:
         """Report the end; a stop is answered before what it has stopped."""
         self._end(job, why, now)
+        if self.settings.homing == "lost_by_moves" and job.mode is MotionMode.MOVE:
+            for course in job.courses:
+                for motor in self._unit_of(course).motors:
+                    motor.homed = False
         if self.braking is not None:
             self._say(StopAllDecelerating.code, self.braking.request, now)
             self.braking = None
@@ -406,6 +413,8 @@ class Robot:
 
     def hides_positions(self) -> bool:
         """Whether no position is told: one of the things goes on that may move any unit."""
+        if self.settings.hidden_positions == "at_rest":
+            return True
         if len(self.units) == 1 and self.settings.hidden_positions == "several_units":
             return False
         modes = {self.terminal, None if self.job is None else self.job.mode}
@@ -420,5 +429,6 @@ class Robot:
         if not self.servos_on():
             return MotionMode.STOPPED
         if self.job is not None and self.job.unit in (None, unit.number):
-            return self.job.mode
+            is_move = self.job.mode is MotionMode.JOG and self.settings.jog_mode == "move"
+            return MotionMode.MOVE if is_move else self.job.mode
         return self.terminal or MotionMode.STANDING

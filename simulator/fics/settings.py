@@ -23,10 +23,32 @@ class RobotSettings:
     """What bits 0 to 2 of ASD mean (2-11)."""
     origin_bit: Literal["homed", "lasting"] = "homed"
     """Lasting: a loss of power does not clear it in ACD, and only positions tell, by `#####` (2-9, 2-10)."""
-    hidden_positions: Literal["several_units", "always"] = "several_units"
-    """Where automatic operation, homing and macros hide positions: with several units, or always (2-9)."""
+    hidden_positions: Literal["several_units", "always", "at_rest"] = "several_units"
+    """Where automatic operation, homing and macros hide positions: with several units, or always (2-9).
+    At rest: at all times."""
     mode_change: Literal["new_mode", "old_mode"] = "new_mode"
     """Which mode decides whether MOD n is answered (2-37)."""
+
+    displayed_decimals: int = 2
+    """Decimals of mm and degrees in APS and MPS (1-5)."""
+    upload_end: Literal["refused", "done"] = "refused"
+    """What becomes of POF 2 where no upload is open (2-17)."""
+    upload_refusal: Literal["E03", "E01"] = "E03"
+    """How commands are refused between POF 1 and POF 2 (1-7)."""
+    download_end: Literal["first_hole", "skips_holes"] = "first_hole"
+    """What POR does at a number that is not set (2-19)."""
+    left_out: Literal["without", "kept"] = "without"
+    """What POS stores of an axis that is left out: none, or what stood there before (2-18)."""
+    numbers: Literal["as_set", "whole"] = "as_set"
+    """How variables are kept (2-35)."""
+    homing: Literal["lasting", "lost_by_moves"] = "lasting"
+    """Whether a move leaves the axes homed (2-10)."""
+    jog_mode: Literal["jog", "move"] = "jog"
+    """What ACD calls a JOG of the host (2-10)."""
+    positions_after_power: Literal["unknown", "kept"] = "unknown"
+    """What a loss of power leaves of the positions, and of homing (2-9)."""
+    error_after_power: Literal["gone", "kept"] = "gone"
+    """What a loss of power leaves of the last error of communication (2-12)."""
 
     def __post_init__(self) -> None:
         for given, known in ((self.status_bits, STATUS_BITS), (self.sensor_bits, SENSOR_BITS)):

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from protocols.rorze.row import WRONG_MODE
 from simulator.rorze.motor import Motor
 from simulator.rorze.settings import FARTHEST, Flash, Settings
 from simulator.rorze.world import World
@@ -37,6 +38,16 @@ class Axis:
         """Whether `<` and `>` of JCP hold for equal values: its page says so, chapter 20 does not."""
         self.refuses_stale_positions = False
         """Whether HPS must have told where the axis really is: the manual does not say."""
+        self.labels_lead_on = False
+        """Whether UPD and UWD answer a label with the instruction behind it: not in the manual's examples."""
+        self.wrong_mode_error = WRONG_MODE
+        """The refusal of a command in an operating mode it is not marked for: the manual gives none."""
+        self.forgets_errors = False
+        """Whether the errors in 9CD are gone once they were told: the manual says that 9CS clears them."""
+        self.pace = 1.0
+        """By how much the motor is faster than its settings say."""
+        self.refuses_second_stop = False
+        """Whether 5IS is refused after 5SS: the manual does not say."""
 
     def power_on(self, now: float) -> None:
         """Load flash into RAM; the counters start from 0 (RC-420 manual 18).

@@ -59,6 +59,11 @@ class BodyChange(Strict):
     keeps_comments: bool | None = None
     compares_inclusively: bool | None = None
     refuses_stale_positions: bool | None = None
+    labels_lead_on: bool | None = None
+    wrong_mode_error: int | None = Field(default=None, ge=0x10, le=0x6F)
+    forgets_errors: bool | None = None
+    pace: float | None = Field(default=None, ge=0.1, le=10)
+    refuses_second_stop: bool | None = None
 
 
 class Level(Strict):
@@ -145,6 +150,11 @@ class LinkChange(Strict):
     partners: Literal["go_on", "stop"] | None = None
     line_end: Literal["\r", "\r\n"] | None = None
     excess_line_ends: Literal["invalid", "ignored"] | None = None
+    reply_order: Literal["in_turn", "swapped"] | None = None
+    introducers: str | None = Field(default=None, pattern="^[&$#]{1,3}$")
+    set_up: Literal["forgotten", "kept"] | None = None
+    overlong: Literal["refused", "executed"] | None = None
+    echoes: bool | None = None
 
 
 class ProgramMessage(Strict):

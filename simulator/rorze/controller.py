@@ -8,7 +8,6 @@ from protocols.rorze.errors import ErrorKind, lookup
 from protocols.rorze.interpolation import PathPoint
 from protocols.rorze.link import MoveEnded, StatusChanged
 from protocols.rorze.profile import SpeedChange
-from protocols.rorze.row import WRONG_MODE
 from protocols.table import Retry
 from simulator.rorze.actions import Delayed, Order, Outcome, Refused, understand
 from simulator.rorze.axis import Axis
@@ -177,7 +176,7 @@ class Rc420(Axis):
 
     def _check(self, order: Order) -> None:
         if str(self.settings.mode) not in order.command.modes:
-            raise Refused(WRONG_MODE)
+            raise Refused(self.wrong_mode_error)
         if self.motor.moving and not order.command.moving:
             raise Refused(MOVING)
 

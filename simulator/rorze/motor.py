@@ -110,6 +110,11 @@ class Motor:
         return self.train is not None or self.pause is not None
 
     @property
+    def braking(self) -> bool:
+        """Whether a decelerating stop is under way, or has ended the last move."""
+        return self._stopping
+
+    @property
     def interpolating(self) -> bool:
         """Whether the move is along a path."""
         return isinstance(self._leg, PathLeg)

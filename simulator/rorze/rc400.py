@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import inf
 from random import Random
@@ -10,7 +10,7 @@ from typing import Generic, Literal, Protocol, TypeVar
 
 from protocols.lines import CR
 from protocols.rorze.interpolation import StartInterpolation
-from protocols.rorze.link import MoveEnded, Request, RequestReader, StatusChanged
+from protocols.rorze.link import INTRODUCERS, MoveEnded, Request, RequestReader, StatusChanged
 from protocols.rorze.link_master import IdentifyControllers, SetGroup, SetReplyFormat
 from protocols.rorze.row import EVENT, LINK_MASTER, MOVE_ENDED
 from protocols.rorze.stops import StopImmediately
@@ -28,6 +28,10 @@ PROGRAM_MESSAGE, PROGRAM_MESSAGE_CODE = 0x7C, "USD"
 
 LONGEST_FRAME = 1024
 """Bytes without a CR after which the link master stops waiting for one."""
+
+SWAP_S = 0.02
+"""By so much longer every second reply takes where they are swapped."""
+_FILLING = "!"
 
 _EXCESS = re.compile(rb"\r[\r\n]+\Z")
 _NO_COMMAND = b"\0"
@@ -55,6 +59,16 @@ class LinkSettings:
     """Ends every frame to the host; RC-420 manual 17.1 hints that XRS can add the LF."""
     excess_line_ends: Literal["invalid", "ignored"] = "invalid"
     """What another CR, or an LF, does to the command whose CR it comes with (RC-420 manual 17.1)."""
+    reply_order: Literal["in_turn", "swapped"] = "in_turn"
+    """Swapped: every second reply takes longer, so that the next one overtakes it."""
+    introducers: str = INTRODUCERS
+    """Commands that begin otherwise are not heard: an old link master knows `$` and `#` only (12)."""
+    set_up: Literal["forgotten", "kept"] = "forgotten"
+    """What a loss of power leaves of XID, XRS and XVS (RC-420 manual 17.2)."""
+    overlong: Literal["refused", "executed"] = "refused"
+    """What becomes of a command of more than 60 characters; executed: `!` behind it are left out (12)."""
+    echoes: bool = False
+    """Whether each frame comes back, as with an adapter's local echo."""
 
 
 class Axis(Protocol):
@@ -117,6 +131,8 @@ class Rc400(Generic[A]):
         self._wakes = {body: at for body, axis in self.axes.items() if (at := axis.wake_at()) is not None}
         self._brown_outs: dict[int, float] = {}
         """Until when bodies are without power after a brown-out."""
+        self._events_on = self._move_ends_on = False
+        self._groups: dict[int, list[int]] = {}
         self._boot()
 
     @property
@@ -128,15 +144,17 @@ class Rc400(Generic[A]):
 
     def _boot(self) -> None:
         """Start with nothing set: XID, XRS and XVS are assumed to be lost with the power."""
-        self._events_on = False
-        self._move_ends_on = False
-        self._groups: dict[int, list[int]] = {}
+        if self.settings.set_up == "forgotten":
+            self._events_on = self._move_ends_on = False
+            self._groups.clear()
         self._collecting: set[int] = set()
         """Bodies whose text is on its way."""
         self._together: list[set[int]] = []
         """Members that have started an interpolated move at one command and are still in it."""
         self._reader = RequestReader()
         self._unanswered = 0
+        self._at_once = -1
+        """Commands heard so far of what came in one piece; -1 when nothing is being received."""
         self.powered = True
 
     def power_off(self, now: float) -> None:
@@ -178,8 +196,13 @@ class Rc400(Generic[A]):
     def receive(self, data: bytes, now: float) -> None:
         """Take bytes from the host."""
         self._advance(now)
-        if self.powered:
-            self._wire.receive(data, self._now)
+        if not self.powered:
+            return
+        if self.settings.echoes:
+            self._wire.send(data, None, self._now)
+        self._at_once = 0
+        self._wire.receive(data, self._now)
+        self._at_once = -1
 
     def take_output(self, now: float) -> bytes:
         """Give the bytes that have left for the host by now."""
@@ -239,11 +262,18 @@ class Rc400(Generic[A]):
         for request in self._reader.feed(piece):
             if not isinstance(request, Request) or len(request.text) < CODE_LENGTH:
                 continue  # an assumption: what has no code cannot be answered
-            if self._unanswered and self.settings.interjection == "drop":
+            if self._interjects() and self.settings.interjection == "drop":
+                continue
+            if request.introducer not in self.settings.introducers:
                 continue
             self.truth.request = number
             self._obey(request, number, now)
             self.truth.request = None
+
+    def _interjects(self) -> bool:
+        """Whether a command comes before the last reply, as one does that comes in one piece with another."""
+        self._at_once += self._at_once >= 0
+        return bool(self._unanswered) or self._at_once > 1
 
     def _obey(self, request: Request, number: int | None, now: float) -> None:
         answer = self._answer(request, now)
@@ -253,7 +283,8 @@ class Rc400(Generic[A]):
             address = f"{request.body:02X}" if request.introducer == "&" else f"{request.body:X}"
             reply = f">{request.introducer}{address}{request.text[:CODE_LENGTH]}{answer.payload}"
             self._unanswered += 1
-            leaves_at = now + self.settings.reply_delay_s + answer.delay_s
+            is_slow = self.settings.reply_order == "swapped" and self.requests % 2
+            leaves_at = now + self.settings.reply_delay_s + answer.delay_s + is_slow * SWAP_S
             self._wire.plan(leaves_at, now, partial(self._reply, reply, number))
         self.look_after(*self._members(request.body))
 
@@ -264,7 +295,9 @@ class Rc400(Generic[A]):
     def _answer(self, request: Request, now: float) -> Response | None:
         """The answer of the one who is addressed; None if nobody is there."""
         if request.too_long():
-            return self._refusal(TOO_LONG)
+            if self.settings.overlong == "refused":
+                return self._refusal(TOO_LONG)
+            request = replace(request, text=request.text.rstrip(_FILLING))
         if request.body == LINK_MASTER:
             return self._link_command(request.text)
         if request.body in self._groups:

@@ -1,5 +1,7 @@
 """The table of positions (C-HOST manual 2-17 to 2-20)."""
 
+from itertools import zip_longest
+
 from protocols.fics.positions import (
     LAST_POSITION,
     BeginPositionUpload,
@@ -22,7 +24,7 @@ def _begin_upload(robot: Robot, command: BeginPositionUpload, now: float) -> Non
 @acts_out(EndPositionUpload)
 def _end_upload(robot: Robot, command: EndPositionUpload, now: float) -> None:
     """Close the upload; where there is none, POF 2 is refused as POS is, an assumption."""
-    if robot.upload is None:
+    if robot.upload is None and robot.settings.upload_end == "refused":
         raise Refused(Code.NO_UPLOAD)
     robot.upload = None
 
@@ -34,7 +36,9 @@ def _upload_position(robot: Robot, command: UploadPosition, now: float) -> None:
         raise Refused(Code.NO_UPLOAD)
     if robot.upload > LAST_POSITION or len(command.coordinates) > len(robot.unit.users):
         raise Refused(Code.TOO_MANY)
-    robot.unit.positions[robot.upload] = tuple(command.coordinates)
+    before = robot.unit.positions.get(robot.upload, ()) if robot.settings.left_out == "kept" else ()
+    pairs = zip_longest(command.coordinates, before)
+    robot.unit.positions[robot.upload] = tuple(old if new is None else new for new, old in pairs)
     robot.upload += 1
 
 
@@ -44,6 +48,8 @@ def _download_positions(robot: Robot, command: DownloadPositions, now: float) ->
     answers: list[Reply] = []
     for number in _range(command):
         position = robot.unit.positions.get(number)
+        if position is None and robot.settings.download_end == "skips_holes":
+            continue
         if position is None:
             break
         answers.append(StoredPosition(coordinates=list(position)))

@@ -29,9 +29,9 @@ def _get_motor_position(robot: Robot, command: GetMotorPosition, now: float) -> 
 
 
 def _told(robot: Robot, axes: Sequence[Axis], places: Sequence[float | None]) -> str:
-    hidden = robot.hides_positions()
+    hidden, decimals = robot.hides_positions(), robot.settings.displayed_decimals
     return ",".join(
-        UNKNOWN if hidden or place is None else axis.measure.written(place)
+        UNKNOWN if hidden or place is None else axis.measure.displayed(place, decimals)
         for axis, place in zip(axes, places, strict=True)
     )
 

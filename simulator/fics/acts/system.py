@@ -60,4 +60,5 @@ def _get_variable(robot: Robot, command: GetVariable, now: float) -> VariableVal
 
 @acts_out(SetVariable)
 def _set_variable(robot: Robot, command: SetVariable, now: float) -> None:
-    robot.variables[command.number] = command.value
+    value = command.value
+    robot.variables[command.number] = float(round(value)) if robot.settings.numbers == "whole" else value

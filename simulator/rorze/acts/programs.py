@@ -153,7 +153,7 @@ def _place(axis: Rc420, query: PlaceQuery[ProgramInstruction] | PlaceQuery[Progr
     """
     address = axis.next_program_address if query.address is None else query.address
     if query.label is not None:
-        address = _address_of(axis, query.label)
+        address = _address_of(axis, query.label) + axis.labels_lead_on
     if not axis.program or address > LAST_ADDRESS:
         raise Refused(NO_SUCH_PLACE)
     axis.next_program_address = address + 1

@@ -38,7 +38,7 @@ def parameters_of(axis: Rc420, number: int) -> SpeedParameters:
     acceleration = _known(chosen.acceleration, 2)
     rising, falling = _known(chosen.rising, 3), _known(chosen.falling, 4)
     try:
-        return SpeedParameters(low, high, acceleration, rising, falling)
+        return SpeedParameters(round(low * axis.pace), round(high * axis.pace), acceleration, rising, falling)
     except ProfileError as error:
         raise Refused(error.code) from None
 

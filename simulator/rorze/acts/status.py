@@ -20,6 +20,8 @@ VERSION = "RC-420 Ver0001.00 by RORZE(2001-01-01)"
 @acts_out(GetControllerStatus)
 def _get_status(axis: Rc420, command: GetControllerStatus, _now: float) -> ControllerStatus:
     status = axis.status_now()
+    if axis.forgets_errors:
+        axis.status = 0
     if command.bit is None:
         return ControllerStatus(bits=status)
     return ControllerStatus(on=status >> command.bit & 1)

@@ -13,7 +13,7 @@ from protocols.rorze.stops import (
 )
 from simulator.rorze.actions import Refused, acts_out
 from simulator.rorze.acts.speeds import parameters_of
-from simulator.rorze.controller import Rc420
+from simulator.rorze.controller import MOVING, Rc420
 from simulator.rorze.motion import PulseTrain
 from simulator.rorze.motor import STOP_CAUSE
 
@@ -44,6 +44,8 @@ def _stop_parameters(axis: Rc420) -> SpeedParameters | None:
 
 @acts_out(StopImmediately)
 def stop_immediately(axis: Rc420, _: StopImmediately, now: float) -> None:
+    if axis.refuses_second_stop and axis.motor.braking:
+        raise Refused(MOVING)
     if axis.motor.moving:
         axis.motor.stop(STOP_CAUSE, now)
         axis.io.outputs.give_clear(now)

@@ -215,6 +215,7 @@ async def test_line_settings_are_changed_one_by_one(bench: Bench) -> None:
     await bench.change("PATCH", "/line/settings", reply_delay_s=0.5)
     settings = await bench.change("PATCH", "/line/settings", terminator="crlf")
     expected = {"reply_delay_s": 0.5, "terminator": "crlf", "boot_s": 0.0}
+    expected |= {"hears": "either", "half_commands": "refused", "echoes": False}
     assert settings == await bench.look("/line/settings") == expected
     assert bench.ask("MOD") == []
     bench.now = 0.5

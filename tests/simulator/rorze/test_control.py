@@ -138,6 +138,11 @@ async def test_link_settings_are_changed_one_by_one(bench: Bench) -> None:
         "partners": "go_on",
         "line_end": "\r",
         "excess_line_ends": "invalid",
+        "reply_order": "in_turn",
+        "introducers": "&$#",
+        "set_up": "forgotten",
+        "overlong": "refused",
+        "echoes": False,
     }
     assert bench.ask("&056PD") == ">&056PD@\r"
     assert (await bench.http.get("/link")).json()["requests"] == 1

@@ -1,0 +1,167 @@
+"""First contact with a real line: which assumptions hold there, and which settings follow: `commission`."""
+
+import asyncio
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from app import exits
+from app.exits import Failure, Misuse
+from app.output import json_text
+from app.progress import Progress
+
+if TYPE_CHECKING:
+    from commissioning.assumptions import Assumption
+    from commissioning.bench import Terms
+    from commissioning.report import Report
+
+LEVELS = ("settings", "motion")
+
+
+def commission(
+    line: Annotated[str, typer.Argument(metavar="LINE", help="A line, as the configuration names it.")],
+    config: Annotated[
+        Path | None, typer.Option(help="Speak to the line alone on its port; no gateway serves it meanwhile.")
+    ] = None,
+    allow: Annotated[
+        list[str] | None,
+        typer.Option(help="Besides questions: settings, motion. Each is asked for before it is done."),
+    ] = None,
+    yes: Annotated[
+        list[str] | None,
+        typer.Option(metavar="BODY", help="Agree to all that is allowed on this body or robot, unasked."),
+    ] = None,
+    between: Annotated[
+        tuple[float, float] | None,
+        typer.Option(metavar="A B", help="Two places of the axis that may move, in its own units."),
+    ] = None,
+    report: Annotated[
+        Path | None, typer.Option(help="Write all results and frames to F.json, and F.md beside it.")
+    ] = None,
+    apply: Annotated[
+        bool, typer.Option("--apply", help="Write the proposed settings into the configuration file.")
+    ] = False,
+) -> None:
+    """Find out which assumptions about a line hold there, and which settings make the gateway right.
+
+    Only questions are sent, unless more is allowed. Exit code 1: something differs or contradicts.
+    """
+    levels = _levels(allow or ())
+    if report is not None and report.suffix != ".json":
+        raise Misuse(f"{report} is no name of a report: it ends with .json")
+    if config is None:
+        raise Misuse("Name the configuration file with --config")
+    found = _alone(line, config, _terms(levels, yes or (), between))
+    _write(found, report)
+    _tell(found)
+    _propose(found, config, apply=apply)
+    if found.lost is not None:
+        raise Failure(f"{found.lost} The trials that are missing were not made.", exits.NOT_SENT)
+    if not found.is_right():
+        raise typer.Exit(exits.REFUSED)
+
+
+def _levels(allow: Sequence[str]) -> frozenset[Any]:
+    from commissioning.assumptions import Level
+
+    for it in allow:
+        if it not in LEVELS:
+            raise Misuse(f"--allow takes {' or '.join(LEVELS)}, not {it!r}")
+    return frozenset(map(Level, allow))
+
+
+def _terms(levels: frozenset[Any], yes: Sequence[str], between: tuple[float, float] | None) -> "Terms":
+    from commissioning.bench import Places, Terms
+
+    agreed = {it.upper() for it in yes}
+
+    async def consent(_row: "Assumption", subject: str, what: str) -> bool:
+        return subject.upper() in agreed or await _confirm(what)
+
+    async def switch(_row: "Assumption", _subject: str, what: str) -> bool:
+        return await _confirm(what)
+
+    return Terms(levels, consent, switch, None if between is None else Places(*between))
+
+
+async def _confirm(what: str) -> bool:
+    """Ask at the terminal; no where nobody is there."""
+    if not sys.stdin.isatty():
+        return False
+    return await asyncio.to_thread(typer.confirm, what, err=True)
+
+
+def _alone(line_id: str, file: Path, terms: "Terms") -> "Report":
+    """Commission a line of a file at its port."""
+    from commissioning.run import commission as walk
+    from gateway.config import ConfigError, load
+    from transports import TransportError
+
+    try:
+        lines = {it.id: it for it in load(file).lines}
+    except ConfigError as error:
+        raise Failure(str(error), exits.CONFIG) from None
+    if line_id not in lines:
+        raise Misuse(f"{file} has no line {line_id}; it has {', '.join(lines)}")
+
+    async def run(tell: Callable[[int, int, str], None]) -> "Report":
+        return await walk(lines[line_id], terms, tell=tell)
+
+    with Progress() as progress:
+        try:
+            return asyncio.run(run(lambda place, of, slug: progress.say(f"{place} of {of}: {slug}")))
+        except TransportError as error:
+            raise Failure(f"{error} The line {line_id} was not commissioned.", exits.NOT_SENT) from None
+
+
+def _write(found: "Report", report: Path | None) -> None:
+    if report is None:
+        return
+    try:
+        report.write_text(json_text(found.model_dump(mode="json")) + "\n", "utf-8")
+        report.with_suffix(".md").write_text(found.markdown(), "utf-8")
+    except OSError as error:
+        raise Failure(
+            f"{report} cannot be written: {error.strerror}. The trials are over; nothing is left set.",
+            exits.NOT_SENT,
+        ) from None
+
+
+def _tell(found: "Report") -> None:
+    for it in found.results:
+        typer.echo(f"{it.result.replace('_', ' '):12} {it.assumption}: {it.seen}")
+    if any(it.result == "contradicts" for it in found.results):
+        typer.echo(
+            "Do not run motion on this line: no setting of the gateway is right for what contradicts it. "
+            "Send the report to the maker of the controller and to whoever maintains the gateway.",
+            err=True,
+        )
+
+
+def _propose(found: "Report", file: Path, *, apply: bool) -> None:
+    """Show the proposed change of the file, and make it where people ask for it."""
+    from commissioning.proposals import changed, diff
+    from gateway.config import ConfigError
+    from gateway.config_file import ConfigFile
+    from gateway.core.errors import GatewayError
+
+    changes = found.changes()
+    if not changes:
+        return
+    before = file.read_text("utf-8-sig")
+    try:
+        after = changed(before, found.line, changes, str(file))
+    except ConfigError as error:
+        raise Failure(f"{error}", exits.REFUSED) from None
+    typer.echo(diff(before, after, str(file)), nl=False)
+    if not apply:
+        typer.echo("Nothing was changed: --apply writes this into the file.", err=True)
+        return
+    try:
+        ConfigFile(file).write(after)
+    except GatewayError as error:
+        raise Failure(f"{error.detail} {error.remedy}", exits.REFUSED) from None
+    typer.echo(f"{file} is written; `motion-gateway reload` lets a gateway read it again.", err=True)

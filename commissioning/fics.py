@@ -1,0 +1,362 @@
+"""The trials of a Fics robot."""
+
+import re
+from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
+from itertools import count
+from types import MappingProxyType
+from typing import Any, Final
+
+from commissioning.assumptions import Assumption
+from commissioning.bench import SETTLES_S, Bench, Key, Terms, copies, echo, late_replies, turnaround
+from commissioning.conversation import Conversation, Heard
+from commissioning.findings import Change, Finding, agrees, cannot_tell, fails
+from gateway.fics.downloads import NOT_SET
+from protocols.fics.alarms import GetErrorDetail
+from protocols.fics.link import (
+    TERMINATORS,
+    Answer,
+    Frame,
+    Refusal,
+    Terminator,
+    Ver3Reader,
+    encode,
+)
+from protocols.fics.motor_axes import GetMotorPosition
+from protocols.fics.notation import DECIMALS, LARGEST, UNKNOWN
+from protocols.fics.positions import DownloadPositions
+from protocols.fics.row import FicsCommand
+from protocols.fics.status import STATUS_BITS, AxisStatuses, GetAxisStatus, GetUserPosition, MotionMode
+from protocols.fics.system import GetSystemVersion
+from protocols.fics.variables import GetVariable, VariableValue
+from protocols.table import WireFault
+from transports.addresses import Address
+
+ROBOT: Final = 0
+"""A robot is alone on its line."""
+CLEARING: Final = b"!"
+POSITIONS_READ: Final = 8
+HUNDREDTHS: Final = 2
+REST_S: Final = 0.3
+"""What stands still does not move in this time."""
+_NUMBER = re.compile(r"[+-]?[0-9]*\.?([0-9]*)")
+
+
+class FicsBench(Bench):
+    """A robot at its port."""
+
+    def __init__(self, line: Any, talk: Conversation, terms: Terms) -> None:
+        super().__init__(line, talk, terms)
+        self._variables = count()
+        self.terminator: Terminator = line.terminator
+        """What ends a line that the robot understands."""
+
+    @property
+    def speakers(self) -> Sequence[int]:
+        """The robot."""
+        return [ROBOT]
+
+    def numbered(self, speaker: int) -> tuple[Key, bytes]:
+        """Ask for the next variable."""
+        number = next(self._variables)
+        return (speaker, number), self.frame(GetVariable(number=number))
+
+    def key_of(self, heard: bytes) -> Key | None:
+        """Read the number of an answer to VAR."""
+        for it in Ver3Reader().feed(heard):
+            if isinstance(it, Answer) and it.name == GetVariable.code:
+                try:
+                    return ROBOT, VariableValue.read(it.payload).number
+                except WireFault:
+                    return None
+        return None
+
+    def frame(self, command: FicsCommand[Any]) -> bytes:
+        """Write a command with the end that the robot understands."""
+        return encode(command, self.terminator)
+
+    async def reach(self) -> None:
+        """Find the end of a line that the robot understands, the configured one first."""
+        for terminator in sorted(TERMINATORS, key=lambda it: it != self.line.terminator):
+            self.terminator = terminator
+            if await self.ask(GetSystemVersion()):
+                return
+        self.terminator = self.line.terminator
+
+    async def ask(self, command: FicsCommand[Any], within_s: float = 0.0) -> list[Frame]:
+        """Send a command and give the frames that answer it: of several the last ends them."""
+        frame = self.frame(command)
+        since = len(self.talk.heard)
+        self.talk.send(frame)
+        names = [it for it in command.reply_names() if it]
+
+        def answers(lines: Sequence[Heard]) -> list[Frame]:
+            return [it for it in _frames(lines) if getattr(it, "name", None) in names]
+
+        def over(lines: Sequence[Heard]) -> bool:
+            last = answers(lines)[-1:]
+            return bool(last) and (not command.ends_with or not isinstance(last[0], Answer))
+
+        return answers(await self.talk.hear(over, self.within_s(frame) + within_s, since))
+
+    async def told(self, command: FicsCommand[Any]) -> str | None:
+        """Ask for one answer, and give its text; None if none came."""
+        answers = [it for it in await self.ask(command) if isinstance(it, Answer)]
+        return answers[0].payload if answers else None
+
+    async def read(self, command: FicsCommand[Any]) -> Any:
+        """Ask for one answer, and give it as the command's row reads it; None if none came."""
+        payload = await self.told(command)
+        try:
+            return None if payload is None else command.read_reply(payload)
+        except WireFault:
+            return None
+
+    async def is_there(self) -> bool:
+        """Whether the robot answers."""
+        await self.sample()
+        return bool(self.present)
+
+    async def describe(self) -> None:
+        """Ask for the versions."""
+        told = await self.told(GetSystemVersion()) if self.present else None
+        if told is not None:
+            self.serial_numbers[self.line.robot.id] = told
+
+
+def _frames(lines: Sequence[Heard]) -> Iterator[Frame]:
+    for it in lines:
+        yield from Ver3Reader().feed(it.data)
+
+
+NOBODY: Final = "The robot has not answered."
+
+
+# Questions
+
+
+async def robot_terminator(row: Assumption, bench: FicsBench) -> Finding:
+    """Say which end of a line the robot understands."""
+    if not await bench.is_there():
+        return cannot_tell(row, NOBODY)
+    seen = f"The robot answers lines that end with {bench.terminator.upper()}."
+    if bench.terminator == bench.line.terminator:
+        return agrees(seen)
+    return fails(row, seen, Change(row.key, bench.terminator))
+
+
+async def half_robot_command(row: Assumption, bench: FicsBench) -> Finding:
+    """Send half a question, and what ends it."""
+    if not await bench.is_there():
+        return cannot_tell(row, NOBODY)
+    question = GetSystemVersion()
+    since = len(bench.talk.heard)
+    bench.talk.send(question.text().encode("ascii"))
+    await bench.pause(SETTLES_S)
+    ending = CLEARING + TERMINATORS[bench.terminator]
+    bench.talk.send(ending)
+    await bench.talk.hear(lambda _: False, bench.within_s(ending), since)
+    lines = bench.talk.heard[since:]
+    if any(isinstance(it, Answer) and it.name == question.code for it in _frames(lines)):
+        return fails(row, "Half a question was answered, and what ended it with it.")
+    if not await bench.ask_number(ROBOT):
+        return fails(row, "Nothing is answered any more after half a question and what ends it.")
+    told = b"".join(it.data for it in lines).decode("ascii", "replace").strip()
+    return agrees(f"Half a question and what ends it were answered by {told or 'nothing'}.")
+
+
+async def _coordinates(bench: FicsBench) -> list[str]:
+    """All coordinates that the robot tells of its present unit, as text."""
+    texts = [await bench.told(it) for it in (GetUserPosition(), GetMotorPosition())]
+    numbers = [number for text in texts if text for number in text.split(",")]
+    return [it for it in numbers if it and it != UNKNOWN]
+
+
+async def stored(bench: FicsBench, first: int, wanted: int) -> tuple[list[str], Frame | None]:
+    """Stored positions as text, and what ended them."""
+    frames = await bench.ask(DownloadPositions(first=first, count=wanted))
+    ends = [it for it in frames if not isinstance(it, Answer)]
+    return [it.payload for it in frames if isinstance(it, Answer)], ends[0] if ends else None
+
+
+async def robot_decimals(row: Assumption, bench: FicsBench) -> Finding:
+    """Look at the decimals and the size of all coordinates that are told."""
+    if not await bench.is_there():
+        return cannot_tell(row, NOBODY)
+    positions, _ = await stored(bench, 1, POSITIONS_READ)
+    numbers = await _coordinates(bench) + [it for text in positions for it in text.split(",") if it]
+    if not numbers:
+        return cannot_tell(row, "The robot tells no coordinates.")
+    most, largest = max(map(_decimals, numbers)), max(abs(float(it)) for it in numbers)
+    seen = f"Coordinates have {most} decimals at most, the largest is {largest:g}."
+    return agrees(seen) if most <= DECIMALS and largest <= LARGEST else fails(row, seen)
+
+
+def _decimals(number: str) -> int:
+    match = _NUMBER.fullmatch(number)
+    return len(match[1]) if match is not None and "." in number else 0
+
+
+async def displayed_hundredths(row: Assumption, bench: FicsBench) -> Finding:
+    """Count the decimals of positions; those of pulses have none."""
+    if not await bench.is_there():
+        return cannot_tell(row, NOBODY)
+    numbers = [it for it in await _coordinates(bench) if "." in it]
+    if not numbers:
+        return cannot_tell(row, "The robot tells no positions with decimals.")
+    most = max(map(_decimals, numbers))
+    seen = f"Positions have {most} decimals, such as {max(numbers, key=_decimals)}."
+    if most == HUNDREDTHS:
+        return agrees(seen)
+    if most < HUNDREDTHS and not any(it.endswith("0") for it in numbers):
+        return cannot_tell(row, seen, "A robot at a place with hundredths.")
+    return fails(row, seen)
+
+
+async def at_rest(bench: FicsBench) -> tuple[AxisStatuses, bool] | None:
+    """The status of a unit at rest without an error, and whether it is homed; None if it is not so."""
+    before = await bench.told(GetMotorPosition())
+    await bench.pause(REST_S)
+    status, after, detail = (
+        await bench.read(GetAxisStatus()),
+        await bench.told(GetMotorPosition()),
+        await bench.told(GetErrorDetail()),
+    )
+    still = status is not None and all(it.motion_mode == MotionMode.STANDING for it in status.axes)
+    no_error = detail is not None and not detail.strip("- ")
+    if not still or before is None or before != after or not no_error:
+        return None
+    return status, UNKNOWN not in after
+
+
+async def status_bits(row: Assumption, bench: FicsBench) -> Finding:
+    """Compare the status bits of a robot at rest with what its positions and errors tell."""
+    if not await bench.is_there():
+        return cannot_tell(row, NOBODY)
+    rest = await at_rest(bench)
+    if rest is None:
+        return cannot_tell(row, "The robot moves, has an error, or does not tell its status.")
+    status, homed = rest
+    order = bench.line.robot.status_bits
+    on = {tuple(place for place, name in enumerate(STATUS_BITS) if getattr(it, name)) for it in status.axes}
+    expected = {"servo_ready", *(["origin_done"] if homed else [])}
+    digits = ", ".join(sorted(f"{sum(1 << it for it in places):X}" for places in on))
+    seen = f"A robot at rest that is {'' if homed else 'not '}homed tells {digits} in ACD."
+    if all({order[it] for it in places} == expected for places in on):
+        return agrees(seen)
+    (places, *others) = on
+    if others or len(places) != len(expected):
+        return fails(row, seen)
+    return fails(row, seen, Change(row.key, list(_order(order, places, expected))))
+
+
+def _order(order: Sequence[str], places: Sequence[int], expected: set[str]) -> Iterator[str]:
+    """Give the bits that are on the names that are so, and leave the rest in its order."""
+    on = [it for it in order if it in expected]
+    off = [it for it in order if it not in expected]
+    for place in range(len(order)):
+        yield (on if place in places else off).pop(0)
+
+
+async def hidden_positions(row: Assumption, bench: FicsBench) -> Finding:
+    """Read the positions of a robot that stands still and is homed."""
+    if not await bench.is_there():
+        return cannot_tell(row, NOBODY)
+    status = await bench.read(GetAxisStatus())
+    place = bench.line.robot.status_bits.index("origin_done")
+    homed = status is not None and all(
+        getattr(it, STATUS_BITS[place]) and it.motion_mode == MotionMode.STANDING for it in status.axes
+    )
+    if not homed:
+        return cannot_tell(row, "The robot is not homed, or something runs in it.")
+    told = await bench.told(GetUserPosition()) or ""
+    seen = f"A robot that is homed and at rest tells its positions as {told or 'nothing'}."
+    return fails(row, seen) if UNKNOWN in told or not told else agrees(seen)
+
+
+async def por_end(row: Assumption, bench: FicsBench) -> Finding:
+    """Read stored positions at once and one by one."""
+    if not await bench.is_there():
+        return cannot_tell(row, NOBODY)
+    at_once, end = await stored(bench, 1, POSITIONS_READ)
+    if end is None:
+        return cannot_tell(row, "POR is not answered to its end.")
+    one_by_one: list[str] = []
+    last: Frame | None = end
+    for number in range(1, POSITIONS_READ + 1):
+        answers, last = await stored(bench, number, 1)
+        if not answers:
+            break
+        one_by_one += answers
+    seen = f"POR of {POSITIONS_READ} numbers tells {len(at_once)} positions, one by one {len(one_by_one)}."
+    if at_once != one_by_one:
+        return fails(row, seen)
+    if isinstance(last, Refusal) and last.error != NOT_SET:
+        return fails(row, f"{seen} The first number that is not set is refused with {last.error}.")
+    return agrees(seen)
+
+
+async def dpram_map(row: Assumption, bench: FicsBench) -> Finding:
+    """Say whether the robot answers at the place that is configured."""
+    if Address.parse(bench.line.address).scheme != "dpram":
+        return cannot_tell(row, "The line is at no dual-port RAM.")
+    if not await bench.is_there():
+        return cannot_tell(row, NOBODY)
+    return agrees("The robot answers at the place that is configured.")
+
+
+TAKEN: Final = 0.001
+"""How often the flag is looked at while a message waits in the RAM, in seconds."""
+
+
+async def dpram_times(row: Assumption, bench: FicsBench) -> Finding:
+    """Measure how long a question waits in the RAM."""
+    address = Address.parse(bench.line.address)
+    if address.scheme != "dpram":
+        return cannot_tell(row, "The line is at no dual-port RAM.")
+    if not await bench.is_there():
+        return cannot_tell(row, NOBODY)
+    stuck_ms = address.integer("stuck_ms", 1000, 1, 60_000)
+    waits = max([await _waits(bench) for _ in range(3)])
+    seen = f"A question waits {waits * 1000:.0f} ms in the RAM, {stuck_ms} ms are allowed."
+    if waits * 1000 <= stuck_ms:
+        return agrees(seen)
+    return fails(row, seen, Change(row.key, with_option(bench.line.address, "stuck_ms", int(3000 * waits))))
+
+
+async def _waits(bench: FicsBench) -> float:
+    question = bench.frame(GetSystemVersion())
+    since = len(bench.talk.heard)
+    sent_at = bench.talk.send(question)
+    while bench.talk.port.unsent():
+        await bench.pause(TAKEN)
+    waited_s = bench.talk.now() - sent_at
+    await bench.talk.hear(bool, bench.within_s(question), since)
+    return waited_s
+
+
+def with_option(address: str, name: str, value: int) -> str:
+    """Give an address with another value of an option."""
+    place, _, query = address.partition("?")
+    others = [it for it in query.split("&") if it and not it.startswith(f"{name}=")]
+    return f"{place}?{'&'.join((*others, f'{name}={value}'))}"
+
+
+Trial = Callable[[Assumption, FicsBench], Awaitable[Finding]]
+
+QUESTIONS: Final[Mapping[str, Trial]] = MappingProxyType(
+    {
+        "echo": echo,
+        "late-replies": late_replies,
+        "turnaround": turnaround,
+        "copies-of-answers": copies,
+        "robot-terminator": robot_terminator,
+        "half-robot-command": half_robot_command,
+        "robot-decimals": robot_decimals,
+        "displayed-hundredths": displayed_hundredths,
+        "status-bits": status_bits,
+        "hidden-positions": hidden_positions,
+        "por-end": por_end,
+        "dpram-map": dpram_map,
+        "dpram-times": dpram_times,
+    }
+)

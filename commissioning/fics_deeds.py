@@ -1,0 +1,395 @@
+"""The trials of a robot that set something, need a person at the power switch, or move an axis."""
+
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass
+from itertools import pairwise
+from types import MappingProxyType
+from typing import Any, Final
+
+from commissioning.assumptions import Assumption
+from commissioning.bench import OUTAGE
+from commissioning.fics import NOBODY, QUESTIONS, FicsBench, Trial, at_rest, stored
+from commissioning.findings import Finding, Result, agrees, cannot_tell, fails
+from gateway.fics.upload_state import NO_UPLOAD
+from protocols.fics.alarms import ResetErrors, TakeCurrentError
+from protocols.fics.link import Refusal
+from protocols.fics.moves import MoveAbsolute
+from protocols.fics.notation import UNKNOWN
+from protocols.fics.positions import (
+    LAST_POSITION,
+    BeginPositionUpload,
+    ClearPositions,
+    EndPositionUpload,
+    UploadPosition,
+)
+from protocols.fics.row import UPLOAD_ERROR, FicsCommand
+from protocols.fics.speeds import GetSpeedPercent, SetSpeedPercent
+from protocols.fics.status import GetAxisStatus, GetUserPosition, MotionMode
+from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
+from protocols.fics.system import GetCommunicationMode, GetSystemVersion, HostMode
+from protocols.fics.variables import LAST_VARIABLE, GetVariable, SetVariable
+from transports import TransportError
+
+VALUES: Final = (0.125, -12345.678, 99_999_999.0)
+"""Numbers of many digits."""
+LISTEN_S: Final = 0.05
+"""A robot whose power is switched is asked so often."""
+LEAST_GAP_S: Final = 0.15
+"""A shorter silence is none."""
+UNIT_HOLDS_S: Final = 0.5
+SLOW_PERCENT: Final = 5.0
+LONGEST_MOVE_S: Final = 60.0
+STOP_AFTER_S: Final = 0.3
+NO_ERROR: Final = "E00"
+NOT_AGREED: Final = "Nobody has agreed to it."
+
+
+async def _agreed(row: Assumption, bench: FicsBench, what: str) -> Finding | None:
+    """Why a robot may not be touched: nobody agrees, it does not answer, or it does not stand still."""
+    if not await bench.is_there():
+        return cannot_tell(row, NOBODY)
+    robot = bench.line.robot.id
+    if not await bench.consents(row, robot, f"Robot {robot}: {what} Do it?"):
+        return cannot_tell(row, NOT_AGREED)
+    if await at_rest(bench) is None:
+        return cannot_tell(
+            row, "The robot moves, or has an error.", "A robot that stands still without error."
+        )
+    return None
+
+
+async def _refused(bench: FicsBench, command: FicsCommand[Any]) -> str | None:
+    """Send a command, and give the error it was refused with; in Ver.2 nobody tells unless asked (ERR)."""
+    reply = await bench.read(GetCommunicationMode()) if not bench.memory.get("uploading") else None
+    tells = reply is not None and reply.mode == HostMode.VER_3
+    bench.memory["tells"] = tells = bench.memory.get("tells", tells) if reply is None else tells
+    if tells or command.is_query():
+        frames = await bench.ask(command)
+        refusals = [it.error for it in frames if isinstance(it, Refusal)]
+        if refusals or frames or tells:
+            return refusals[0] if refusals else None
+    else:
+        bench.talk.send(bench.frame(command))
+        await bench.settle()
+    error = await bench.read(TakeCurrentError())
+    return None if error is None or error.error == NO_ERROR else str(error.error)
+
+
+SETS: Final = "numbers and positions are set and set back, no axis moves because of it."
+
+
+async def upload_end(row: Assumption, bench: FicsBench) -> Finding:
+    """Send POF 2 where no upload is open."""
+    if unable := await _agreed(row, bench, SETS):
+        return unable
+    error = await _refused(bench, EndPositionUpload())
+    seen = f"POF 2 without an upload is {'done' if error is None else f'refused with {error}'}."
+    return agrees(seen) if error == NO_UPLOAD else fails(row, seen)
+
+
+@asynccontextmanager
+async def _upload(bench: FicsBench) -> AsyncIterator[str | None]:
+    """Open an upload at the last number, and end it whatever happens: until then no stop is taken."""
+    error = await _refused(bench, BeginPositionUpload(first=LAST_POSITION))
+    bench.memory["uploading"] = True
+    try:
+        yield error
+    finally:
+        with suppress(TransportError):
+            await bench.ask(EndPositionUpload())
+        bench.memory["uploading"] = False
+
+
+async def upload_refusal(row: Assumption, bench: FicsBench) -> Finding:
+    """Ask a question while an upload is open."""
+    if unable := await _agreed(row, bench, SETS):
+        return unable
+    async with _upload(bench) as error:
+        if error is not None:
+            return cannot_tell(row, f"POF 1 is refused with {error}.")
+        refused = await _refused(bench, GetVariable(number=LAST_VARIABLE))
+    seen = f"A question in an upload is {'answered' if refused is None else f'refused with {refused}'}."
+    return agrees(seen) if refused == UPLOAD_ERROR else fails(row, seen)
+
+
+async def pos_left_out(row: Assumption, bench: FicsBench) -> Finding:
+    """Store a position without its first axis over another one, at a free number."""
+    if unable := await _agreed(row, bench, SETS):
+        return unable
+    axes = len((await bench.told(GetUserPosition()) or "").split(","))
+    before, _ = await stored(bench, LAST_POSITION, 1)
+    if before or axes < 2:
+        return cannot_tell(row, f"Position {LAST_POSITION} is taken, or the unit has one axis.")
+    whole: list[float | None] = [float(it) for it in range(1, axes + 1)]
+    for coordinates in (whole, [None, *whole[1:]]):
+        async with _upload(bench) as error:
+            if error is not None:
+                return cannot_tell(row, f"POF 1 is refused with {error}.")
+            await _refused(bench, UploadPosition(coordinates=coordinates))
+    after, _ = await stored(bench, LAST_POSITION, 1)
+    await bench.ask(ClearPositions(first=LAST_POSITION, count=1))
+    if not after:
+        return cannot_tell(row, "What was stored is not told.")
+    seen = f"A position without its first axis over another one is told as {after[0]}."
+    return agrees(seen) if after[0].startswith(",") else fails(row, seen)
+
+
+async def numbers_as_set(row: Assumption, bench: FicsBench) -> Finding:
+    """Set a variable to numbers of many digits, read it back, and set it as it was."""
+    if unable := await _agreed(row, bench, SETS):
+        return unable
+    before = await bench.read(GetVariable(number=LAST_VARIABLE))
+    if before is None:
+        return cannot_tell(row, f"Variable V{LAST_VARIABLE} is not told.")
+    told: dict[float, float | None] = {}
+    try:
+        for value in VALUES:
+            await _refused(bench, SetVariable(number=LAST_VARIABLE, value=value))
+            after = await bench.read(GetVariable(number=LAST_VARIABLE))
+            told[value] = None if after is None else after.value
+    finally:
+        with suppress(TransportError):
+            await _refused(bench, SetVariable(number=LAST_VARIABLE, value=before.value))
+    wrong = {value: it for value, it in told.items() if it != value}
+    if wrong:
+        return fails(
+            row, "; ".join(f"{value:g} was set and {it} is told" for value, it in wrong.items()) + "."
+        )
+    return agrees(f"{', '.join(f'{it:g}' for it in VALUES)} are told as they were set.")
+
+
+# The power
+
+
+@dataclass(frozen=True, slots=True)
+class Outage:
+    """What a robot was like before and after its power was off."""
+
+    silent_s: float
+    homed: bool
+    """Before."""
+    positions: str
+    """After."""
+    error: str
+    """What ERR tells after."""
+
+
+async def _outage(row: Assumption, bench: FicsBench) -> Outage | Finding:
+    """Have the power switched once for all trials, and see what is left."""
+    if OUTAGE not in bench.memory:
+        bench.memory[OUTAGE] = await _see_outage(row, bench)
+    found: Outage | Finding = bench.memory[OUTAGE]
+    return found if isinstance(found, Outage) else cannot_tell(row, found.seen, found.needed)
+
+
+async def _see_outage(row: Assumption, bench: FicsBench) -> Outage | Finding:
+    what = "a command in a wrong form is sent, and a person switches its power. No axis moves because of it."
+    if unable := await _agreed(row, bench, what):
+        return unable
+    before = await bench.told(GetUserPosition())
+    bench.talk.send(b"VER!\r")  # an error of communication, which nobody asks for
+    await bench.settle()
+    robot = bench.line.robot.id
+    since, begun_at = len(bench.talk.heard), bench.talk.now()
+    switching = bench.background(
+        bench.terms.switch(row, robot, f"Switch {robot} off and on while nothing moves. Is it done?")
+    )
+    while not switching.done():
+        bench.talk.send(bench.frame(GetSystemVersion()))
+        await bench.pause(LISTEN_S)
+    if not switching.result():
+        return cannot_tell(row, "The power was not switched.")
+    back = await bench.told(GetSystemVersion())
+    times = [begun_at, *(it.at for it in bench.talk.heard[since:])]
+    silent_s = max((after - at for at, after in pairwise(times)), default=0.0)
+    if back is None or silent_s < LEAST_GAP_S:
+        return cannot_tell(row, "The robot was not seen to lose its power, or did not come back.")
+    error, positions = await bench.read(TakeCurrentError()), await bench.told(GetUserPosition())
+    return Outage(
+        silent_s,
+        before is not None and UNKNOWN not in before,
+        positions or "",
+        "" if error is None else str(error.error),
+    )
+
+
+async def power_loss_read(row: Assumption, bench: FicsBench) -> Finding:
+    """Measure the silence of a loss of power, against the time for which a selected unit is believed."""
+    return await _silence(row, bench, UNIT_HOLDS_S)
+
+
+async def power_loss_motion(row: Assumption, bench: FicsBench) -> Finding:
+    """Measure the silence of a loss of power, against the time from the last question to a motion."""
+    return await _silence(row, bench, bench.line.reply_timeout_s)
+
+
+async def _silence(row: Assumption, bench: FicsBench, least_s: float) -> Finding:
+    found = await _outage(row, bench)
+    if isinstance(found, Finding):
+        return found
+    seen = f"The robot was silent for {found.silent_s:.2f} s without power, {least_s:g} s are assumed."
+    return agrees(seen) if found.silent_s >= least_s else fails(row, seen)
+
+
+async def positions_after_power(row: Assumption, bench: FicsBench) -> Finding:
+    """Read the positions after the power was off."""
+    found = await _outage(row, bench)
+    if isinstance(found, Finding):
+        return found
+    if not found.homed:
+        return cannot_tell(row, "The robot was not homed before.", "A robot that is homed.")
+    seen = f"After its power was off the robot tells its positions as {found.positions}."
+    return agrees(seen) if set(found.positions.split(",")) == {UNKNOWN} else fails(row, seen)
+
+
+async def error_after_power(row: Assumption, bench: FicsBench) -> Finding:
+    """Read the error of communication after the power was off."""
+    found = await _outage(row, bench)
+    if isinstance(found, Finding):
+        return found
+    seen = f"After its power was off the robot tells the error {found.error}."
+    return agrees(seen) if found.error == NO_ERROR else fails(row, seen)
+
+
+# Motion
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """A slow move of the first axis to one of the places that were named."""
+
+    axes: int
+    here: float
+    target: float
+    percents: list[float | None]
+    """The shares of the full speed, which are set back."""
+
+    def to(self, place: float) -> MoveAbsolute:
+        """The move of the first axis to a place."""
+        return MoveAbsolute(coordinates=[place, *[None] * (self.axes - 1)])
+
+
+async def _way(row: Assumption, bench: FicsBench, what: str) -> Way | Finding:
+    """Find out where the first axis may go, and have people agree."""
+    places = bench.terms.places
+    if places is None:
+        return cannot_tell(row, "No two places were named.", "Name two places with `--between A B`.")
+    axis = bench.line.robot.units[0].axes[0]
+    said = f"axis {axis} {what} between {places.one:g} and {places.other:g} at {SLOW_PERCENT:g} % (VAO, LMA)."
+    if unable := await _agreed(row, bench, said):
+        return unable
+    told, shares = await bench.read(GetUserPosition()), await bench.read(GetSpeedPercent())
+    if told is None or shares is None or told.coordinates[0] is None:
+        return cannot_tell(row, "The robot is not homed.", "A robot that is homed.")
+    low, high = sorted((places.one, places.other))
+    here = told.coordinates[0]
+    if not low <= here <= high or low == high:
+        return cannot_tell(row, f"Axis {axis} is at {here:g}.", "The axis has to stand between both places.")
+    target = max((low, high), key=lambda it: abs(it - here))
+    return Way(len(told.coordinates), here, target, list(shares.percents))
+
+
+@asynccontextmanager
+async def _slowly(bench: FicsBench, way: Way) -> AsyncIterator[bool]:
+    """Let moves be slow, and the speed be as it was after; whatever goes on then is stopped.
+
+    Gives whether the slow speed was read back: without that nothing moves.
+    """
+    slow = [None if it is None else min(SLOW_PERCENT, it) for it in way.percents]
+    await _refused(bench, SetSpeedPercent(percents=slow))
+    told = await bench.read(GetSpeedPercent())
+    try:
+        yield told is not None and list(told.percents) == slow
+    except BaseException:
+        with suppress(TransportError):
+            bench.talk.send(bench.frame(StopAllImmediately()))
+            await bench.settle()
+        raise
+    finally:
+        with suppress(TransportError):
+            await _refused(bench, SetSpeedPercent(percents=way.percents))
+
+
+async def _stands(bench: FicsBench) -> float | None:
+    """Wait until the robot stands; where its first axis is then. What goes on for too long is stopped."""
+    deadline = bench.talk.now() + LONGEST_MOVE_S
+    while bench.talk.now() < deadline:
+        status = await bench.read(GetAxisStatus())
+        if status is not None and all(
+            it.motion_mode in (MotionMode.STANDING, MotionMode.STOPPED) for it in status.axes
+        ):
+            told = await bench.read(GetUserPosition())
+            place: float | None = None if told is None else told.coordinates[0]
+            return place
+        await bench.pause(LISTEN_S)
+    bench.talk.send(bench.frame(StopAllImmediately()))
+    await bench.settle()
+    return None
+
+
+async def homing_outlasts(row: Assumption, bench: FicsBench) -> Finding:
+    """Look whether a slow move leaves the robot homed."""
+    way = await _way(row, bench, "moves there and back")
+    if isinstance(way, Finding):
+        return way
+    async with _slowly(bench, way) as is_slow:
+        if not is_slow:
+            return _surprise("The slow speed was not taken (VAO). Nothing has moved.")
+        for place in (way.target, way.here):
+            bench.talk.send(bench.frame(way.to(place)))
+            await bench.settle()
+            at = await _stands(bench)
+            if at is None:
+                told = await bench.told(GetUserPosition()) or "nothing"
+                return fails(row, f"After a slow move the robot tells its positions as {told}.")
+            if abs(at - place) > 0.02:
+                return _surprise(f"The axis was sent to {place:g} and is at {at:g}.")
+    return agrees("A slow move there and back has left the robot homed.")
+
+
+async def stop_overtakes(row: Assumption, bench: FicsBench) -> Finding:
+    """Stop a slow move by both stops, one right after the other."""
+    way = await _way(row, bench, "moves, and is stopped on its way; the state EMERGENCY is reset then (DRT),")
+    if isinstance(way, Finding):
+        return way
+    async with _slowly(bench, way) as is_slow:
+        if not is_slow:
+            return _surprise("The slow speed was not taken (VAO). Nothing has moved.")
+        bench.talk.send(bench.frame(way.to(way.target)))
+        await bench.pause(STOP_AFTER_S)
+        since = len(bench.talk.heard)
+        for stop in (StopAllDecelerating(), StopAllImmediately()):
+            bench.talk.send(bench.frame(stop))
+        await bench.settle()
+        place = await _stands(bench)
+        told = [it.data.decode("ascii", "replace").strip() for it in bench.talk.heard[since:]]
+        error = await bench.read(TakeCurrentError())
+        await bench.ask(ResetErrors())
+        if place is None:
+            return _surprise("The robot does not stand after both stops.")
+    refusals = [it for it in (*told, "" if error is None else str(error.error)) if it.endswith("E04")]
+    if refusals:
+        return fails(row, "AES right after ASS is refused with E04; the robot stands.")
+    return agrees("ASS and AES right after it are both taken; the robot stands.")
+
+
+def _surprise(seen: str) -> Finding:
+    return Finding(Result.CONTRADICTS, seen, surprise=True)
+
+
+TRIALS: Final[Mapping[str, Trial]] = MappingProxyType(
+    {
+        **QUESTIONS,
+        "upload-end": upload_end,
+        "upload-refusal": upload_refusal,
+        "pos-left-out": pos_left_out,
+        "numbers-as-set": numbers_as_set,
+        "power-loss-read": power_loss_read,
+        "power-loss-motion": power_loss_motion,
+        "positions-after-power": positions_after_power,
+        "error-after-power": error_after_power,
+        "homing-outlasts": homing_outlasts,
+        "stop-overtakes": stop_overtakes,
+    }
+)

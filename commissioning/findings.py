@@ -1,0 +1,56 @@
+"""What the trial of an assumption has shown."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from commissioning.assumptions import Assumption
+
+
+class Result(StrEnum):
+    """How an assumption and a line go together."""
+
+    AGREES = "agrees"
+    DIFFERS = "differs"
+    """The gateway is right with another setting, or all the same."""
+    CANNOT_TELL = "cannot_tell"
+    CONTRADICTS = "contradicts"
+    """No setting makes the gateway right here: no motion before the makers of both were asked."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """Another value of a setting of the line."""
+
+    key: str
+    """Below the line's table: `stop_mode`, `bodies.3F.power_comment`."""
+    proposed: Any
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """The result of one trial, in a sentence that says what was seen."""
+
+    result: Result
+    seen: str
+    change: Change | None = None
+    needed: str | None = None
+    surprise: bool = False
+    """Nothing more is set or moved on the line after it."""
+
+
+def agrees(seen: str) -> Finding:
+    """The assumption holds, as far as could be seen."""
+    return Finding(Result.AGREES, seen)
+
+
+def cannot_tell(row: Assumption, seen: str, needed: str | None = None) -> Finding:
+    """Nothing was learnt."""
+    return Finding(Result.CANNOT_TELL, seen, needed=needed or row.needed)
+
+
+def fails(row: Assumption, seen: str, change: Change | None = None) -> Finding:
+    """The assumption does not hold: with a setting or without harm it differs, otherwise it contradicts."""
+    if change is not None or row.harmless:
+        return Finding(Result.DIFFERS, seen, change)
+    return Finding(Result.CONTRADICTS, seen, surprise=True)

@@ -1,0 +1,111 @@
+"""What a commissioning has shown, for programs (JSON) and for people (Markdown)."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic import BaseModel, Field
+
+from commissioning.assumptions import BY_SLUG
+from commissioning.conversation import Frame
+from commissioning.findings import Result
+
+NO_MOTION = (
+    "**Do not run motion on this line.** No setting of the gateway is right for what contradicts it: send "
+    "this "
+    "report to the maker of the controller and to whoever maintains the gateway."
+)
+_MARKS = {Result.AGREES: "agrees", Result.DIFFERS: "**differs**", Result.CANNOT_TELL: "cannot tell"}
+
+
+class Setting(BaseModel):
+    """A setting of the line, as it is and as it should be."""
+
+    key: str
+    """Below the line's table, such as `stop_mode` or `bodies.3F.power_comment`."""
+    now: Any
+    proposed: Any = None
+    """None where it is right as it is."""
+
+
+class Outcome(BaseModel):
+    """The result of one assumption."""
+
+    assumption: str
+    result: Result
+    setting: Setting | None = None
+    """None where no setting holds the assumption."""
+    needed: str | None = None
+    """What it takes to tell, where it could not be told."""
+    seen: str
+    """What was seen, in a sentence."""
+
+
+class Report(BaseModel):
+    """All that was said and found on a line."""
+
+    version: str
+    """Of the gateway."""
+    line: str
+    protocol: str
+    address: str
+    started_at: str
+    ended_at: str
+    allowed: list[str] = Field(default_factory=list)
+    controllers: dict[str, str] = Field(default_factory=dict)
+    """Versions and serial numbers that controllers tell, by body or robot."""
+    table: dict[str, Any] = Field(default_factory=dict)
+    """The line's table of the configuration."""
+    lost: str | None = None
+    """Why the port has gone before the end, if it has."""
+    results: list[Outcome]
+    frames: list[Frame]
+
+    def is_right(self) -> bool:
+        """Whether nothing differs or contradicts."""
+        return not any(it.result in (Result.DIFFERS, Result.CONTRADICTS) for it in self.results)
+
+    def changes(self) -> dict[str, Any]:
+        """The proposed values, by key."""
+        settings = (it.setting for it in self.results if it.setting is not None)
+        return {it.key: it.proposed for it in settings if it.proposed is not None}
+
+    def markdown(self) -> str:
+        """Write it for people."""
+        return "\n".join(self._rows()) + "\n"
+
+    def _rows(self) -> Iterator[str]:
+        yield f"# Line {self.line}: what was assumed, and what is so"
+        yield ""
+        yield f"{self.address}, {self.started_at} to {self.ended_at}, motion-gateway {self.version}."
+        yield f"Allowed besides questions: {', '.join(self.allowed) or 'nothing'}."
+        for name, told in self.controllers.items():
+            yield f"- {name}: {told}"
+        yield ""
+        if self.lost is not None:
+            yield from (f"**It was broken off**: {self.lost}", "")
+        if any(it.result is Result.CONTRADICTS for it in self.results):
+            yield from (NO_MOTION, "")
+        yield "| assumption | result | what was seen | what to do |"
+        yield "|---|---|---|---|"
+        for it in self.results:
+            mark = _MARKS.get(it.result, "**contradicts the gateway**")
+            what = f"`{it.assumption}`: {BY_SLUG[it.assumption].assumed}"
+            yield f"| {what} | {mark} | {it.seen} | {_next(it)} |"
+        yield ""
+        yield f"## All {len(self.frames)} frames"
+        yield ""
+        yield "```"
+        yield from (f"{it.at} {it.dir} {it.data}" for it in self.frames)
+        yield "```"
+
+
+def _next(it: Outcome) -> str:
+    """What follows from a result."""
+    row = BY_SLUG[it.assumption]
+    if it.setting is not None and it.setting.proposed is not None:
+        return f"Set `{it.setting.key}` from `{it.setting.now}` to `{it.setting.proposed}`. {row.false}"
+    if it.result is Result.CANNOT_TELL:
+        return it.needed or ""
+    if it.result is Result.AGREES:
+        return ""
+    return f"{row.false} {'Nothing has to be changed.' if row.harmless else 'Do not run motion.'}"

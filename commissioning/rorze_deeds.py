@@ -1,0 +1,362 @@
+"""The trials of an RC-400 line that set something, need a person at the power switch, or move a motor."""
+
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass
+from statistics import linear_regression
+from types import MappingProxyType
+from typing import Final
+
+from commissioning.assumptions import Assumption
+from commissioning.bench import OUTAGE
+from commissioning.findings import Change, Finding, Result, agrees, cannot_tell, fails
+from commissioning.rorze import QUESTIONS, RorzeBench, Trial
+from gateway.rorze.config import LAST_COMMENT
+from protocols.rorze.link import Answer, Refusal
+from protocols.rorze.link_master import SetGroup
+from protocols.rorze.modes import GetOperatingMode
+from protocols.rorze.moves import MoveToSlowly
+from protocols.rorze.position import GetPosition
+from protocols.rorze.row import FIRST_GROUP, LAST_GROUP, LINK_MASTER
+from protocols.rorze.speeds import GetStartSpeed
+from protocols.rorze.status import CONTROLLER_STATUS_BITS, GetControllerStatus, GetInformation, SetUserComment
+from protocols.rorze.stops import StopDecelerating, StopImmediately
+from transports import TransportError
+
+TRIED: Final = "Try 1a-Z_9.x"
+"""A comment of all kinds of signs that a mark and people's own texts have."""
+RETURNS_S: Final = 60.0
+"""A controller is back so long after its power was switched on, or it is missing."""
+ASK_AGAIN_S: Final = 0.5
+LONGEST_MOVE_S: Final = 60.0
+SAMPLE_S: Final = 0.05
+LEAST_SAMPLES: Final = 10
+SPEED_SLACK: Final = 0.05
+"""Share by which the speed of a move may differ from its setting, timed over this line."""
+STOP_AFTER_S: Final = 0.5
+COMMAND_ERROR: Final = 1 << CONTROLLER_STATUS_BITS.index("command_error")
+NOT_AGREED: Final = "Nobody has agreed to it."
+
+
+@dataclass(frozen=True, slots=True)
+class Outage:
+    """What a body, and the link master, were like before and after their power was off."""
+
+    body: int
+    number: int
+    """Of the comment that was tried."""
+    told: str
+    """The comment as it was read back before."""
+    comment: str | None = None
+    """After; None where nobody has switched the power, or the body did not come back."""
+    before: int = 0
+    after: int | None = None
+    """Positions."""
+    group_answers: bool | None = None
+    """Whether a virtual body is still there; None where none was defined."""
+
+
+async def _agreed_body(row: Assumption, bench: RorzeBench, what: str) -> int | None:
+    """The first body that answers, and for which people agree."""
+    await bench.sample()
+    for body in sorted(bench.present):
+        if await bench.consents(row, f"{body:02X}", f"Body {body:02X}: {what} Do it?"):
+            return body
+    return None
+
+
+# The power
+
+
+async def outage(row: Assumption, bench: RorzeBench) -> Outage | None:
+    """Set what may be lost, have the power switched once for all trials, and see what is left."""
+    if OUTAGE not in bench.memory:
+        bench.memory[OUTAGE] = await _outage(row, bench)
+    found: Outage | None = bench.memory[OUTAGE]
+    return found
+
+
+async def _outage(row: Assumption, bench: RorzeBench) -> Outage | None:
+    body = await _agreed_body(
+        row, bench, "a free user comment is set for a moment (9VS). No motor moves because of it."
+    )
+    number = None if body is None else await _free_comment(bench, body)
+    if body is None or number is None:
+        return None
+    before = (await bench.read(body, GetInformation(comment_number=number))).text
+    await bench.ask(body, SetUserComment(comment_number=number, text=TRIED))
+    told = await bench.read(body, GetInformation(comment_number=number))
+    group = await _define(row, bench, body)
+    place = await bench.read(body, GetPosition())
+    found = Outage(
+        body, number, "" if told is None else told.text, before=0 if place is None else place.pulses
+    )
+    try:
+        return await _switched(row, bench, found, group)
+    finally:
+        await bench.ask(body, SetUserComment(comment_number=number, text=before))
+
+
+async def _free_comment(bench: RorzeBench, body: int) -> int | None:
+    """A user comment that is empty, other than the one of the gateway's mark where there is one."""
+    marked = next(it.power_comment for it in bench.line.bodies if it.number == body)
+    for number in sorted(range(1, LAST_COMMENT + 1), key=lambda it: (it == marked, it)):
+        told = await bench.read(body, GetInformation(comment_number=number))
+        if told is not None and not told.text:
+            return number
+    return None
+
+
+async def _define(row: Assumption, bench: RorzeBench, body: int) -> int | None:
+    """Define a virtual body that nobody uses; None where nobody agrees, or it is not answered."""
+    taken = {it.number for it in bench.line.groups} | set(bench.line.sweep_numbers)
+    group = next(it for it in range(LAST_GROUP, FIRST_GROUP - 1, -1) if it not in taken)
+    what = f"RC-400: virtual body {group:02X} is defined (XVS). No motor moves because of it. Do it?"
+    if bench.line.introducer != "&" or not await bench.consents(row, f"{LINK_MASTER:02X}", what):
+        return None
+    await bench.ask(LINK_MASTER, SetGroup(group=f"{group:02X}", members=[f"{body:02X}"]))
+    return group if await bench.answers(group) else None
+
+
+async def _switched(row: Assumption, bench: RorzeBench, found: Outage, group: int | None) -> Outage:
+    """Wait for a person to switch the power, and for the body to come back."""
+    what = (
+        f"Switch body {found.body:02X}{'' if group is None else ' and the RC-400'} off, wait two seconds, "
+        f"and "
+        "switch it on. Is it done?"
+    )
+    if not await bench.terms.switch(row, f"{found.body:02X}", what):
+        return found
+    for _ in range(int(RETURNS_S / ASK_AGAIN_S)):
+        if await bench.ask_number(found.body):
+            break
+        await bench.pause(ASK_AGAIN_S)
+    comment = await bench.read(found.body, GetInformation(comment_number=found.number))
+    place = await bench.read(found.body, GetPosition())
+    if comment is None or place is None:
+        return found
+    return Outage(
+        found.body,
+        found.number,
+        found.told,
+        comment.text,
+        found.before,
+        place.pulses,
+        None if group is None else await bench.answers(group),
+    )
+
+
+def _unswitched(row: Assumption, found: Outage | None) -> Finding | None:
+    """Why nothing can be told of what the power does."""
+    if found is None:
+        return cannot_tell(row, f"{NOT_AGREED[:-1]}, or the body has no free user comment.")
+    if found.comment is None:
+        return cannot_tell(row, "The power was not switched, or the body did not come back.")
+    return None
+
+
+async def comment_kept(row: Assumption, bench: RorzeBench) -> Finding:
+    """Read a comment back, and once more after the power was off."""
+    found = await outage(row, bench)
+    if found is not None and found.told != TRIED:
+        seen = f"Comment {found.number} of body {found.body:02X} was set to {TRIED!r} and is {found.told!r}."
+        return fails(row, seen, _without_mark(found))
+    if (unknown := _unswitched(row, found)) or found is None:
+        return unknown or cannot_tell(row, NOT_AGREED)
+    if found.comment == TRIED:
+        seen = f"Comment {found.number} of body {found.body:02X} has outlasted the loss of power."
+        return fails(row, seen, _without_mark(found))
+    return agrees(
+        f"Comment {found.number} of body {found.body:02X} was kept, and gone after the power was off."
+    )
+
+
+def _without_mark(found: Outage) -> Change:
+    return Change(f"bodies.{found.body:02X}.power_comment", 0)
+
+
+async def power_on_position(row: Assumption, bench: RorzeBench) -> Finding:
+    """Compare the position before and after the power was off."""
+    found = await outage(row, bench)
+    if (unknown := _unswitched(row, found)) or found is None:
+        return unknown or cannot_tell(row, NOT_AGREED)
+    seen = f"Body {found.body:02X} was at {found.before}, and is at {found.after} after its power was off."
+    if found.before == 0:
+        return cannot_tell(row, seen)
+    if found.after == 0:
+        return agrees(seen)
+    if found.comment != TRIED:
+        return fails(row, f"{seen} The mark in its user comment tells of the loss.")
+    return fails(row, seen, Change(f"bodies.{found.body:02X}.silence_needs_acknowledgement", True))
+
+
+async def link_master_forgets(row: Assumption, bench: RorzeBench) -> Finding:
+    """Ask a virtual body after the power of the link master was off."""
+    found = await outage(row, bench)
+    if (unknown := _unswitched(row, found)) or found is None:
+        return unknown or cannot_tell(row, NOT_AGREED)
+    if found.group_answers is None:
+        return cannot_tell(
+            row, "No virtual body was defined.", f"An answer for the RC-400 itself ({LINK_MASTER:02X})."
+        )
+    if found.group_answers:
+        return fails(row, "The virtual body that was defined has outlasted the loss of power.")
+    return agrees("The virtual body that was defined was gone after the power was off.")
+
+
+# Motion
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """A slow move to one of the places that were named."""
+
+    body: int
+    here: int
+    target: int
+    speed: int
+    """Pulses/s: the start speed, at which slow moves run without ramps."""
+
+
+async def _way(row: Assumption, bench: RorzeBench, what: str) -> Way | Finding:
+    """Find out where a body may go, and have people agree.
+
+    A motor that stands outside the two places is moved nowhere.
+    """
+    places = bench.terms.places
+    if places is None:
+        return cannot_tell(row, "No two places were named.", "Name two places with `--between A B`.")
+    body = await _agreed_body(
+        row, bench, f"{what} between {places.one:g} and {places.other:g} at its start speed (2AM)."
+    )
+    if body is None:
+        return cannot_tell(row, NOT_AGREED)
+    mode, place = await bench.read(body, GetOperatingMode()), await bench.read(body, GetPosition())
+    status, speed = await bench.read(body, GetControllerStatus()), await bench.read(body, GetStartSpeed())
+    if (
+        None in (mode, place, status, speed)
+        or mode.mode == "encoder"
+        or _is_busy(status.bits)
+        or not speed.speed
+    ):
+        return cannot_tell(row, f"Body {body:02X} moves, has an error, or counts by its encoder.")
+    low, high = sorted((round(places.one), round(places.other)))
+    here = place.pulses
+    if not low <= here <= high:
+        return cannot_tell(
+            row, f"Body {body:02X} is at {here}.", "The axis has to stand between both places."
+        )
+    target = max((low, high), key=lambda it: abs(it - here))
+    takes_s = abs(target - here) / speed.speed
+    if not SAMPLE_S * LEAST_SAMPLES <= takes_s <= LONGEST_MOVE_S:
+        seen = f"At {speed.speed} pulses/s the way from {here} to {target} takes {takes_s:.1f} s."
+        return cannot_tell(row, seen, f"Two places that are up to {LONGEST_MOVE_S:g} s apart at that speed.")
+    return Way(body, here, target, speed.speed)
+
+
+def _is_busy(bits: int) -> bool:
+    """Whether the motor runs or has an error; a refusal, such as those of these trials, is none."""
+    return bool(bits & ~COMMAND_ERROR)
+
+
+async def curve_tick(row: Assumption, bench: RorzeBench) -> Finding:
+    """Sample a slow move, and compare its speed with the setting."""
+    way = await _way(row, bench, "it moves there and back")
+    if isinstance(way, Finding):
+        return way
+    async with _stopped_if_broken_off(bench, way.body):
+        return await _there_and_back(row, bench, way)
+
+
+@asynccontextmanager
+async def _stopped_if_broken_off(bench: RorzeBench, body: int) -> AsyncIterator[None]:
+    """Stop the motor where a trial ends before its time, by Ctrl-C or a fault of our own."""
+    try:
+        yield
+    except BaseException:
+        with suppress(TransportError):
+            await bench.ask(body, StopImmediately())
+        raise
+
+
+async def _there_and_back(row: Assumption, bench: RorzeBench, way: Way) -> Finding:
+    samples, end = await _move(bench, way, way.target)
+    if end != way.target:
+        return _surprise(f"Body {way.body:02X} was sent to {way.target} and is at {end}. It was stopped.")
+    _, back = await _move(bench, way, way.here)
+    if back != way.here:
+        return _surprise(f"Body {way.body:02X} was sent back to {way.here} and is at {back}. It was stopped.")
+    if len(samples) < LEAST_SAMPLES:
+        return cannot_tell(row, f"Only {len(samples)} positions were read on the way.")
+    slope = abs(linear_regression(*zip(*samples, strict=True)).slope)
+    seen = f"Body {way.body:02X} moved at {slope:.1f} pulses/s, its setting is {way.speed}."
+    return agrees(seen) if abs(slope / way.speed - 1) <= SPEED_SLACK else fails(row, seen)
+
+
+async def _move(bench: RorzeBench, way: Way, target: int) -> tuple[list[tuple[float, float]], int | None]:
+    """Move slowly; the positions on the way, and where it stands. What goes on for too long is stopped."""
+    answer = await bench.ask(way.body, MoveToSlowly(position=target))
+    if not isinstance(answer, Answer):
+        await bench.ask(way.body, StopImmediately())
+        return [], None
+    deadline = bench.talk.now() + 1.5 * abs(way.target - way.here) / way.speed + 2 * bench.patience_s
+    samples: list[tuple[float, float]] = []
+    low, high = sorted((way.here, way.target))
+    while bench.talk.now() < deadline:
+        asked_at = bench.talk.now()
+        place = await bench.read(way.body, GetPosition())
+        if place is None or not low <= place.pulses <= high:
+            break
+        samples.append(((asked_at + bench.talk.now()) / 2, float(place.pulses)))
+        status = await bench.read(way.body, GetControllerStatus())
+        if status is not None and not _is_busy(status.bits):
+            moved = [it for it in samples if it[1] not in (way.here, way.target)]
+            end = await bench.read(way.body, GetPosition())
+            return moved, None if end is None else end.pulses
+        await bench.pause(SAMPLE_S)
+    await bench.ask(way.body, StopImmediately())
+    end = await bench.read(way.body, GetPosition())
+    return [], None if end is None else end.pulses
+
+
+def _surprise(seen: str) -> Finding:
+    return Finding(Result.CONTRADICTS, seen, surprise=True)
+
+
+async def stop_overtakes(row: Assumption, bench: RorzeBench) -> Finding:
+    """Stop a slow move by both stops, one right after the other."""
+    way = await _way(row, bench, "it moves, and is stopped on its way")
+    if isinstance(way, Finding):
+        return way
+    async with _stopped_if_broken_off(bench, way.body):
+        return await _stopped_twice(row, bench, way)
+
+
+async def _stopped_twice(row: Assumption, bench: RorzeBench, way: Way) -> Finding:
+    if not isinstance(await bench.ask(way.body, MoveToSlowly(position=way.target)), Answer):
+        await bench.ask(way.body, StopImmediately())
+        return _surprise(f"Body {way.body:02X} did not take a slow move.")
+    await bench.pause(STOP_AFTER_S * min(1.0, abs(way.target - way.here) / way.speed))
+    first = await bench.ask(way.body, StopDecelerating())
+    second = await bench.ask(way.body, StopImmediately())
+    await bench.pause(STOP_AFTER_S)
+    status = await bench.read(way.body, GetControllerStatus())
+    if status is None or _is_busy(status.bits) or not isinstance(first, Answer):
+        await bench.ask(way.body, StopImmediately())
+        return _surprise(f"Body {way.body:02X} does not stand still after both stops.")
+    if isinstance(second, Refusal):
+        code = "without a code" if second.error is None else f"with {second.error:02X}h"
+        return fails(row, f"5IS right after 5SS is refused {code}; the motor stands.")
+    return agrees("5SS and 5IS right after it are both taken; the motor stands.")
+
+
+TRIALS: Final[Mapping[str, Trial]] = MappingProxyType(
+    {
+        **QUESTIONS,
+        "link-master-forgets": link_master_forgets,
+        "power-on-position": power_on_position,
+        "comment-kept": comment_kept,
+        "curve-tick": curve_tick,
+        "stop-overtakes": stop_overtakes,
+    }
+)

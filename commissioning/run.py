@@ -1,0 +1,138 @@
+"""Walking the assumptions of one line: each trial in turn, as far as people allow."""
+
+from collections.abc import Awaitable, Callable, Mapping
+from datetime import UTC, datetime
+from importlib.metadata import version
+from types import MappingProxyType
+from typing import Any, Final
+
+from commissioning import fics, fics_deeds, rorze, rorze_deeds
+from commissioning.assumptions import Assumption, Level, of_family
+from commissioning.bench import OUTAGE, Bench, Terms
+from commissioning.conversation import Conversation
+from commissioning.findings import Finding, Result, cannot_tell
+from commissioning.report import Outcome, Report, Setting
+from transports import Transport, TransportLost, create
+
+Tell = Callable[[int, int, str], None]
+"""Called before each trial: its place, how many there are, and its slug."""
+
+BENCHES: Final[Mapping[str, tuple[Callable[..., Bench], Mapping[str, Any]]]] = MappingProxyType(
+    {"rorze": (rorze.RorzeBench, rorze_deeds.TRIALS), "fics": (fics.FicsBench, fics_deeds.TRIALS)}
+)
+STUCK_MS: Final = 10_000
+AFTER_A_SURPRISE: Final = "See to {slug} first: change what is proposed, or find out why it is so."
+
+
+async def commission(
+    line: Any,
+    terms: Terms,
+    *,
+    tell: Tell = lambda *_: None,
+    open_transport: Callable[[str], Transport] = create,
+) -> Report:
+    """Try all assumptions about a line, alone on its port.
+
+    :raises TransportUnavailable: the port cannot be opened; nothing was sent.
+    """
+    bench_of, trials = BENCHES[line.protocol]
+    talk = Conversation(open_transport(patient(line.address)))
+    await talk.open()
+    started = _now()
+    bench = bench_of(line, talk, terms)
+    try:
+        results, lost = await _walk(bench, trials, tell)
+        if lost is None:
+            await bench.describe()
+    finally:
+        await talk.close()
+    return Report(
+        version=version("motion-gateway"),
+        line=line.id,
+        protocol=line.protocol,
+        address=line.address,
+        started_at=started,
+        ended_at=_now(),
+        allowed=sorted(terms.allowed),
+        controllers=bench.serial_numbers,
+        table=line.model_dump(mode="json"),
+        results=results,
+        lost=lost,
+        frames=talk.frames,
+    )
+
+
+def patient(address: str) -> str:
+    """Give an address at which a robot may take its time to fetch a message from its dual-port RAM."""
+    return fics.with_option(address, "stuck_ms", STUCK_MS) if address.startswith("dpram:") else address
+
+
+async def _walk(bench: Bench, trials: Mapping[str, Any], tell: Tell) -> tuple[list[Outcome], str | None]:
+    """Try each row, questions first and the power last; the results stand in the order of the rows.
+
+    Why the port has gone meanwhile stands beside them: what was not tried by then cannot be told.
+    """
+    rows = of_family(bench.line.protocol)
+    by_level = sorted(rows, key=lambda it: (it.person, list(Level).index(it.level)))
+    found: dict[str, Finding] = {}
+    lost: str | None = None
+    barred: dict[Level, str] = {}
+    """What has to be seen to before anything more is set or moved."""
+    for place, row in enumerate(by_level, 1):
+        tell(place, len(rows), row.slug)
+        is_over = row.person and OUTAGE in bench.memory  # several trials look at one loss of power
+        if row.level in barred and row.level in bench.terms.allowed and not is_over:
+            needed = AFTER_A_SURPRISE.format(slug=barred[row.level])
+            found[row.slug] = cannot_tell(row, "It was not tried.", needed)
+            continue
+        try:
+            finding = found[row.slug] = await _try(row, bench, trials.get(row.slug))
+        except TransportLost as error:
+            lost = str(error)
+            break
+        for level in _bars(finding):
+            barred.setdefault(level, row.slug)
+    for row in rows:
+        found.setdefault(row.slug, cannot_tell(row, "It was not tried: the port has gone."))
+    return [_outcome(row, found[row.slug], bench.line) for row in rows], lost
+
+
+def _bars(finding: Finding) -> tuple[Level, ...]:
+    """Which trials do not follow this one: after a surprise none but questions, after a change no motion."""
+    if finding.surprise:
+        return Level.SETTINGS, Level.MOTION
+    return () if finding.change is None else (Level.MOTION,)
+
+
+async def _try(
+    row: Assumption, bench: Bench, trial: Callable[[Assumption, Bench], Awaitable[Finding]] | None
+) -> Finding:
+    if trial is None:
+        return cannot_tell(row, "There is no trial for it.")
+    if row.level is not Level.QUESTIONS and row.level not in bench.terms.allowed:
+        return cannot_tell(row, f"Only questions were asked: it takes `--allow {row.level}`.")
+    return await trial(row, bench)
+
+
+def _outcome(row: Assumption, finding: Finding, line: Any) -> Outcome:
+    key = row.key if finding.change is None else finding.change.key
+    setting = None
+    if key and "{" not in key:
+        proposed = None if finding.change is None else finding.change.proposed
+        setting = Setting(key=key, now=value_at(line.model_dump(mode="json"), key), proposed=proposed)
+    needed = finding.needed if finding.result is Result.CANNOT_TELL else None
+    return Outcome(
+        assumption=row.slug, result=finding.result, setting=setting, needed=needed, seen=finding.seen
+    )
+
+
+def value_at(table: Any, key: str) -> Any:
+    """What a table has at a dotted key; tables in arrays are found by their ids."""
+    for part in key.split("."):
+        in_array = isinstance(table, list)
+        table = next(it for it in table if it["id"] == part) if in_array else table[part]
+    return table
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")

@@ -1,0 +1,61 @@
+"""Robots that are otherwise than the gateway believes: a switch for each belief, by its name."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any, Final
+
+from simulator.faults import Direction, Fault, Switch
+from simulator.fics.line import SimulatedFics
+
+LATE_S, SLOW_S, COPIED_S = 3.0, 0.4, 3.0
+"""A reply later than is waited for, one that takes most of its time, and a copy that nobody expects."""
+
+Quirk = Callable[[SimulatedFics], None]
+
+
+def _line(**switches: Any) -> Quirk:
+    def turn(line: SimulatedFics) -> None:
+        line.settings = replace(line.settings, **switches)
+
+    return turn
+
+
+def _robot(**switches: Any) -> Quirk:
+    def turn(line: SimulatedFics) -> None:
+        line.robot.settings = replace(line.robot.settings, **switches)
+
+    return turn
+
+
+def _copies(line: SimulatedFics) -> None:
+    line.faults.set(Switch(Fault.DOUBLED, Direction.REPLIES, probability=0.1, delay_s=COPIED_S))
+
+
+QUIRKS: Final[Mapping[str, Quirk]] = MappingProxyType(
+    {
+        "echo": _line(echoes=True),
+        "late-replies": _line(reply_delay_s=LATE_S),
+        "turnaround": _line(reply_delay_s=SLOW_S),
+        "half-robot-command": _line(half_commands="executed"),
+        "robot-terminator": _line(hears="crlf"),
+        "robot-decimals": _robot(displayed_decimals=4),
+        "status-bits": _robot(status_bits=("moving", "alarm", "origin_done", "servo_ready")),
+        "hidden-positions": _robot(hidden_positions="at_rest", origin_bit="lasting"),
+        "upload-end": _robot(upload_end="done"),
+        "homing-outlasts": _robot(homing="lost_by_moves"),
+        "por-end": _robot(download_end="skips_holes"),
+        "displayed-hundredths": _robot(displayed_decimals=1),
+        "power-loss-read": _line(boot_s=0.0),
+        "power-loss-motion": _line(boot_s=0.0),
+        "jog-mode": _robot(jog_mode="move"),
+        "positions-after-power": _robot(positions_after_power="kept"),
+        "copies-of-answers": _copies,
+        "numbers-as-set": _robot(numbers="whole"),
+        "pos-left-out": _robot(left_out="kept"),
+        "error-after-power": _robot(error_after_power="kept"),
+        "upload-refusal": _robot(upload_refusal="E01"),
+        "stop-overtakes": _robot(stop_while_braking="refused"),
+    }
+)
+"""What makes each of them false. Those about a dual-port RAM are made false at its port."""

@@ -1,0 +1,130 @@
+"""`commission`: a line is tried at its port, reported, and its file changed where people ask for it."""
+
+import json
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from app.cli import app
+from app.commands import commission
+from gateway.config import load
+from protocols.rorze.link import Request, RequestReader
+from protocols.rorze.row import LINK_MASTER
+from simulator.rorze.line import Rc400Line, build_line
+from simulator.rorze.quirks import QUIRKS
+from tests.commissioning.served_simulator import behind_a_terminal
+from transports.trace import unescape
+
+BODY = """
+[[lines]]
+id = "robot"
+address = "serial://{port}?baud=115200"
+# as the maker says
+late_reply_s = 0.1   # short
+reply_timeout_s = 0.2
+[[lines.bodies]]
+id = "00"
+"""
+
+
+def run(*words: str | Path, answer: str = "") -> Result:
+    return CliRunner().invoke(app, [str(word) for word in words], input=answer)
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    """A configuration with one line."""
+    file = tmp_path / "gateway.toml"
+    file.write_text(BODY.format(port=tmp_path / "port"), "utf-8")
+    return file
+
+
+def serving(file: Path, *quirks: str) -> AbstractContextManager[None]:
+    """A simulated line at the port of the file."""
+
+    def make(now: float) -> Rc400Line:
+        line = build_line((0x00,), now)
+        for name in quirks:
+            QUIRKS[name](line)
+        return line
+
+    return behind_a_terminal(make, file.parent / "port")
+
+
+def test_a_line_that_is_as_assumed_agrees(file: Path, tmp_path: Path) -> None:
+    report = tmp_path / "F.json"
+    with serving(file):
+        said = run("commission", "robot", "--config", file, "--report", report)
+    assert said.exit_code == 0, said.output
+    told = json.loads(report.read_text("utf-8"))
+    assert told["line"] == "robot"
+    assert {it["result"] for it in told["results"]} == {"agrees", "cannot_tell"}
+    assert all(it["needed"] for it in told["results"] if it["result"] == "cannot_tell")
+    assert {"at", "dir", "data"} == set(told["frames"][0])
+    sent = b"".join(unescape(it["data"]) for it in told["frames"] if it["dir"] == "tx")
+    to_master = [
+        it.text for it in RequestReader().feed(sent) if isinstance(it, Request) and it.body == LINK_MASTER
+    ]
+    assert to_master == ["XID"]
+    assert "silent-xid" in report.with_suffix(".md").read_text("utf-8")
+
+
+def test_what_differs_is_proposed_as_a_change_of_the_file(file: Path) -> None:
+    before = file.read_text("utf-8")
+    with serving(file, "interjection"):
+        said = run("commission", "robot", "--config", file)
+        assert said.exit_code == 1
+        assert '+stop_mode = "after_reply"' in said.stdout
+        assert file.read_text("utf-8") == before
+        assert run("commission", "robot", "--config", file, "--apply").exit_code == 1
+        assert load(file).lines[0].model_dump()["stop_mode"] == "after_reply"
+        assert "late_reply_s = 0.1   # short" in file.read_text("utf-8")
+        assert run("commission", "robot", "--config", file).exit_code == 0
+
+
+def test_a_contradiction_says_that_nothing_is_to_be_moved(file: Path) -> None:
+    with serving(file, "half-command"):
+        said = run("commission", "robot", "--config", file)
+    assert said.exit_code == 1
+    assert "Do not run motion" in said.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["lift"], "has no line lift"),
+        (["robot", "--allow", "flash"], "--allow takes settings or motion"),
+        (["robot", "--report", "F.txt"], "it ends with .json"),
+    ],
+)
+def test_what_is_not_understood_sends_nothing(file: Path, words: list[str], sentence: str) -> None:
+    said = run("commission", *words, "--config", file)
+    assert said.exit_code == 2
+    assert sentence in said.stderr
+    assert said.stderr.endswith("Nothing was sent.\n")
+
+
+def test_a_port_that_is_not_there_is_told(file: Path) -> None:
+    said = run("commission", "robot", "--config", file)
+    assert said.exit_code == 3
+    assert "was not commissioned" in said.stderr
+
+
+def test_at_a_terminal_people_are_asked(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+
+    async def confirm(what: str) -> bool:
+        asked.append(what)
+        return False
+
+    monkeypatch.setattr(commission, "_confirm", confirm)
+    with serving(file):
+        assert run("commission", "robot", "--config", file, "--allow", "settings").exit_code == 0
+    assert [it for it in asked if it.startswith("Body 00:") and "9VS" in it]
+    asked.clear()
+    with serving(file):
+        agreed = run("commission", "robot", "--config", file, "--allow", "settings", "--yes", "00")
+    assert agreed.exit_code == 0
+    assert [it for it in asked if it.startswith("Body 00:")] == []

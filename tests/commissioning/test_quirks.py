@@ -1,0 +1,211 @@
+"""For each assumption a line on which it is false: commissioning finds it, and proposes the right change."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import pytest
+
+from commissioning.assumptions import ASSUMPTIONS
+from commissioning.bench import Places
+from commissioning.findings import Result
+from commissioning.proposals import changed, diff
+from simulator.fics.line import SimulatedFics
+from simulator.fics.quirks import QUIRKS as FICS_QUIRKS
+from simulator.rorze.line import Rc400Line
+from simulator.rorze.quirks import QUIRKS as RC400_QUIRKS
+from tests.commissioning.benches import CONFIG, MAKES, Machine, all_allowed, commissioned, result_of, unlike
+from tests.plants import in_virtual_time
+
+NEVER_TOLD = {"label-answers", "lasting-errors", "dpram-map", "dpram-times", "jog-mode"}
+"""What a line that is as assumed does not show: there is no label, no error, no RAM; and nothing jogs."""
+
+
+class Case(NamedTuple):
+    """What is found of one quirk."""
+
+    line_id: str
+    slug: str
+    result: Result
+    proposed: Mapping[str, Any] = {}
+    prepare: Callable[[Any], None] | None = None
+    """What the machine has to be like for the quirk to show."""
+    off_s: float = 1.0
+    """How long its power is off, where it is switched."""
+
+
+def with_label(line: Rc400Line) -> None:
+    """Give a body a program with a label."""
+    for instruction in ("*TS", "WAT5", "END"):
+        line.receive(f"&00UWS{instruction}\r".encode(), 0.0)
+    line.take_output(0.0)
+
+
+def with_limit_error(line: Rc400Line) -> None:
+    """Give a body an error that stands."""
+    line.axes[0].status |= 2
+
+
+def homed(robot: SimulatedFics) -> None:
+    """Home the robot, away from 0."""
+    for unit in robot.robot.units.values():
+        for motor in unit.motors:
+            motor.homed = motor.ever_homed = True
+            motor.at = 1.23
+        unit.motors[-1].at = 2.0
+
+
+def away(line: Rc400Line) -> None:
+    """Let the bodies be at another place than 0, within the places where they may go."""
+    for body in line.axes:
+        line.receive(f"&{body:02X}6PS100\r".encode(), 0.0)
+    line.take_output(0.0)
+
+
+def in_mode_3(robot: SimulatedFics) -> None:
+    """Home the robot, and have it tell refusals."""
+    homed(robot)
+    robot.robot.mode = 3
+
+
+def with_hole(robot: SimulatedFics) -> None:
+    """Give the robot a table of positions with a hole."""
+    robot.robot.units[1].positions = {1: (1.0, 2.0, 3.0), 2: (1.0, 2.0, 4.0), 4: (5.0, 6.0, 7.0)}
+
+
+DIFFERS, CONTRADICTS = Result.DIFFERS, Result.CONTRADICTS
+CASES = (
+    Case("robot", "echo", CONTRADICTS),
+    Case("robot", "late-replies", DIFFERS, {"late_reply_s": 5.5, "reply_timeout_s": 9.0}),
+    Case("robot", "turnaround", DIFFERS, {"reply_timeout_s": 1.2}),
+    Case("robot", "interjection", DIFFERS, {"stop_mode": "after_reply"}),
+    Case("robot", "order-per-body", CONTRADICTS),
+    Case("robot", "copies-of-replies", DIFFERS, {"late_reply_s": 6.0}),
+    Case("robot", "silent-xid", DIFFERS, {"introducer": "$"}),
+    Case("robot", "label-answers", CONTRADICTS, prepare=with_label),
+    Case("robot", "half-command", CONTRADICTS),
+    Case("robot", "wrong-mode", CONTRADICTS),
+    Case("robot", "lasting-errors", DIFFERS, prepare=with_limit_error),
+    Case("cell", "echo", CONTRADICTS),
+    Case("cell", "late-replies", DIFFERS, {"late_reply_s": 5.5, "reply_timeout_s": 9.0}),
+    Case("cell", "turnaround", DIFFERS, {"reply_timeout_s": 1.2}),
+    Case("cell", "half-robot-command", CONTRADICTS),
+    Case("cell", "robot-terminator", DIFFERS, {"terminator": "crlf"}),
+    Case("cell", "robot-decimals", CONTRADICTS, prepare=homed),
+    Case(
+        "cell",
+        "status-bits",
+        DIFFERS,
+        {"robot.status_bits": ["moving", "alarm", "origin_done", "servo_ready"]},
+        prepare=homed,
+    ),
+    Case("cell", "hidden-positions", CONTRADICTS, prepare=homed),
+    Case("cell", "por-end", CONTRADICTS, prepare=with_hole),
+    Case("cell", "displayed-hundredths", CONTRADICTS, prepare=homed),
+    Case("cell", "copies-of-answers", DIFFERS, {"late_reply_s": 6.0}),
+)
+DEEDS = (
+    Case("robot", "link-master-forgets", DIFFERS),
+    Case("robot", "comment-kept", DIFFERS, {"bodies.00.power_comment": 0}, prepare=away),
+    Case("robot", "power-on-position", DIFFERS, prepare=away),
+    Case("robot", "curve-tick", CONTRADICTS),
+    Case("robot", "stop-overtakes", DIFFERS),
+    Case("cell", "upload-end", CONTRADICTS),
+    Case("cell", "upload-end", CONTRADICTS, prepare=in_mode_3),
+    Case("cell", "upload-refusal", CONTRADICTS),
+    Case("cell", "upload-refusal", CONTRADICTS, prepare=in_mode_3),
+    Case("cell", "pos-left-out", CONTRADICTS),
+    Case("cell", "pos-left-out", CONTRADICTS, prepare=in_mode_3),
+    Case("cell", "numbers-as-set", CONTRADICTS),
+    Case("cell", "numbers-as-set", CONTRADICTS, prepare=in_mode_3),
+    Case("cell", "power-loss-read", CONTRADICTS, off_s=0.2),
+    Case("cell", "power-loss-motion", CONTRADICTS, off_s=0.2),
+    Case("cell", "positions-after-power", CONTRADICTS, prepare=homed),
+    Case("cell", "error-after-power", CONTRADICTS),
+    Case("cell", "homing-outlasts", CONTRADICTS, prepare=homed),
+    Case("cell", "stop-overtakes", DIFFERS, prepare=in_mode_3),
+    Case("cell", "stop-overtakes", DIFFERS, prepare=homed),
+)
+"""Quirks that show only where more than questions is allowed."""
+each_case = pytest.mark.parametrize("case", CASES, ids=lambda it: f"{it.line_id}-{it.slug}")
+
+
+def prepared(case: Case) -> Machine:
+    """A machine as assumed, on which the quirk of a case would show."""
+    machine = MAKES[case.line_id]()
+    if case.prepare is not None:
+        case.prepare(machine)
+    return machine
+
+
+def quirky(case: Case) -> Machine:
+    """A machine on which the assumption of a case is false."""
+    machine = prepared(case)
+    if isinstance(machine, SimulatedFics):
+        FICS_QUIRKS[case.slug](machine)
+    else:
+        RC400_QUIRKS[case.slug](machine)
+    return machine
+
+
+@each_case
+@in_virtual_time
+async def test_a_quirk_is_found_and_the_change_proposed(case: Case) -> None:
+    report, _ = await commissioned(quirky(case))
+    assert result_of(report, case.slug).result is case.result
+    assert report.changes() == case.proposed
+    assert not report.is_right()
+
+
+@pytest.mark.parametrize(
+    "case", [it for it in CASES if it.proposed], ids=lambda it: f"{it.line_id}-{it.slug}"
+)
+@in_virtual_time
+async def test_with_the_proposed_change_the_line_is_as_configured(case: Case) -> None:
+    text = changed(CONFIG, case.line_id, case.proposed, "gateway.toml")
+    report, _ = await commissioned(quirky(case), text=text)
+    assert unlike(report) == {}
+    assert all(key.rpartition(".")[2] in diff(CONFIG, text, "gateway.toml") for key in case.proposed)
+
+
+@pytest.mark.parametrize("case", [it for it in CASES if it.prepare is not None], ids=lambda it: it.slug)
+@in_virtual_time
+async def test_without_the_quirk_the_same_machine_agrees(case: Case) -> None:
+    machine = prepared(case)
+    report, _ = await commissioned(machine)
+    assert result_of(report, case.slug).result is Result.AGREES
+    assert unlike(report) == {}
+
+
+@pytest.mark.parametrize("case", DEEDS, ids=lambda it: f"{it.line_id}-{it.slug}")
+@in_virtual_time
+async def test_a_quirk_is_found_where_more_is_allowed(case: Case) -> None:
+    machine = quirky(case)
+    report, _ = await commissioned(machine, all_allowed(machine, places_of(case), case.off_s))
+    assert result_of(report, case.slug).result is case.result
+    assert report.changes() == case.proposed
+
+
+def places_of(case: Case) -> Places:
+    """Between which places the machine of a case may move."""
+    return Places(0, 200) if case.line_id == "robot" else Places(140, 180)
+
+
+PREPARED = (("robot", away), ("cell", homed), ("cell", in_mode_3))
+
+
+@pytest.mark.parametrize(("line_id", "prepare"), PREPARED)
+@in_virtual_time
+async def test_all_trials_leave_a_machine_that_is_as_assumed_as_it_was(
+    line_id: str, prepare: Callable[[Any], None]
+) -> None:
+    machine = MAKES[line_id]()
+    prepare(machine)
+    report, _ = await commissioned(machine, all_allowed(machine, places_of(Case(line_id, "", DIFFERS))))
+    assert unlike(report) == {}
+    told = {it.assumption: it.seen for it in report.results if it.result is Result.CANNOT_TELL}
+    assert told.keys() <= NEVER_TOLD, told
+
+
+def test_each_assumption_has_its_quirk() -> None:
+    at_the_port = {"dpram-map", "dpram-times"}
+    assert {it.slug for it in ASSUMPTIONS} == {*RC400_QUIRKS, *FICS_QUIRKS, *at_the_port}
