@@ -5,8 +5,9 @@ from collections.abc import Mapping
 from difflib import unified_diff
 from typing import Any
 
-from gateway.config import ConfigError, parse
+from gateway.config import parse
 from gateway.config_file import value_text
+from gateway.core.toml_files import ConfigError
 from gateway.core.toml_lines import KeyPath, LineIndex
 
 

@@ -97,7 +97,8 @@ async def _confirm(what: str) -> bool:
 def _alone(line_id: str, file: Path, terms: "Terms") -> "Report":
     """Commission a line of a file at its port."""
     from commissioning.run import commission as walk
-    from gateway.config import ConfigError, load
+    from gateway.config import load
+    from gateway.core.toml_files import ConfigError
     from transports import TransportError
 
     try:
@@ -144,9 +145,9 @@ def _tell(found: "Report") -> None:
 def _propose(found: "Report", file: Path, *, apply: bool) -> None:
     """Show the proposed change of the file, and make it where people ask for it."""
     from commissioning.proposals import changed, diff
-    from gateway.config import ConfigError
     from gateway.config_file import ConfigFile
     from gateway.core.errors import GatewayError
+    from gateway.core.toml_files import ConfigError
 
     changes = found.changes()
     if not changes:

@@ -23,8 +23,8 @@ from protocols.rorze.programs import LAST_ADDRESS
 from protocols.rorze.row import FIRST_GROUP
 from tests.app.fake_gateway import always, move
 
-OWN = {"serve", "init", "keys", "journal", "data", "audit"}
-"""They ask no gateway: they are one, or look after its files."""
+OWN = {"serve", "init", "keys", "journal", "data", "audit", "bridge", "commission", "plant"}
+"""They ask no gateway: they are one or stand beside it, look after its files, or take minutes."""
 HEAVY = {"asyncio", "httpx", "importlib.metadata", "logging", "pydantic", "rich", "sqlite3", "uvicorn"}
 
 

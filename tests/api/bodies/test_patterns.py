@@ -61,7 +61,7 @@ async def test_changes_of_speed_are_told_with_where_they_begin_and_end(stand: St
     assert second["begin"] == 80_000
     assert second["begin_in_unit"] == {"value": 80.0, "unit": "mm"}
     assert second["speed"] == {"value": 50.0, "unit": "mm/s"}
-    assert set_by(stand.frames())[-3:] == [
+    assert [frame for frame in set_by(stand.frames()) if frame != "9CS"][-3:] == [
         "SPSA[17],A:S[12],D:S[13]",
         "SESA[17],0,T78000,S10000",
         "SESA[17],1,F80000,S50000",
