@@ -113,7 +113,7 @@ def test_nothing_but_health_and_version_is_open(routes: list[BaseRoute]) -> None
 def test_who_may_view_changes_nothing(routes: list[BaseRoute]) -> None:
     questions = {row.name() for row in (*COMMANDS.values(), *ROWS) if RIGHT_OF[row.effect] is Right.VIEW}
     calculations = {"curve", "forward", "inverse"}
-    readings = {"backups", "current", "readings", "recordings"}
+    readings = {"backups", "current", "finish", "readings", "recordings"}
     for route in routes:
         if isinstance(route, HttpRoute) and route.right is Right.VIEW and route.methods != {"GET"}:
             assert route.path.rpartition("/")[2] in {*questions, *calculations, *readings, "tickets"}, (
