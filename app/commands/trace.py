@@ -20,17 +20,20 @@ def trace(
     request: Annotated[str | None, typer.Option(help=words.of("getTrace", "request_id"))] = None,
     last: Annotated[int, typer.Option(min=1, max=10_000, help=words.of("getTrace", "limit"))] = 100,
     follow_on: Annotated[bool, typer.Option("--follow", help="Go on with what comes, until Ctrl-C.")] = False,
+    own: Annotated[
+        bool, typer.Option("--all", help="Show what the gateway asks by itself, too; JSON always does.")
+    ] = False,
     url: Url = LOCAL,
     key_file: KeyFile = None,
     as_json: Json = False,
 ) -> None:
-    """Print what was sent and received on a line, a record each, with who asked for it."""
+    """Print what went over a line: an answer behind its question, what they mean, and who asked."""
     client = Client.at(url, key_file)
     query = {name: it for name, it in (("bodies", bodies), ("request_id", request)) if it}
     query["last"] = str(last)
     try:
-        for record in _records(client, f"/lines/{line}/trace", query, follow_on):
-            typer.echo(json.dumps(record, ensure_ascii=False) if as_json else _line(record))
+        for text in _texts(_records(client, f"/lines/{line}/trace", query, follow_on), own, as_json):
+            typer.echo(text)
     except KeyboardInterrupt:
         raise typer.Exit(exits.DONE) from None
 
@@ -49,8 +52,15 @@ def _followed(client: Client, path: str, query: dict[str, str]) -> Iterator[dict
             yield told
 
 
-def _line(record: dict[str, Any]) -> str:
-    kind = record["kind"]
-    asked = (record.get(name) for name in ("caller", "request_id"))
-    facts = (record["at"], _DIRECTIONS.get(kind, kind), record["data"], *asked)
-    return "  ".join(filter(None, facts))
+def _texts(records: Iterable[dict[str, Any]], own: bool, as_json: bool) -> Iterator[str]:
+    if as_json:
+        yield from (json.dumps(record, ensure_ascii=False) for record in records)
+        return
+    from app.wire import folded, meaning
+
+    for record, answer in folded(records, own=own):
+        kind = record["kind"]
+        asked = (record.get(name) for name in ("caller", "request_id"))
+        heard = None if answer is None else f"<-  {answer['data']}"
+        sent = (record["at"], _DIRECTIONS.get(kind, kind), record["data"])
+        yield "  ".join(filter(None, (*sent, heard, meaning(record, answer), *asked)))

@@ -374,14 +374,20 @@ def test_the_wire_shows_what_a_frame_means_and_who_asked(plant: Plant, open_cons
 def test_the_wire_of_one_body_and_one_request_is_told_apart(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/wire/line1")
     rows = console.page.locator("tbody tr")
+    own = console.page.get_by_label("without the gateway's own")
+    expect(own).to_be_checked()
+    own.uncheck()
     expect(rows.filter(has_text="the gateway: looks after it").first).to_be_visible()
     console.page.get_by_role("combobox", name="Body", exact=True).select_option("line1.01")
     asked = {"X-Request-Id": "job-17"}
     plant.gateway.http.get("/bodies/01/position", headers=asked).raise_for_status()
-    console.page.get_by_label("without the gateway's own").check()
+    own.check()
     console.button("job-17").first.click()
     expect(console.page.get_by_label("Request")).to_have_value("job-17")
     expect(rows.filter(has_text="looks after it")).to_have_count(0)
+    expect(rows.first).to_contain_text("← >&01")
+    expect(rows.filter(has_text="get the present position: ").first).to_be_visible()
+    console.page.get_by_label("raw").check()
     expect(rows.first).to_contain_text("received")
     for told in rows.all_inner_texts():
         assert "01 · " in told

@@ -743,6 +743,7 @@ export const en = {
     lost: "port lost",
     closed: "port closed",
     refused: "refused",
+    ok: "accepted",
     reply: "reply",
     download: "Download",
     empty: "Nothing yet.",

@@ -743,6 +743,7 @@ export const ja: typeof en = {
     lost: "ポートを失った",
     closed: "ポートを閉じた",
     refused: "拒否",
+    ok: "受理",
     reply: "応答",
     download: "ダウンロード",
     empty: "まだありません。",

@@ -23,16 +23,26 @@ HEARD = {**SENT, "kind": "rx", "data": ">&3F6PD+00000000\\r", "caller": None, "r
 LOST = {**HEARD, "kind": "lost", "data": ""}
 
 
-def test_each_record_is_a_line_with_who_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_answer_stands_behind_its_question_with_what_they_mean_and_who_asked(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     asked = always({"entries": [SENT, HEARD, LOST]})
     said = asked.run(monkeypatch, "trace", "arm", "--bodies", "3F", "--request", "job-17", "--last", "3")
     assert said.exit_code == 0, said.output
     assert said.stdout.splitlines() == [
-        "2026-01-02T03:04:05Z  ->  &3F6PD\\r  http 127.0.0.1  job-17",
-        "2026-01-02T03:04:05Z  <-  >&3F6PD+00000000\\r",
+        "2026-01-02T03:04:05Z  ->  &3F6PD\\r  <-  >&3F6PD+00000000\\r  get the present position: 0"
+        "  http 127.0.0.1  job-17",
         "2026-01-02T03:04:05Z  lost",
     ]
     assert asked.paths == ["/lines/arm/trace"]
+
+
+def test_what_the_gateway_asks_by_itself_is_shown_where_it_is_wanted(monkeypatch: pytest.MonkeyPatch) -> None:
+    polled = {**SENT, "data": "&009CD\\r", "caller": "gateway: poll", "request_id": None}
+    told = {"entries": [polled, {**HEARD, "data": ">&009CDH08\\r"}]}
+    assert always(told).run(monkeypatch, "trace", "arm").stdout == ""
+    shown = always(told).run(monkeypatch, "trace", "arm", "--all").stdout
+    assert "get the controller status: command error  gateway: poll" in shown
 
 
 def test_a_line_that_is_not_there_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
