@@ -21,6 +21,7 @@ BENCHES: Final[Mapping[str, tuple[Callable[..., Bench], Mapping[str, Any]]]] = M
     {"rorze": (rorze.RorzeBench, rorze_deeds.TRIALS), "fics": (fics.FicsBench, fics_deeds.TRIALS)}
 )
 STUCK_MS: Final = 10_000
+"""How long a robot may leave a message in its dual-port RAM while that is measured."""
 AFTER_A_SURPRISE: Final = "See to {slug} first: change what is proposed, or find out why it is so."
 
 
@@ -60,6 +61,12 @@ async def commission(
         lost=lost,
         frames=talk.frames,
     )
+
+
+async def ask_only(line: Any, open_transport: Callable[[str], Transport], tell: Tell) -> dict[str, Any]:
+    """Try all that questions show, for a gateway that has lent the port; gives the report as JSON."""
+    report = await commission(line, Terms(), tell=tell, open_transport=open_transport)
+    return report.model_dump(mode="json")
 
 
 def patient(address: str) -> str:
