@@ -1989,6 +1989,32 @@ class CommandList(TypedDict):
     commands: list[CommandInfo | FicsCommandInfo]
 
 
+class Commissioning(TypedDict):
+    """One commissioning of a line: which assumptions about real hardware hold there."""
+
+    id: str
+    line_id: str
+    status: Literal["running", "finished", "failed", "cancelled"]
+    done: int
+    """Assumptions that were tried so far."""
+    of: int | None
+    """Assumptions about such a line."""
+    doing: str | None
+    """The assumption that is being tried."""
+    report: dict[str, JsonValue] | None
+    """All results and frames, as `motion-gateway commission --report` writes them."""
+    error: str | None
+    started_at: str
+    ended_at: str | None
+
+
+class CommissioningRequest(TypedDict):
+    """What to commission."""
+
+    line_id: str
+    """A line of the configuration."""
+
+
 class ContinuousMoveRequest(TypedDict):
     """Move until stopped; only where the configuration has `allow_endless_moves`."""
 
