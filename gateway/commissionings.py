@@ -32,8 +32,8 @@ class Commissioning(Record):
     id: str
     line_id: str
     status: Status = "running"
-    done: int = Field(0, description="Assumptions that were tried so far.")
-    of: int | None = Field(None, description="Assumptions about such a line.")
+    done: int = Field(0, description="Number of assumptions that were tried so far.")
+    of: int | None = Field(None, description="Number of assumptions about such a line.")
     doing: str | None = Field(None, description="The assumption that is being tried.")
     report: dict[str, JsonValue] | None = Field(
         None, description="All results and frames, as `motion-gateway commission --report` writes them."

@@ -1,6 +1,5 @@
 """First contact with a real line: which assumptions hold there, and which settings follow: `commission`."""
 
-import asyncio
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -136,11 +135,15 @@ async def _confirm(what: str) -> bool:
     """Ask at the terminal; no where nobody is there."""
     if not sys.stdin.isatty():
         return False
+    import asyncio
+
     return await asyncio.to_thread(typer.confirm, what, err=True)
 
 
 def _alone(line_id: str, file: Path, terms: "Terms") -> "Report":
     """Commission a line of a file at its port."""
+    import asyncio
+
     from commissioning.run import commission as walk
     from gateway.config import ConfigError, load
     from transports import TransportError

@@ -1996,9 +1996,9 @@ class Commissioning(TypedDict):
     line_id: str
     status: Literal["running", "finished", "failed", "cancelled"]
     done: int
-    """Assumptions that were tried so far."""
+    """Number of assumptions that were tried so far."""
     of: int | None
-    """Assumptions about such a line."""
+    """Number of assumptions about such a line."""
     doing: str | None
     """The assumption that is being tried."""
     report: dict[str, JsonValue] | None

@@ -8497,13 +8497,13 @@ export interface components {
             status: "running" | "finished" | "failed" | "cancelled";
             /**
              * Done
-             * @description Assumptions that were tried so far.
+             * @description Number of assumptions that were tried so far.
              * @default 0
              */
             done: number;
             /**
              * Of
-             * @description Assumptions about such a line.
+             * @description Number of assumptions about such a line.
              */
             of: number | null;
             /**
