@@ -11,7 +11,7 @@ from commissioning.assumptions import Assumption, Level, of_family
 from commissioning.bench import OUTAGE, Bench, Terms
 from commissioning.conversation import Conversation
 from commissioning.findings import Finding, Result, cannot_tell
-from commissioning.report import Outcome, Report, Setting
+from commissioning.report import Measured, Outcome, Report, Setting
 from transports import Transport, TransportLost, create
 
 Tell = Callable[[int, int, str], None]
@@ -59,6 +59,9 @@ async def commission(
         table=line.model_dump(mode="json"),
         results=results,
         lost=lost,
+        measured=Measured(
+            replies_s=[round(it, 6) for it in bench.times], copies_s=[round(it, 6) for it in bench.copies]
+        ),
         frames=talk.frames,
     )
 
