@@ -66,7 +66,7 @@ def commission(
     if config is None:
         _advise(found)
     else:
-        _propose(found, config, apply=apply)
+        _propose(found, config, _changes(found, report if apply else None), apply=apply)
     if found.lost is not None:
         raise Failure(f"{found.lost} The trials that are missing were not made.", exits.NOT_SENT)
     if not found.is_right():
@@ -189,14 +189,18 @@ def _tell(found: "Report") -> None:
         )
 
 
-def _propose(found: "Report", file: Path, *, apply: bool) -> None:
+def _changes(found: "Report", report: Path | None) -> dict[str, Any]:
+    """What the file should say otherwise, where the report lies included."""
+    return found.changes() | ({} if report is None else {"commissioned": str(report.absolute())})
+
+
+def _propose(found: "Report", file: Path, changes: dict[str, Any], *, apply: bool) -> None:
     """Show the proposed change of the file, and make it where people ask for it."""
     from commissioning.proposals import changed, diff
     from gateway.config import ConfigError
     from gateway.config_file import ConfigFile
     from gateway.core.errors import GatewayError
 
-    changes = found.changes()
     if not changes:
         return
     before = file.read_text("utf-8-sig")

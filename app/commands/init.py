@@ -24,6 +24,7 @@ def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOM
     from gateway.access.posture import weakened
     from gateway.config import ConfigError, load
     from gateway.core.tables import named
+    from gateway.core.tried import untried
 
     try:
         config = load(file)
@@ -36,6 +37,9 @@ def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOM
         typer.echo(
             f"  SCARA robot {named(scara.id, scara.name)} of {', '.join(scara.members)} on {scara.line}"
         )
+    for found in filter(None, map(untried, config.lines)):
+        named_ones = f" ({', '.join(found.assumptions)})" if found.assumptions else ""
+        typer.echo(f"note: line {found.line_id}: {found.meaning}{named_ones}")
     weak = (f"{it.setting} = {it.value}: {it.meaning}" for it in weakened(config))
     for warning in (*weak, *_missing(config), *untrusted(file, config)):
         typer.echo(f"warning: {warning}", err=True)

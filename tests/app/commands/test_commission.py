@@ -81,7 +81,10 @@ def test_what_differs_is_proposed_as_a_change_of_the_file(file: Path) -> None:
         assert said.exit_code == 1
         assert '+stop_mode = "after_reply"' in said.stdout
         assert file.read_text("utf-8") == before
-        assert run("commission", "robot", "--config", file, "--apply").exit_code == 1
+        assert "never tried" in run("check", file).stdout
+        report = file.parent / "F.json"
+        assert run("commission", "robot", "--config", file, "--apply", "--report", report).exit_code == 1
+        assert "line robot: Some assumptions do not hold: see the report" in run("check", file).stdout
         assert load(file).lines[0].model_dump()["stop_mode"] == "after_reply"
         assert "late_reply_s = 0.1   # short" in file.read_text("utf-8")
         assert run("commission", "robot", "--config", file).exit_code == 0
