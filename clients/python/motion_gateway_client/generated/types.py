@@ -4582,7 +4582,7 @@ class PositionsToStore(TypedDict):
 
 
 class Posture(TypedDict):
-    """How the gateway is protected."""
+    """How the gateway is protected, and what it rests on."""
 
     access: Literal["keys", "open"]
     """Whether a key is needed."""
@@ -4592,6 +4592,8 @@ class Posture(TypedDict):
     """Whether other machines may reach it, a proxy's clients included."""
     weakened: list[Weakened]
     """Every default of the configuration that protects less than it could."""
+    untried: list[UntriedLine]
+    """Lines whose assumptions about real hardware were not all tried, or do not all hold."""
 
 
 class PowerAcknowledged(TypedDict):
@@ -7341,6 +7343,16 @@ class Unreadable(TypedDict):
     """Why the state could not be learned."""
 
     detail: str
+
+
+class UntriedLine(TypedDict):
+    """A line that rests on assumptions about real hardware."""
+
+    line_id: str
+    assumptions: list[str]
+    """By their names; empty where none was ever tried."""
+    meaning: str
+    """What that means, and what to do."""
 
 
 class UploadError(TypedDict):

@@ -14067,7 +14067,7 @@ export interface components {
         };
         /**
          * Posture
-         * @description How the gateway is protected.
+         * @description How the gateway is protected, and what it rests on.
          */
         Posture: {
             /**
@@ -14091,6 +14091,11 @@ export interface components {
              * @description Every default of the configuration that protects less than it could.
              */
             weakened: components["schemas"]["Weakened"][];
+            /**
+             * Untried
+             * @description Lines whose assumptions about real hardware were not all tried, or do not all hold.
+             */
+            untried: components["schemas"]["UntriedLine"][];
         };
         /**
          * PowerAcknowledged
@@ -20790,6 +20795,24 @@ export interface components {
         Unreadable: {
             /** Detail */
             detail: string;
+        };
+        /**
+         * UntriedLine
+         * @description A line that rests on assumptions about real hardware.
+         */
+        UntriedLine: {
+            /** Line Id */
+            line_id: string;
+            /**
+             * Assumptions
+             * @description By their names; empty where none was ever tried.
+             */
+            assumptions: string[];
+            /**
+             * Meaning
+             * @description What that means, and what to do.
+             */
+            meaning: string;
         };
         /**
          * UploadError
