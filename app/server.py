@@ -89,6 +89,7 @@ async def serve(
     :raises InUse, TooNew: the journal in `data` belongs to another gateway; no line was opened.
     """
     from api.app import create_app
+    from commissioning.run import ask_only
 
     require_no_links(data)
     sys.setswitchinterval(SWITCH_S)
@@ -101,6 +102,7 @@ async def serve(
         plant = Plant(config, journal=journal, lease_tokens=LeaseTokens(data), file=file, security=security)
         plant.names.keep_in(data)
         plant.recordings.keep_in(data)
+        plant.commissionings.walk = ask_only
         app = create_app(plant, access.credentials, special.rows)
         server = _Server(_uvicorn_config(app, config.server, access.certificate))
         signals.concern(plant, server)

@@ -40,6 +40,14 @@ class Outcome(BaseModel):
     """What was seen, in a sentence."""
 
 
+class Measured(BaseModel):
+    """Times of the replies to numbered questions, in seconds."""
+
+    replies_s: list[float] = Field(default_factory=list)
+    copies_s: list[float] = Field(default_factory=list)
+    """From a reply to each of its copies."""
+
+
 class Report(BaseModel):
     """All that was said and found on a line."""
 
@@ -57,6 +65,7 @@ class Report(BaseModel):
     """The line's table of the configuration."""
     lost: str | None = None
     """Why the port has gone before the end, if it has."""
+    measured: Measured = Field(default_factory=Measured)
     results: list[Outcome]
     frames: list[Frame]
 

@@ -29,6 +29,8 @@ IN_ONE_GO: Final = 3
 """Questions that are sent without waiting: two would do, if the second were never the one that is late."""
 LINES_READ: Final = 200
 """Instructions of a program that are read in search of a label."""
+ASKED_FIRST: Final = 3
+"""Bodies that are asked in each form: one of them is there."""
 OLDEST_BODY: Final = 0xF
 """The last that one digit can address."""
 READ_TWICE_S: Final = 1.0
@@ -40,11 +42,22 @@ class RorzeBench(Bench):
     def __init__(self, line: Any, talk: Conversation, terms: Terms) -> None:
         super().__init__(line, talk, terms)
         self._entries = count()
+        self.introducer: str = line.introducer
+        """What begins a command that the link master understands."""
 
     @property
     def speakers(self) -> Sequence[int]:
         """The configured bodies."""
         return [body.number for body in self.line.bodies]
+
+    async def reach(self) -> None:
+        """Find what begins a command that is understood, the configured one first."""
+        for introducer in sorted(INTRODUCERS, key=lambda it: it != self.line.introducer):
+            for body in [it for it in self.speakers if introducer == "&" or it <= OLDEST_BODY][:ASKED_FIRST]:
+                if await self.ask(body, _entry(next(self._entries)), introducer=introducer):
+                    self.introducer = introducer
+                    return
+                self.patience_s = max(self.line.reply_timeout_s, 1.0)  # it may not be there
 
     def numbered(self, speaker: int) -> tuple[Key, bytes]:
         """Ask for the next position entry."""
@@ -63,7 +76,7 @@ class RorzeBench(Bench):
 
     def frame(self, body: int, command: RorzeCommand[Any], introducer: str | None = None) -> bytes:
         """Write a command as this line is spoken to."""
-        return encode(body, command, introducer or self.line.introducer)
+        return encode(body, command, introducer or self.introducer)
 
     async def ask(
         self, body: int, command: RorzeCommand[Any], *, introducer: str | None = None, within_s: float = 0.0
@@ -172,20 +185,19 @@ async def order_per_body(row: Assumption, bench: RorzeBench) -> Finding:
 
 async def silent_xid(row: Assumption, bench: RorzeBench) -> Finding:
     """Ask the link master who is there, and bodies in every form where it is silent."""
+    await bench.sample()
     master = await bench.ask(LINK_MASTER, IdentifyControllers(), introducer="&")
     if isinstance(master, Answer):
         return agrees(f"XID is answered: {master.payload or 'without a list'}.")
     if isinstance(master, Refusal):
         return agrees("XID is refused: there is a link master, and its bodies are asked one by one.")
-    if await bench.someone() is not None:
-        return agrees("XID is not answered, and bodies are: they are served as those of an old link master.")
-    for introducer in INTRODUCERS.replace(bench.line.introducer, ""):
-        for body in (it for it in bench.speakers if introducer == "&" or it <= OLDEST_BODY):
-            answer = await bench.ask(body, _entry(0), introducer=introducer)
-            if answer is not None:
-                seen = f"XID is not answered, and body {body:02X} answers {introducer!r} only."
-                return fails(row, seen, Change(row.key, introducer))
-    return cannot_tell(row, "Neither XID nor a body is answered.")
+    body = await bench.someone()
+    if body is None:
+        return cannot_tell(row, "Neither XID nor a body is answered.")
+    if bench.introducer != bench.line.introducer:
+        seen = f"XID is not answered, and body {body:02X} answers {bench.introducer!r} only."
+        return fails(row, seen, Change(row.key, bench.introducer))
+    return agrees("XID is not answered, and bodies are: they are served as those of an old link master.")
 
 
 async def label_answers(row: Assumption, bench: RorzeBench) -> Finding:

@@ -11,7 +11,7 @@ from commissioning.assumptions import Assumption, Level, of_family
 from commissioning.bench import OUTAGE, Bench, Terms
 from commissioning.conversation import Conversation
 from commissioning.findings import Finding, Result, cannot_tell
-from commissioning.report import Outcome, Report, Setting
+from commissioning.report import Measured, Outcome, Report, Setting
 from transports import Transport, TransportLost, create
 
 Tell = Callable[[int, int, str], None]
@@ -21,6 +21,7 @@ BENCHES: Final[Mapping[str, tuple[Callable[..., Bench], Mapping[str, Any]]]] = M
     {"rorze": (rorze.RorzeBench, rorze_deeds.TRIALS), "fics": (fics.FicsBench, fics_deeds.TRIALS)}
 )
 STUCK_MS: Final = 10_000
+"""How long a robot may leave a message in its dual-port RAM while that is measured."""
 AFTER_A_SURPRISE: Final = "See to {slug} first: change what is proposed, or find out why it is so."
 
 
@@ -58,8 +59,17 @@ async def commission(
         table=line.model_dump(mode="json"),
         results=results,
         lost=lost,
+        measured=Measured(
+            replies_s=[round(it, 6) for it in bench.times], copies_s=[round(it, 6) for it in bench.copies]
+        ),
         frames=talk.frames,
     )
+
+
+async def ask_only(line: Any, open_transport: Callable[[str], Transport], tell: Tell) -> dict[str, Any]:
+    """Try all that questions show, for a gateway that has lent the port; gives the report as JSON."""
+    report = await commission(line, Terms(), tell=tell, open_transport=open_transport)
+    return report.model_dump(mode="json")
 
 
 def patient(address: str) -> str:

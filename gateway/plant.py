@@ -14,6 +14,7 @@ from gateway.access.credentials import Credentials
 from gateway.access.grants import Sessions
 from gateway.access.territory import Territory
 from gateway.causes import CONFIGURED_ANEW, LINE_DOWN, UNUSABLE, causes_of
+from gateway.commissionings import Commissioning, Commissionings
 from gateway.config import Config
 from gateway.config_file import ConfigFile, changes
 from gateway.core import tables
@@ -127,6 +128,7 @@ class Plant:
         """Called when other lines are served."""
         self._open_transport = open_transport
         self.port_scans = PortScans(self.events, lambda: self.config, open_transport)
+        self.commissionings = Commissionings()
         self._reloading = asyncio.Lock()
         self._watch_of_alarms: asyncio.Task[None] | None = None
         self._watches: dict[str, list[asyncio.Task[None]]] = {}
@@ -201,6 +203,17 @@ class Plant:
             watch.cancel()
         await asyncio.gather(*watches, return_exceptions=True)
 
+    def commission(self, line_id: str) -> Commissioning:
+        """Lend the port of a line to questions about it; errors as of `port` and `Commissionings.start`."""
+        line, recorder = self.port(line_id), self.recorders[line_id]
+        table = next(it for it in self.config.lines if it.id == line_id)
+        return self.commissionings.start(
+            line,
+            table,
+            lambda address: Recorded(self._open_transport(address), recorder),
+            self._busy_on(line_id),
+        )
+
     async def reload(self, config: Config) -> None:
         """Serve the lines of another configuration; those that are in it as they were go on undisturbed.
 
@@ -259,7 +272,8 @@ class Plant:
         family = self._family_of(line_id)
         moving = [it.subject.rpartition("/")[2] for it in family.left_moving()]
         there = {part.address for part in map(self._part, moving) if part.line_id == line_id}
-        return sorted({*there, *family.at_work(self._ports[line_id])})
+        commissioned = [] if self.commissionings.current(line_id) is None else [f"the port of {line_id}"]
+        return sorted({*there, *family.at_work(self._ports[line_id]), *commissioned})
 
     def _part(self, address: str) -> Part:
         """What a whole address means; of what has been removed its line is all that is known."""
@@ -287,7 +301,7 @@ class Plant:
     async def close(self) -> None:
         """End all work. What `on_exit` leaves moving runs on in the controllers; nothing more is sent."""
         what, readings = "the end of the plant", (self.backups, self.comparisons, self.position_readings)
-        works = self.port_scans, *readings, self.position_uploads, self.recordings
+        works = self.port_scans, self.commissionings, *readings, self.position_uploads, self.recordings
         await seen_to(what, self.wind_down, *(work.close for work in works))
         self.alarms.closed = True
         survived(what, self.watch.close, self.leases.close)

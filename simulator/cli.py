@@ -28,6 +28,7 @@ from simulator.fics.line import LineSettings, SimulatedFics
 from simulator.fics.line import build_line as build_fics
 from simulator.fics.macros import MACROS, read_macros
 from simulator.fics.quirks import QUIRKS as FICS_QUIRKS
+from simulator.likeness import read_likeness
 from simulator.ports import Machine, Port, serve_pty, serve_tcp
 from simulator.rorze.control import create_control
 from simulator.rorze.line import Rc400Line, build_line
@@ -40,6 +41,7 @@ KEPT_FACTS = 100_000
 SLOWEST, FASTEST = 300, 4_000_000
 
 app = typer.Typer(help="Run simulated controllers.", no_args_is_help=True, add_completion=False)
+"""Without a command, `--like` says which line is simulated."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,9 +71,46 @@ QuirkOption = Annotated[
 ]
 
 
-@app.callback()
-def simulate() -> None:
+@app.callback(invoke_without_command=True)
+def simulate(
+    context: typer.Context,
+    like: Annotated[
+        Path | None,
+        typer.Option(help="Behave as the line in this report of `motion-gateway commission`."),
+    ] = None,
+    pty: PtyOption = None,
+    listen: ListenOption = None,
+    dpram: Annotated[Path | None, typer.Option(help="Make a dual-port RAM in this file.")] = None,
+    baud: BaudOption = None,
+    truth: TruthOption = None,
+    control: ControlOption = None,
+    seed: SeedOption = 0,
+) -> None:
     """Run simulated controllers."""
+    if context.invoked_subcommand is not None:
+        return
+    if like is None:
+        raise typer.BadParameter("name a controller, rc400 or fics, or a report with --like")
+    try:
+        likeness = read_likeness(like)
+        place = read_fics_place(pty, listen, dpram) if likeness.is_robot else read_place(pty, listen)
+        service = read_service(place, baud, truth, control)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from None
+    if likeness.is_robot:
+        _run(
+            service,
+            lambda log: likeness.turn_fics(build_fics(likeness.layout(), log, None, seed)),
+            create_fics_control,
+            likeness.title,
+        )
+    else:
+        _run(
+            service,
+            lambda log: likeness.turn_rc400(build_line(likeness.bodies(), monotonic(), log, seed=seed)),
+            create_control,
+            likeness.title,
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,5 @@
 """First contact with a real line: which assumptions hold there, and which settings follow: `commission`."""
 
-import asyncio
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from app import exits
+from app.client import LOCAL, STEP_S, Client, KeyFile, Url
 from app.exits import Failure, Misuse
 from app.output import json_text
 from app.progress import Progress
@@ -42,22 +42,31 @@ def commission(
         Path | None, typer.Option(help="Write all results and frames to F.json, and F.md beside it.")
     ] = None,
     apply: Annotated[
-        bool, typer.Option("--apply", help="Write the proposed settings into the configuration file.")
+        bool, typer.Option("--apply", help="Write the proposed settings into the file of --config.")
     ] = False,
+    url: Url = LOCAL,
+    key_file: KeyFile = None,
 ) -> None:
     """Find out which assumptions about a line hold there, and which settings make the gateway right.
 
-    Only questions are sent, unless more is allowed. Exit code 1: something differs or contradicts.
+    Beside a running gateway only questions are sent, and the line is down for all else meanwhile. With
+    --config the port is spoken to alone, and more may be allowed. Exit code 1: something differs or
+    contradicts.
     """
     levels = _levels(allow or ())
     if report is not None and report.suffix != ".json":
         raise Misuse(f"{report} is no name of a report: it ends with .json")
     if config is None:
-        raise Misuse("Name the configuration file with --config")
-    found = _alone(line, config, _terms(levels, yes or (), between))
+        _require_questions(levels, apply=apply)
+        found = _beside(Client.at(url, key_file), line)
+    else:
+        found = _alone(line, config, _terms(levels, yes or (), between))
     _write(found, report)
     _tell(found)
-    _propose(found, config, apply=apply)
+    if config is None:
+        _advise(found)
+    else:
+        _propose(found, config, _changes(found, report if apply else None), apply=apply)
     if found.lost is not None:
         raise Failure(f"{found.lost} The trials that are missing were not made.", exits.NOT_SENT)
     if not found.is_right():
@@ -71,6 +80,41 @@ def _levels(allow: Sequence[str]) -> frozenset[Any]:
         if it not in LEVELS:
             raise Misuse(f"--allow takes {' or '.join(LEVELS)}, not {it!r}")
     return frozenset(map(Level, allow))
+
+
+def _require_questions(levels: frozenset[Any], *, apply: bool) -> None:
+    """Refuse to do beside a gateway what only somebody at the machine, with the port alone, may do."""
+    if levels or apply:
+        raise Misuse(
+            "--allow and --apply need --config FILE: end the gateway, or take the line out of its file, and "
+            "stand at the machine"
+        )
+
+
+def _beside(client: Client, line_id: str) -> "Report":
+    """Have a running gateway commission one of its lines; Ctrl-C cancels that."""
+    from commissioning.report import Report
+
+    record = client.request("POST", "/commissionings", {"line_id": line_id})
+    path = f"/commissionings/{record['id']}"
+    with Progress() as progress:
+        try:
+            while record["status"] == "running":
+                progress.say(f"{record['done']} of {record['of']}: {record['doing']}")
+                record = client.request("GET", path, wait_s=STEP_S)
+        except KeyboardInterrupt:
+            record = client.request("DELETE", path)
+    if record["report"] is None:
+        raise Failure(
+            f"The commissioning of {line_id} was {record['status']}: {record['error']}", exits.REFUSED
+        )
+    return Report.model_validate(record["report"])
+
+
+def _advise(found: "Report") -> None:
+    """Say which settings a gateway needs, whose file is not at hand."""
+    for key, value in found.changes().items():
+        typer.echo(f"Set {key} of line {found.line} to {value!r} in the configuration of the gateway.")
 
 
 def _terms(levels: frozenset[Any], yes: Sequence[str], between: tuple[float, float] | None) -> "Terms":
@@ -91,11 +135,15 @@ async def _confirm(what: str) -> bool:
     """Ask at the terminal; no where nobody is there."""
     if not sys.stdin.isatty():
         return False
+    import asyncio
+
     return await asyncio.to_thread(typer.confirm, what, err=True)
 
 
 def _alone(line_id: str, file: Path, terms: "Terms") -> "Report":
     """Commission a line of a file at its port."""
+    import asyncio
+
     from commissioning.run import commission as walk
     from gateway.config import load
     from gateway.core.toml_files import ConfigError
@@ -142,14 +190,18 @@ def _tell(found: "Report") -> None:
         )
 
 
-def _propose(found: "Report", file: Path, *, apply: bool) -> None:
+def _changes(found: "Report", report: Path | None) -> dict[str, Any]:
+    """What the file should say otherwise, where the report lies included."""
+    return found.changes() | ({} if report is None else {"commissioned": str(report.absolute())})
+
+
+def _propose(found: "Report", file: Path, changes: dict[str, Any], *, apply: bool) -> None:
     """Show the proposed change of the file, and make it where people ask for it."""
     from commissioning.proposals import changed, diff
     from gateway.config_file import ConfigFile
     from gateway.core.errors import GatewayError
     from gateway.core.toml_files import ConfigError
 
-    changes = found.changes()
     if not changes:
         return
     before = file.read_text("utf-8-sig")

@@ -25,6 +25,7 @@ def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOM
     from gateway.config import load
     from gateway.core.tables import named
     from gateway.core.toml_files import ConfigError
+    from gateway.core.tried import untried
 
     try:
         config = load(file)
@@ -37,6 +38,9 @@ def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOM
         typer.echo(
             f"  SCARA robot {named(scara.id, scara.name)} of {', '.join(scara.members)} on {scara.line}"
         )
+    for found in filter(None, map(untried, config.lines)):
+        named_ones = f" ({', '.join(found.assumptions)})" if found.assumptions else ""
+        typer.echo(f"note: line {found.line_id}: {found.meaning}{named_ones}")
     weak = (f"{it.setting} = {it.value}: {it.meaning}" for it in weakened(config))
     for warning in (*weak, *_doubtful(config), *untrusted(file, config)):
         typer.echo(f"warning: {warning}", err=True)

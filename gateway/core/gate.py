@@ -38,6 +38,10 @@ class Gate(Generic[X]):
         """How many stops there have been."""
         return self._stops[target]
 
+    def all_stops(self) -> int:
+        """How many stops of anything on the line there have been."""
+        return sum(self._stops.values())
+
     def stop(self, target: int) -> None:
         """Begin a new epoch: no command admitted earlier can be written any more."""
         self._stops[target] += 1

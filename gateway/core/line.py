@@ -81,8 +81,7 @@ class PortLoop(ABC):
         self.on_work: Callable[[], None] = lambda: None
         """Told often, as long as the line's own work goes on, whatever is at its far end."""
         self._ends_because = "the gateway is shutting down"
-        self._open = False
-        self._ready = False
+        self._open = self._ready = self._closed = False
         self._silence: str | None = None
         """Why nobody seems to answer, while that is so."""
         self._up_published = False
@@ -143,8 +142,7 @@ class PortLoop(ABC):
         if self._tasks:
             return
         self._loop = asyncio.get_running_loop()
-        with acting(SET_UP):
-            self._tasks = [self._begun(carry_on(f"the port of line {self.id}", self._keep_open))]
+        self._tasks = [self._port_task()]
         with acting(PROBE):
             beside = f"the work beside line {self.id}"
             self._tasks += [self._begun(carry_on(beside, work)) for work in self._beside()]
@@ -159,11 +157,30 @@ class PortLoop(ABC):
 
     async def close(self) -> None:
         """Cancel what waits, close the port and end all tasks. What was written stays written."""
+        self._closed = True
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
         self._went_down(self._ends_because, level=logging.INFO)
         await self.transport.close()
+
+    @asynccontextmanager
+    async def lent(self, why: str) -> AsyncIterator[None]:
+        """Leave the port to somebody else; the line is down meanwhile, and opens it anew after that."""
+        opening, *beside = self._tasks
+        opening.cancel()
+        try:
+            await asyncio.gather(opening, return_exceptions=True)
+            self._went_down(why, level=logging.INFO)
+            await self.transport.close()
+            yield
+        finally:
+            if not self._closed:
+                self._tasks = [self._port_task(), *beside]
+
+    def _port_task(self) -> "asyncio.Task[None]":
+        with acting(SET_UP):
+            return self._begun(carry_on(f"the port of line {self.id}", self._keep_open))
 
     @property
     def state(self) -> LineState:

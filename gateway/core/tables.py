@@ -103,6 +103,8 @@ class Line(Table):
     """How often what moves is asked whether it still moves."""
     live_share: float = Field(0.5, ge=0.01, le=1)
     """Share of the line's time that values may take which somebody watches; everybody else goes first."""
+    commissioned: Annotated[Path, Field(strict=False)] | None = None
+    """The report of its commissioning, which says what of it was tried."""
     trace_entries: int = Field(10_000, ge=0, le=1_000_000)
     """Records of the line's traffic that are kept in memory."""
     trace_file: Annotated[Path, Field(strict=False)] | None = None

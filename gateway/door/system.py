@@ -1,5 +1,6 @@
 """The gateway itself: which version it is, who asks it, and how open it is."""
 
+import asyncio
 from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, Field
@@ -9,6 +10,8 @@ from gateway.access.principal import current
 from gateway.access.roles import RIGHTS_OF, Role
 from gateway.core.operation import Rows
 from gateway.core.rights import Right
+from gateway.core.tried import Untried, untried
+from gateway.door.caller import sees
 from gateway.plant import Plant
 from gateway.version import VERSION as VERSION  # front ends ask for it here
 
@@ -24,8 +27,16 @@ class Weakened(BaseModel):
     meaning: str = Field(description="What that allows.")
 
 
+class UntriedLine(BaseModel):
+    """A line that rests on assumptions about real hardware."""
+
+    line_id: str
+    assumptions: list[str] = Field(description="By their names; empty where none was ever tried.")
+    meaning: str = Field(description="What that means, and what to do.")
+
+
 class Posture(BaseModel):
-    """How the gateway is protected."""
+    """How the gateway is protected, and what it rests on."""
 
     access: Literal["keys", "open"] = Field(description="Whether a key is needed.")
     tls: bool = Field(description="Whether the gateway itself speaks TLS.")
@@ -34,6 +45,9 @@ class Posture(BaseModel):
         list[Weakened],
         Field(description="Every default of the configuration that protects less than it could."),
     ]
+    untried: list[UntriedLine] = Field(
+        description="Lines whose assumptions about real hardware were not all tried, or do not all hold."
+    )
 
 
 class Identity(BaseModel):
@@ -72,7 +86,14 @@ async def get_posture(plant: Plant) -> Posture:
             Weakened(setting=it.setting, value=str(it.value) if told else None, meaning=it.meaning)
             for it in weakened(config)
         ],
+        untried=[UntriedLine(**it._asdict()) for it in await asyncio.to_thread(_untried, plant)],
     )
+
+
+def _untried(plant: Plant) -> list[Untried]:
+    """Read the reports of the lines that the caller sees."""
+    found = (untried(it) for it in plant.config.lines if sees(plant, it.id))
+    return [it for it in found if it is not None]
 
 
 class Version(BaseModel):

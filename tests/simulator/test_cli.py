@@ -95,6 +95,24 @@ async def test_a_paced_line_at_a_terminal_ends_on_ctrl_c(tmp_path: Path) -> None
 
 
 @pytest.mark.anyio
+async def test_a_line_with_a_quirk(tmp_path: Path) -> None:
+    link = tmp_path / "line"
+    async with running("rc400", "--bodies", "3F", "--pty", str(link), "--quirk", "wrong-mode"):
+        assert await answer_of(link, b"&3FPKD\r") == b">&3FPKD@4A\r"
+
+
+@pytest.mark.anyio
+async def test_a_line_like_one_that_was_commissioned(tmp_path: Path) -> None:
+    link, report = tmp_path / "line", tmp_path / "F.json"
+    other = {"assumption": "wrong-mode", "result": "contradicts", "setting": None}
+    told = {"protocol": "rorze", "line": "robot", "table": {"bodies": [{"id": "3F"}]}, "results": [other]}
+    report.write_text(json.dumps(told | {"measured": {"replies_s": [0.001], "copies_s": []}}))
+    async with running("--like", str(report), "--pty", str(link)) as said:
+        assert said == [f"RC-400 like line robot at {link}\n"]
+        assert await answer_of(link, b"&3FPKD\r") == b">&3FPKD@4A\r"
+
+
+@pytest.mark.anyio
 async def test_the_demo_runs_in_a_programs_own_event_loop(tmp_path: Path) -> None:
     demo = serve_pty(demo_line([0x3F]), tmp_path / "demo")
     assert await answer_of(tmp_path / "demo", b"&3F9MD\r") == b">&3F9MDH00\r"

@@ -162,6 +162,9 @@ POST      /lines/{line_id}/bodies                        admin    line
 GET       /lines/{line_id}                               view     line
 POST      /lines/{line_id}/scans                         setup    line
 GET       /lines/{line_id}/scans/{scan_id}               view     line
+POST      /commissionings                                admin    plant
+GET       /commissionings/{commissioning_id}             admin    plant
+DELETE    /commissionings/{commissioning_id}             admin    plant
 GET       /lines/{line_id}/trace                         view     line
 GET       /lines/{line_id}/trace/stream                  view     line
 WEBSOCKET /lines/{line_id}/trace/stream                  view     line

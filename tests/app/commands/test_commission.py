@@ -3,7 +3,9 @@
 import json
 from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import Any
 
+import httpx
 import pytest
 from typer.testing import CliRunner, Result
 
@@ -14,6 +16,7 @@ from protocols.rorze.link import Request, RequestReader
 from protocols.rorze.row import LINK_MASTER
 from simulator.rorze.line import Rc400Line, build_line
 from simulator.rorze.quirks import QUIRKS
+from tests.app.fake_gateway import FakeGateway
 from tests.commissioning.served_simulator import behind_a_terminal
 from transports.trace import unescape
 
@@ -78,7 +81,10 @@ def test_what_differs_is_proposed_as_a_change_of_the_file(file: Path) -> None:
         assert said.exit_code == 1
         assert '+stop_mode = "after_reply"' in said.stdout
         assert file.read_text("utf-8") == before
-        assert run("commission", "robot", "--config", file, "--apply").exit_code == 1
+        assert "never tried" in run("check", file).stdout
+        report = file.parent / "F.json"
+        assert run("commission", "robot", "--config", file, "--apply", "--report", report).exit_code == 1
+        assert "line robot: Some assumptions do not hold: see the report" in run("check", file).stdout
         assert load(file).lines[0].model_dump()["stop_mode"] == "after_reply"
         assert "late_reply_s = 0.1   # short" in file.read_text("utf-8")
         assert run("commission", "robot", "--config", file).exit_code == 0
@@ -128,3 +134,66 @@ def test_at_a_terminal_people_are_asked(file: Path, monkeypatch: pytest.MonkeyPa
         agreed = run("commission", "robot", "--config", file, "--allow", "settings", "--yes", "00")
     assert agreed.exit_code == 0
     assert [it for it in asked if it.startswith("Body 00:")] == []
+
+
+RECORD = {"id": "c", "line_id": "robot", "status": "running", "done": 3, "of": 16, "doing": "echo"}
+REPORT = {
+    "version": "1",
+    "line": "robot",
+    "protocol": "rorze",
+    "address": "serial:///dev/ttyUSB0",
+    "started_at": "2026-11-28T02:00:00.000Z",
+    "ended_at": "2026-11-28T02:01:00.000Z",
+    "results": [
+        {
+            "assumption": "interjection",
+            "result": "differs",
+            "setting": {"key": "stop_mode", "now": "interject", "proposed": "after_reply"},
+            "seen": "1 of 3 questions in one go were answered.",
+        }
+    ],
+    "frames": [],
+}
+
+
+def test_a_running_gateway_is_asked_to_commission(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    over = RECORD | {"status": "finished", "report": REPORT, "error": None}
+    gateway = FakeGateway(
+        {
+            "/commissionings": [(202, RECORD | {"report": None})],
+            "/commissionings/c": [(200, over)],
+        }
+    )
+    said = gateway.run(monkeypatch, "commission", "robot", "--report", str(tmp_path / "F.json"))
+    assert said.exit_code == 1
+    assert "Set stop_mode of line robot to 'after_reply'" in said.stdout
+    assert json.loads((tmp_path / "F.json").read_text("utf-8"))["line"] == "robot"
+
+
+def test_an_interruption_cancels_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Interrupted(FakeGateway):
+        def request(self, method: str, url: str, **options: Any) -> httpx.Response:
+            if method == "DELETE":
+                self.answers["/commissionings/c"] = [(200, cancelled)]
+            return super().request(method, url, **options)
+
+    cancelled = RECORD | {"status": "cancelled", "report": None, "error": "It was cancelled."}
+    gateway = Interrupted(
+        {
+            "/commissionings": [(202, RECORD | {"report": None})],
+            "/commissionings/c": [(200, KeyboardInterrupt())],
+        }
+    )
+    said = gateway.run(monkeypatch, "commission", "robot")
+    assert said.exit_code == 1
+    assert "It was cancelled." in said.stderr
+    assert [it.method for it in gateway.asked] == ["POST", "GET", "DELETE"]
+
+
+@pytest.mark.parametrize("words", [["--allow", "settings"], ["--allow", "motion"], ["--apply"]])
+def test_beside_a_gateway_only_questions_are_sent(monkeypatch: pytest.MonkeyPatch, words: list[str]) -> None:
+    gateway = FakeGateway()
+    said = gateway.run(monkeypatch, "commission", "robot", *words)
+    assert said.exit_code == 2
+    assert "need --config FILE" in said.stderr
+    assert gateway.asked == []

@@ -35,6 +35,8 @@ from motion_gateway_client.generated.types import (
     ChangedSpeedSet,
     ChannelList,
     CommandList,
+    Commissioning,
+    CommissioningRequest,
     ContinuousMoveRequest,
     CurveDraft,
     Encoder,
@@ -1438,6 +1440,43 @@ class Operations(Protocol):
             "GET",
             filled("/lines/{line_id}/scans/{scan_id}", line_id=line_id, scan_id=scan_id),
             query={"wait": wait},
+        )
+        return answer
+
+    def start_commissioning(
+        self, body: CommissioningRequest, /, *, wait: float | None = None, idempotency_key: str | None = None
+    ) -> Commissioning:
+        """Try which assumptions about real hardware hold on a line, by questions alone.
+
+        Nothing may move on the line, and meanwhile it is down for all else; a stop ends it at once. What sets
+        or moves something is tried by `motion-gateway commission LINE --config FILE` only.
+        """
+        answer: Commissioning = self.call(
+            "POST",
+            filled("/commissionings"),
+            query={"wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def get_commissioning(self, commissioning_id: str, *, wait: float | None = None) -> Commissioning:
+        """Get a commissioning with its report, at once or when it is over."""
+        answer: Commissioning = self.call(
+            "GET",
+            filled("/commissionings/{commissioning_id}", commissioning_id=commissioning_id),
+            query={"wait": wait},
+        )
+        return answer
+
+    def cancel_commissioning(
+        self, commissioning_id: str, *, idempotency_key: str | None = None
+    ) -> Commissioning:
+        """Cancel a commissioning: nothing more is asked, and the line serves again."""
+        answer: Commissioning = self.call(
+            "DELETE",
+            filled("/commissionings/{commissioning_id}", commissioning_id=commissioning_id),
+            idempotency_key=idempotency_key,
         )
         return answer
 

@@ -2017,6 +2017,32 @@ class CommandList(TypedDict):
     commands: list[CommandInfo | FicsCommandInfo]
 
 
+class Commissioning(TypedDict):
+    """One commissioning of a line: which assumptions about real hardware hold there."""
+
+    id: str
+    line_id: str
+    status: Literal["running", "finished", "failed", "cancelled"]
+    done: int
+    """Number of assumptions that were tried so far."""
+    of: int | None
+    """Number of assumptions about such a line."""
+    doing: str | None
+    """The assumption that is being tried."""
+    report: dict[str, JsonValue] | None
+    """All results and frames, as `motion-gateway commission --report` writes them."""
+    error: str | None
+    started_at: str
+    ended_at: str | None
+
+
+class CommissioningRequest(TypedDict):
+    """What to commission."""
+
+    line_id: str
+    """A line of the configuration."""
+
+
 class ContinuousMoveRequest(TypedDict):
     """Move until stopped; only where the configuration has `allow_endless_moves`."""
 
@@ -4655,7 +4681,7 @@ class PositionsToStore(TypedDict):
 
 
 class Posture(TypedDict):
-    """How the gateway is protected."""
+    """How the gateway is protected, and what it rests on."""
 
     access: Literal["keys", "open"]
     """Whether a key is needed."""
@@ -4665,6 +4691,8 @@ class Posture(TypedDict):
     """Whether other machines may reach it, a proxy's clients included."""
     weakened: list[Weakened]
     """Every default of the configuration that protects less than it could."""
+    untried: list[UntriedLine]
+    """Lines whose assumptions about real hardware were not all tried, or do not all hold."""
 
 
 class PowerAcknowledged(TypedDict):
@@ -7490,6 +7518,16 @@ class Unreadable(TypedDict):
     """Why the state could not be learned."""
 
     detail: str
+
+
+class UntriedLine(TypedDict):
+    """A line that rests on assumptions about real hardware."""
+
+    line_id: str
+    assumptions: list[str]
+    """By their names; empty where none was ever tried."""
+    meaning: str
+    """What that means, and what to do."""
 
 
 class UploadError(TypedDict):

@@ -2035,6 +2035,53 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/commissionings": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Start Commissioning
+         * @description Try which assumptions about real hardware hold on a line, by questions alone.
+         *
+         *     Nothing may move on the line, and meanwhile it is down for all else; a stop ends it at once. What sets
+         *     or moves something is tried by `motion-gateway commission LINE --config FILE` only.
+         */
+        post: operations["startCommissioning"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/commissionings/{commissioning_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Commissioning
+         * @description Get a commissioning with its report, at once or when it is over.
+         */
+        get: operations["getCommissioning"];
+        put?: never;
+        post?: never;
+        /**
+         * Cancel Commissioning
+         * @description Cancel a commissioning: nothing more is asked, and the line serves again.
+         */
+        delete: operations["cancelCommissioning"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/bodies/{body_id}/backups": {
         parameters: {
             query?: never;
@@ -8622,6 +8669,68 @@ export interface components {
             commands: (components["schemas"]["CommandInfo"] | components["schemas"]["FicsCommandInfo"])[];
         };
         /**
+         * Commissioning
+         * @description One commissioning of a line: which assumptions about real hardware hold there.
+         */
+        Commissioning: {
+            /** Id */
+            id: string;
+            /** Line Id */
+            line_id: string;
+            /**
+             * Status
+             * @default running
+             * @enum {string}
+             */
+            status: "running" | "finished" | "failed" | "cancelled";
+            /**
+             * Done
+             * @description Number of assumptions that were tried so far.
+             * @default 0
+             */
+            done: number;
+            /**
+             * Of
+             * @description Number of assumptions about such a line.
+             */
+            of: number | null;
+            /**
+             * Doing
+             * @description The assumption that is being tried.
+             */
+            doing: string | null;
+            /**
+             * Report
+             * @description All results and frames, as `motion-gateway commission --report` writes them.
+             */
+            report: {
+                [key: string]: components["schemas"]["JsonValue"];
+            } | null;
+            /** Error */
+            error: string | null;
+            /**
+             * Started At
+             * Format: date-time
+             */
+            started_at: string;
+            /** Ended At */
+            ended_at: string | null;
+        };
+        /**
+         * CommissioningRequest
+         * @description What to commission.
+         * @example {
+         *       "line_id": "arm"
+         *     }
+         */
+        CommissioningRequest: {
+            /**
+             * Line Id
+             * @description A line of the configuration.
+             */
+            line_id: string;
+        };
+        /**
          * ContinuousMoveRequest
          * @description Move until stopped; only where the configuration has `allow_endless_moves`.
          * @example {
@@ -14306,7 +14415,7 @@ export interface components {
         };
         /**
          * Posture
-         * @description How the gateway is protected.
+         * @description How the gateway is protected, and what it rests on.
          */
         Posture: {
             /**
@@ -14330,6 +14439,11 @@ export interface components {
              * @description Every default of the configuration that protects less than it could.
              */
             weakened: components["schemas"]["Weakened"][];
+            /**
+             * Untried
+             * @description Lines whose assumptions about real hardware were not all tried, or do not all hold.
+             */
+            untried: components["schemas"]["UntriedLine"][];
         };
         /**
          * PowerAcknowledged
@@ -21211,6 +21325,24 @@ export interface components {
             detail: string;
         };
         /**
+         * UntriedLine
+         * @description A line that rests on assumptions about real hardware.
+         */
+        UntriedLine: {
+            /** Line Id */
+            line_id: string;
+            /**
+             * Assumptions
+             * @description By their names; empty where none was ever tried.
+             */
+            assumptions: string[];
+            /**
+             * Meaning
+             * @description What that means, and what to do.
+             */
+            meaning: string;
+        };
+        /**
          * UploadError
          * @description Why an upload did not succeed, in the words of a problem detail.
          */
@@ -26622,6 +26754,149 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Scan"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    startCommissioning: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CommissioningRequest"];
+            };
+        };
+        responses: {
+            /** @description The commissioning is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Commissioning"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Commissioning"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getCommissioning: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                commissioning_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Commissioning"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancelCommissioning: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                commissioning_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Commissioning"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */

@@ -1,0 +1,65 @@
+"""Commissionings: which assumptions about real hardware hold on a line."""
+
+from functools import partial
+from typing import Final
+
+from pydantic import Field
+
+from gateway.commissionings import Commissioning
+from gateway.core.errors import NotFound
+from gateway.core.operation import Rows, Wait
+from gateway.core.records import RequestModel, example
+from gateway.core.rights import Right
+from gateway.plant import Plant
+
+ROWS: Final = Rows("lines")
+
+
+class CommissioningRequest(RequestModel, json_schema_extra=example(line_id="arm")):
+    """What to commission."""
+
+    line_id: str = Field(min_length=1, max_length=32, description="A line of the configuration.")
+
+
+@ROWS.post("/commissionings", Right.ADMIN, over="The commissioning is over.")
+async def start_commissioning(
+    plant: Plant, wanted: CommissioningRequest, *, wait: Wait = None
+) -> Commissioning:
+    """Try which assumptions about real hardware hold on a line, by questions alone.
+
+    Nothing may move on the line, and meanwhile it is down for all else; a stop ends it at once. What sets
+    or moves something is tried by `motion-gateway commission LINE --config FILE` only.
+    """
+    plant.admission.require()
+    record = plant.commission(wanted.line_id)
+    await plant.commissionings.wait(record, wait or 0.0)
+    return record
+
+
+@ROWS.get("/commissionings/{commissioning_id}", Right.ADMIN, whole_plant=True)
+async def get_commissioning(plant: Plant, commissioning_id: str, *, wait: Wait = None) -> Commissioning:
+    """Get a commissioning with its report, at once or when it is over."""
+    record = _find(plant, commissioning_id)
+    await plant.commissionings.wait(record, wait or 0.0)
+    return record
+
+
+@ROWS.delete("/commissionings/{commissioning_id}", Right.ADMIN, whole_plant=True)
+async def cancel_commissioning(plant: Plant, commissioning_id: str) -> Commissioning:
+    """Cancel a commissioning: nothing more is asked, and the line serves again."""
+    record = _find(plant, commissioning_id)
+    plant.commissionings.break_off(record)
+    await plant.commissionings.wait(record, float("inf"))
+    return record
+
+
+def _find(plant: Plant, record_id: str) -> Commissioning:
+    """Find a record by its id alone.
+
+    :raises NotFound: there is none, or it is no longer kept.
+    """
+    found = map(partial(plant.commissionings.find, record_id=record_id), plant.ports())
+    for record in found:
+        if record is not None:
+            return record
+    raise NotFound(f"There is no commissioning {record_id}, or it is no longer kept.")

@@ -1,0 +1,109 @@
+"""A simulator that behaves as a real line did when it was commissioned: read from the report."""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+from simulator.faults import Direction, Fault, Switch
+from simulator.fics.layout import Layout
+from simulator.fics.line import SimulatedFics
+from simulator.fics.quirks import QUIRKS as FICS_QUIRKS
+from simulator.rorze.line import Rc400Line
+from simulator.rorze.quirks import QUIRKS as RC400_QUIRKS
+
+OTHERWISE: Final = ("differs", "contradicts")
+MEASURED: Final = ("late-replies", "turnaround", "copies-of-replies", "copies-of-answers")
+"""What is made as it was measured, not as a quirk makes it."""
+LATE_TIMES: Final = 3.0
+"""A reply so many times later than is usual was a late one."""
+
+
+@dataclass(frozen=True)
+class Likeness:
+    """What a report tells of a line."""
+
+    report: Mapping[str, Any]
+
+    @property
+    def is_robot(self) -> bool:
+        """Whether the line has a robot."""
+        return bool(self.report["protocol"] == "fics")
+
+    @property
+    def title(self) -> str:
+        """How the simulator is called."""
+        return f"{'Fics' if self.is_robot else 'RC-400'} like line {self.report['line']}"
+
+    def bodies(self) -> list[int]:
+        """The body numbers of the line."""
+        return [int(it["id"], 16) for it in self.report["table"]["bodies"]]
+
+    def layout(self) -> Layout:
+        """The units of the robot, all with the axes of the first."""
+        units: Sequence[Any] = self.report["table"]["robot"]["units"]
+        return Layout(units=max(it["number"] for it in units), axes="".join(units[0]["axes"]))
+
+    def turn_rc400(self, line: Rc400Line) -> Rc400Line:
+        """Let a line be as the report tells."""
+        self._turn(line, RC400_QUIRKS)
+        line.settings = replace(line.settings, reply_delay_s=self._usual_s())
+        if introducer := self._proposed("introducer"):
+            line.settings = replace(line.settings, introducers=introducer)
+        return line
+
+    def turn_fics(self, line: SimulatedFics) -> SimulatedFics:
+        """Let a robot be as the report tells."""
+        self._turn(line, FICS_QUIRKS)
+        line.settings = replace(line.settings, reply_delay_s=self._usual_s())
+        if bits := self._proposed("robot.status_bits"):
+            line.robot.settings = replace(line.robot.settings, status_bits=tuple(bits))
+        return line
+
+    def _turn(self, line: Any, quirks: Mapping[str, Callable[[Any], None]]) -> None:
+        for it in self.report["results"]:
+            slug = it["assumption"]
+            if it["result"] in OTHERWISE and slug in quirks and slug not in MEASURED:
+                quirks[slug](line)
+        for switch in self.faults():
+            line.faults.set(switch)
+
+    def faults(self) -> list[Switch]:
+        """How often replies came late or twice, and by how much."""
+        times, copies = self.report["measured"]["replies_s"], self.report["measured"]["copies_s"]
+        usual = self._usual_s()
+        late = [it for it in times if it > LATE_TIMES * usual + 0.05]
+        faults = []
+        for fault, found, after_s in (Fault.LATE, late, usual), (Fault.DOUBLED, copies, 0.0):
+            if found:
+                share, delay_s = len(found) / len(times), min(found) - after_s
+                spread_s = max(found) - min(found)
+                faults.append(
+                    Switch(fault, Direction.REPLIES, probability=share, delay_s=delay_s, spread_s=spread_s)
+                )
+        return faults
+
+    def _usual_s(self) -> float:
+        times = sorted(self.report["measured"]["replies_s"])
+        return float(times[len(times) // 2]) if times else 0.0
+
+    def _proposed(self, key: str) -> Any:
+        settings = (it["setting"] for it in self.report["results"] if it["setting"] is not None)
+        return next((it["proposed"] for it in settings if it["key"] == key), None)
+
+
+def read_likeness(path: Path) -> Likeness:
+    """Read a report of `motion-gateway commission`.
+
+    :raises ValueError: it cannot be read, or is none.
+    """
+    try:
+        likeness = Likeness(json.loads(path.read_text("utf-8")))
+        _ = likeness.layout() if likeness.is_robot else likeness.bodies()
+        likeness.faults()
+    except OSError as error:
+        raise ValueError(f"{path} cannot be read: {error.strerror}") from None
+    except (KeyError, TypeError, IndexError, AttributeError, ValueError):
+        raise ValueError(f"{path} is no report of motion-gateway commission") from None
+    return likeness

@@ -1,0 +1,66 @@
+"""What of a line was tried: read from the report that its configuration names."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from gateway.config import parse
+from gateway.core.tables import Line
+from gateway.core.tried import untried
+
+TEXT = """
+[[lines]]
+id = "robot"
+address = "serial:///dev/ttyUSB0"
+{key}
+[[lines.bodies]]
+id = "00"
+"""
+
+
+def line_with(report: Path | None) -> Line:
+    key = "" if report is None else f'commissioned = "{report}"'
+    return parse(TEXT.format(key=key), "test.toml").lines[0]
+
+
+@pytest.mark.parametrize(
+    ("results", "slugs", "words"),
+    [
+        ({"a": "agrees", "b": "cannot_tell"}, ["b"], "were not tried"),
+        ({"a": "differs", "b": "cannot_tell"}, ["a"], "do not hold: see the report"),
+        ({"a": "differs", "b": "contradicts", "c": "contradicts"}, ["b", "c"], "do not run motion"),
+    ],
+)
+def test_what_weighs_most_is_told(
+    tmp_path: Path, results: dict[str, str], slugs: list[str], words: str
+) -> None:
+    report = tmp_path / "F.json"
+    told = [{"assumption": name, "result": result} for name, result in results.items()]
+    report.write_text(json.dumps({"results": told}), "utf-8")
+    found = untried(line_with(report))
+    assert found is not None
+    assert (found.line_id, list(found.assumptions)) == ("robot", slugs)
+    assert words in found.meaning
+
+
+def test_a_line_on_which_all_holds_needs_no_word(tmp_path: Path) -> None:
+    report = tmp_path / "F.json"
+    report.write_text(json.dumps({"results": [{"assumption": "a", "result": "agrees"}]}), "utf-8")
+    assert untried(line_with(report)) is None
+
+
+@pytest.mark.parametrize("text", [None, "", "[]", "{}", '{"results": [1]}'])
+def test_a_report_that_is_missing_or_none_proves_nothing(tmp_path: Path, text: str | None) -> None:
+    report = tmp_path / "F.json"
+    if text is not None:
+        report.write_text(text, "utf-8")
+    found = untried(line_with(report))
+    assert found is not None
+    assert "nothing is known" in found.meaning
+
+
+def test_without_a_report_nothing_was_ever_tried() -> None:
+    found = untried(line_with(None))
+    assert found is not None
+    assert "motion-gateway commission robot" in found.meaning

@@ -1,0 +1,56 @@
+"""`simulate --like`: what was found on a line is found on the simulator that is like it."""
+
+from pathlib import Path
+
+import pytest
+
+from simulator.fics.layout import Layout
+from simulator.fics.line import SimulatedFics
+from simulator.fics.line import build_line as build_fics
+from simulator.likeness import read_likeness
+from simulator.rorze.line import build_line
+from simulator.truth import TruthLog
+from tests.commissioning.benches import Machine, commissioned, unlike
+from tests.commissioning.test_quirks import CASES, Case, quirky
+from tests.plants import in_virtual_time
+
+LIKE = [it for it in CASES if it.prepare is None]
+
+
+def like(report: Path, case: Case) -> Machine:
+    """A simulator like the line in a report."""
+    likeness = read_likeness(report)
+    if likeness.is_robot:
+        return likeness.turn_fics(build_fics(likeness.layout()))
+    return likeness.turn_rc400(build_line(likeness.bodies(), 0.0, TruthLog()))
+
+
+@pytest.mark.parametrize("case", LIKE, ids=lambda it: f"{it.line_id}-{it.slug}")
+@in_virtual_time
+async def test_the_simulator_is_as_the_line_was(case: Case, tmp_path: Path) -> None:
+    found, _ = await commissioned(quirky(case))
+    report = tmp_path / "F.json"
+    report.write_text(found.model_dump_json(), "utf-8")
+    again, _ = await commissioned(like(report, case))
+    assert unlike(again) == unlike(found)
+    assert again.changes().keys() == found.changes().keys()
+
+
+@in_virtual_time
+async def test_units_and_axes_are_those_of_the_line(tmp_path: Path) -> None:
+    found, _ = await commissioned(build_fics(Layout(units=1)))
+    (tmp_path / "F.json").write_text(found.model_dump_json(), "utf-8")
+    machine = like(tmp_path / "F.json", CASES[0])
+    assert isinstance(machine, SimulatedFics)
+    assert [axis.name for axis in machine.robot.unit.users] == ["X", "Y", "Z"]
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{}", "[]", '{"protocol": "rorze", "table": {"bodies": [{"id": "zz"}]}}']
+)
+def test_what_is_no_report_is_refused(text: str, tmp_path: Path) -> None:
+    (tmp_path / "F.json").write_text(text, "utf-8")
+    with pytest.raises(ValueError, match="no report"):
+        read_likeness(tmp_path / "F.json")
+    with pytest.raises(ValueError, match="cannot be read"):
+        read_likeness(tmp_path / "G.json")
