@@ -1,0 +1,127 @@
+"""What a replay knows of the frames of each family: what they ask, what answers them, what is drawn anew."""
+
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Final
+
+from protocols.fics.commands import read
+from protocols.rorze.commands import COMMANDS
+from protocols.table import Effect, WireFault
+
+NUMBERED: Final = frozenset({"gateway: fence", "gateway: probe"})
+"""The callers of questions whose numbers are drawn, and that tell nothing but their own."""
+_MARK: Final = re.compile(rb"GW-[0-9a-f]{8}")
+_ANY_MARK: Final = b"GW-........"
+
+
+class Dialect(ABC):
+    """A family's frames, each with its end."""
+
+    fence_number: "re.Pattern[bytes]"
+
+    def __init__(self) -> None:
+        """Begin with no frame."""
+        self._drawn: dict[bytes, bytes] = {}
+
+    def key(self, frame: bytes, caller: str | None) -> bytes:
+        """What a frame and the same one of another life have in common."""
+        text = _MARK.sub(_ANY_MARK, frame)
+        return self.fence_number.sub(b"[#]", text) if caller in NUMBERED else text
+
+    def note(self, then: bytes, now: bytes, caller: str | None) -> None:
+        """Take a frame of this life for one of the recording: what it has drawn stands for that of then."""
+        pairs = list(zip(_MARK.findall(then), _MARK.findall(now), strict=False))
+        if caller in NUMBERED:
+            numbers = (map(self.written_number, self.fence_number.findall(it)) for it in (then, now))
+            pairs += zip(*numbers, strict=False)
+        self._drawn |= pairs
+
+    def of_now(self, reply: bytes) -> bytes:
+        """A recorded reply with what was drawn in this life."""
+        for then, now in self._drawn.items():
+            if then in reply:
+                return reply.replace(then, now)
+        return reply
+
+    def fitted(self, reply: bytes, now: bytes, caller: str | None) -> bytes:
+        """A recorded reply as an answer to a frame of this life: with its marks, and a fence's number."""
+        reply = self.of_now(reply)
+        number = self.fence_number.search(now) if caller in NUMBERED else None
+        return reply if number is None else self.fence_number.sub(self.written_number(number[0]), reply)
+
+    def written_number(self, number: bytes) -> bytes:
+        """The number of a fence as its answer has it."""
+        return number
+
+    @abstractmethod
+    def target(self, frame: bytes, /) -> bytes:
+        """Whom a frame is for: those for one keep their order."""
+
+    @abstractmethod
+    def effect(self, frame: bytes) -> Effect | None:
+        """What it does; None where it is no command."""
+
+    @abstractmethod
+    def answers(self, reply: bytes, frame: bytes) -> bool:
+        """Whether a reply may answer a frame."""
+
+    def is_unasked(self, _reply: bytes, /) -> bool:
+        """Whether it is a message that answers nothing."""
+        return False
+
+    def asks(self, frame: bytes) -> bool:
+        """Whether it only asks."""
+        return self.effect(frame) is Effect.READ
+
+
+class Rorze(Dialect):
+    """RC-400 lines."""
+
+    fence_number = re.compile(rb"P\[\d+\]")
+
+    def written_number(self, number: bytes) -> bytes:
+        """Four digits (RC-420 manual 14.3)."""
+        return b"P[%04d]" % int(number[2:-1])
+
+    def is_unasked(self, reply: bytes, /) -> bool:
+        """Of the addresses 7D and 7E (RC-420 manual 12)."""
+        return reply[:4] in (b">&7D", b">&7E")
+
+    def target(self, frame: bytes, /) -> bytes:
+        """The body, after the introducer."""
+        return frame[:3] if frame[:1] == b"&" else frame[:2]
+
+    def effect(self, frame: bytes) -> Effect | None:
+        """That of the row of its code."""
+        begin = len(self.target(frame))
+        row = COMMANDS.get(frame[begin : begin + 3].decode("latin-1"))
+        return None if row is None else row.effect
+
+    def answers(self, reply: bytes, frame: bytes) -> bool:
+        """Of the same body, with the same code."""
+        return reply[1 : 1 + len(self.target(frame)) + 3] == frame[: len(self.target(frame)) + 3]
+
+
+class Fics(Dialect):
+    """Robots."""
+
+    fence_number = re.compile(rb"V\d+")
+
+    def target(self, _frame: bytes, /) -> bytes:
+        """There is one."""
+        return b""
+
+    def effect(self, frame: bytes) -> Effect | None:
+        """That of its row."""
+        try:
+            return read(*frame.decode("latin-1").strip("!\r\n").partition(" ")[::2]).effect
+        except WireFault:
+            return None
+
+    def answers(self, reply: bytes, frame: bytes) -> bool:
+        """With the same name."""
+        return reply[:3] == frame.lstrip(b"!\r")[:3]
+
+
+DIALECTS: Final[dict[str, Callable[[], Dialect]]] = {"rorze": Rorze, "fics": Fics}

@@ -1,0 +1,361 @@
+"""Ports in the place of recorded lines: they answer as it was recorded, and tell the first difference."""
+
+import asyncio
+import traceback
+from bisect import bisect_left, bisect_right
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from operator import attrgetter
+from pathlib import PurePath
+from typing import Final
+
+from recordings.dialects import Dialect
+from recordings.form import line_member
+from recordings.line_script import NS, Exchange, LineScript, Numbered
+from transports.base import Receiver, Transport, TransportLost, TransportUnavailable
+from transports.trace import Sender, escape
+
+EARLY_S: Final = 0.05
+"""A port may be opened, and an answer may be due, so much earlier than it was recorded."""
+OPENING_S: Final = 0.001
+"""The same where all is written in the same order."""
+DEPTH: Final = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line that is replayed."""
+
+    line_id: str
+    address: str
+    byte_time_s: float
+    is_bridged: bool
+    dialect: Dialect
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """A frame and who had it written."""
+
+    frame: bytes
+    caller: str | None
+    request_id: str | None
+
+    def __str__(self) -> str:
+        why = f"request {self.request_id}" if self.request_id else None
+        return f"{escape(self.frame)} ({', '.join(filter(None, (self.caller, why))) or 'nobody'})"
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """What is written now and was not written then."""
+
+    line_id: str
+    number: int
+    """Of the record that it begins at."""
+    then: Written | None
+    now: Written | None
+    decided: Sequence[str] = ()
+    """Where the gateway has decided it, the innermost function last."""
+
+    @property
+    def place(self) -> str:
+        """The record, as `lines/ID.jsonl:N`."""
+        return f"{line_member(self.line_id)}:{self.number}"
+
+    def __str__(self) -> str:
+        then = f"then {self.then}" if self.then else "then nothing"
+        now = f"now {self.now}" if self.now else "now nothing"
+        decided = f"; decided in {' > '.join(self.decided)}" if self.decided and self.now else ""
+        return f"{self.place}: {then}, {now}{decided}"
+
+
+class ReplayPort(Transport):
+    """A port that no bytes leave."""
+
+    def __init__(self, line: Line) -> None:
+        super().__init__(line.address)
+        self.line = line
+        self.sender: Callable[[], Sender] = lambda: (None, None)
+        """Who writes, asked at each write."""
+        self.difference: Difference | None = None
+        self.on_difference: Callable[[], object] = lambda: None
+        self.began_at = 0.0
+        """Time of the loop at which the recording begins."""
+        self._receiver: Receiver | None = None
+
+    @property
+    def byte_time_s(self) -> float:
+        """That of the recorded port."""
+        return self.line.byte_time_s
+
+    @property
+    def is_bridged(self) -> bool:
+        """As the recorded port."""
+        return self.line.is_bridged
+
+    async def open(self, receiver: Receiver) -> None:
+        """Open it, if it could be opened then."""
+        if self.difference is not None or not self._may_open():
+            raise TransportUnavailable(f"{self.address} was not opened: it was not open then.")
+        self._receiver = receiver
+
+    def write(self, data: bytes) -> None:
+        """Compare what is written with what was written, and answer as then."""
+        if self._receiver is None:
+            raise TransportLost(f"{self.address} is not open")
+        if self.difference is None:
+            self._compare(data)
+
+    def unsent(self) -> int:
+        """Nothing waits."""
+        return 0
+
+    async def close(self) -> None:
+        """Close it."""
+        self._receiver = None
+
+    @property
+    def now_s(self) -> float:
+        """Seconds after the beginning of the recording."""
+        return asyncio.get_running_loop().time() - self.began_at
+
+    def end(self) -> None:
+        """Look whether something was written then that is not written now."""
+
+    def _may_open(self) -> bool:
+        return True
+
+    def _compare(self, data: bytes) -> None:
+        """Compare, and answer."""
+
+    def _hear(self, at_s: float, data: bytes) -> None:
+        """Let bytes come at a time of the recording."""
+        loop = asyncio.get_running_loop()
+        loop.call_at(max(self.began_at + at_s, loop.time()), self._deliver, data)
+
+    def _deliver(self, data: bytes) -> None:
+        if self._receiver is not None and self.difference is None:
+            self._receiver.data_received(data)
+
+    def _lose(self) -> None:
+        receiver, self._receiver = self._receiver, None
+        if receiver is not None:
+            receiver.connection_lost(TransportLost(f"{self.address} was lost, as then"))
+
+    def _differs(self, number: int, then: Written | None, now: bytes | None) -> None:
+        written = None if now is None else Written(now, *self.sender())
+        decided = _functions() if now is not None else ()
+        self.difference = Difference(self.line.line_id, number, then, written, decided)
+        self.on_difference()
+
+
+class ExactPort(ReplayPort):
+    """A port for a replay in which all is written in the same order: every frame is compared."""
+
+    def __init__(self, line: Line, records: Sequence[Numbered], began_ns: int) -> None:
+        super().__init__(line)
+        self._records = records
+        self._times = [(entry.monotonic_ns - began_ns) * NS for _, entry in records]
+        self._next = 0
+
+    def _may_open(self) -> bool:
+        """At the time of its record: what came and went before is over."""
+        opened = self._find("opened")
+        if opened is None or self._times[opened] > self.now_s + OPENING_S:
+            return False
+        self._next = opened + 1
+        self._go_on(self._times[opened])
+        return True
+
+    def _find(self, kind: str) -> int | None:
+        """Find the next record of a kind, unless a frame is to be written before."""
+        for place in range(self._next, len(self._records)):
+            found = self._records[place][1].kind
+            if found == kind:
+                return place
+            if found == "tx":
+                return None
+        return None
+
+    def _go_on(self, anchor_s: float) -> None:
+        """Let come what comes before the next frame is written."""
+        shift_s = self.now_s - anchor_s
+        while self._next < len(self._records):
+            _, entry = self._records[self._next]
+            at_s = self._times[self._next] + shift_s
+            if entry.kind == "rx":
+                self._hear(at_s, self.line.dialect.of_now(entry.data))
+            elif entry.kind == "lost":
+                loop = asyncio.get_running_loop()
+                loop.call_at(max(self.began_at + at_s, loop.time()), self._lose)
+            else:
+                return
+            self._next += 1
+
+    def _compare(self, data: bytes) -> None:
+        place = self._next
+        while place < len(self._records) and self._records[place][1].kind != "tx":
+            place += 1
+        if place == len(self._records):
+            if self.now_s <= self._end_s:
+                self._differs(len(self._records), None, data)
+            return
+        number, entry = self._records[place]
+        then = Written(entry.data, entry.caller, entry.request_id)
+        dialect, caller = self.line.dialect, self.sender()[0]
+        if dialect.key(data, caller) != dialect.key(entry.data, entry.caller):
+            self._differs(number, then, data)
+            return
+        dialect.note(entry.data, data, caller)
+        self._next = place + 1
+        self._go_on(self._times[place])
+
+    @property
+    def _end_s(self) -> float:
+        return self._times[-1] if self._times else 0.0
+
+    def end(self) -> None:
+        """Nothing is left that was written then."""
+        left = next((it for it in self._records[self._next :] if it[1].kind == "tx"), None)
+        if self.difference is None and left is not None:
+            number, entry = left
+            self._differs(number, Written(entry.data, entry.caller, entry.request_id), None)
+
+
+class MatchingPort(ReplayPort):
+    """A port for any recording: what has an effect keeps its order, questions are answered as then.
+
+    Before the recording begins, and where a question was not asked then, it answers as was known before.
+    """
+
+    def __init__(self, line: Line, script: LineScript, before: LineScript) -> None:
+        super().__init__(line)
+        self._script = script
+        self._before = {it.key: it for it in before.exchanges}
+        self._asked: set[bytes] = set()
+        self.unanswered: set[bytes] = set()
+        self.has_begun = False
+        """False while the gateway sets the line up as it was before the recording."""
+        dialect = line.dialect
+        self._by_key: Mapping[bytes, list[Exchange]] = _grouped(script.exchanges, lambda it: it.key)
+        deeds = [it for it in script.exchanges if not dialect.asks(it.frame)]
+        self._deeds: Mapping[bytes, list[Exchange]] = _grouped(deeds, lambda it: dialect.target(it.frame))
+        self._done: dict[bytes, int] = defaultdict(int)
+        """How many deeds for each target are done."""
+        self._shift_s: dict[bytes, float] = defaultdict(float)
+        """How much later they are done than then."""
+
+    @property
+    def begins_open(self) -> bool:
+        """Whether how the line was set up is in the recording."""
+        return self._script.begins_open
+
+    def begin(self) -> None:
+        """Let the recording begin now."""
+        loop = asyncio.get_running_loop()
+        self.began_at, self.has_begun = loop.time(), True
+        for turn in self._script.turns:
+            if not turn.opened:
+                loop.call_at(self.began_at + turn.at_s, self._lose)
+
+    def _may_open(self) -> bool:
+        if not self.has_begun:
+            return not self._script.begins_open
+        times = [turn.at_s for turn in self._script.turns]
+        last = bisect_right(times, self.now_s + EARLY_S) - 1
+        return self._script.turns[last].opened if last >= 0 else not self._script.begins_open
+
+    def _compare(self, data: bytes) -> None:
+        dialect, caller = self.line.dialect, self.sender()[0]
+        key = dialect.key(data, caller)
+        self._asked.add(key)
+        if dialect.asks(data):
+            found = self._answer_of(key, dialect.target(data)) if self.has_begun else None
+        else:
+            found = self._deed(key, data)
+            if self.difference is not None:
+                return
+        found = found or self._before.get(key)
+        if found is None:
+            self.unanswered.add(data)
+            return
+        dialect.note(found.frame, data, caller)
+        for heard in found.heard:
+            reply = dialect.fitted(heard.data, data, caller)
+            self._hear(self.now_s + max(heard.after_s, len(data) * self.byte_time_s), reply)
+
+    def _deed(self, key: bytes, data: bytes) -> Exchange | None:
+        """Match what has an effect with the next that had one."""
+        target = self.line.dialect.target(data)
+        deeds, done = self._deeds.get(target, []), self._done[target]
+        expected = deeds[done] if done < len(deeds) else None
+        if expected is not None and expected.key == key and (self.has_begun or self._script.begins_open):
+            self._done[target] += 1
+            self._shift_s[target] = self.now_s - expected.at_s
+            return expected
+        if not self.has_begun:
+            return self._before.get(key)
+        if done and deeds[done - 1].key == key:  # a stop is said again until it is confirmed
+            return deeds[done - 1]
+        last = self._script.exchanges[-1].number if self._script.exchanges else 1
+        self._differs(expected.number if expected else last, _written(expected) if expected else None, data)
+        return None
+
+    def _answer_of(self, key: bytes, target: bytes) -> Exchange | None:
+        """Find how a question was answered at this time, between what was done last and what is done next."""
+        asked = self._by_key.get(key, [])
+        deeds, done = self._deeds.get(target, []), self._done[target]
+        floor = deeds[done - 1].number if done else 0
+        ceiling = deeds[done].number if done < len(deeds) else float("inf")
+        first = bisect_right(asked, floor, key=_number)
+        end = bisect_left(asked, ceiling, first, key=_number)
+        due_s = self.now_s - self._shift_s[target] + EARLY_S
+        last_due = bisect_right(asked, due_s, first, end, key=_at_s) - 1
+        place = max(last_due, first) if first < end else first - 1
+        return asked[place] if place >= 0 else None
+
+    def end(self) -> None:
+        """Look for what was done then and is not done now, and for what was asked then and never could be."""
+        if self.difference is not None:
+            return
+        dialect = self.line.dialect
+        left = [
+            deeds[self._done[target]]
+            for target, deeds in self._deeds.items()
+            if self._done[target] < len(deeds)
+        ]
+        strange = [
+            it
+            for it in self._script.exchanges
+            if it.key not in self._asked and (it.request_id or dialect.effect(it.frame) is None)
+        ]
+        first = min([*left, *strange], key=lambda it: it.number, default=None)
+        if first is not None:
+            self._differs(first.number, _written(first), None)
+
+
+_number: Final = attrgetter("number")
+_at_s: Final = attrgetter("at_s")
+
+
+def _written(exchange: Exchange) -> Written:
+    return Written(exchange.frame, exchange.caller, exchange.request_id)
+
+
+def _grouped(exchanges: Sequence[Exchange], key: Callable[[Exchange], bytes]) -> dict[bytes, list[Exchange]]:
+    groups: dict[bytes, list[Exchange]] = defaultdict(list)
+    for it in exchanges:
+        groups[key(it)].append(it)
+    return dict(groups)
+
+
+def _functions() -> list[str]:
+    """The innermost functions of the gateway that are at work."""
+    found = []
+    for frame in traceback.extract_stack():
+        *_, package, module = ("", "", *PurePath(frame.filename).parts)
+        if not {"gateway", "api"}.isdisjoint(PurePath(frame.filename).parts):
+            found.append(f"{package}/{module}:{frame.lineno} {frame.name}")
+    return found[-DEPTH:]
