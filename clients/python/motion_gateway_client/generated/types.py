@@ -1780,9 +1780,9 @@ class CaptureBounds(TypedDict):
     """The stretch of positions in which an edge counts."""
 
     lower: int
-    """In pulses."""
+    """In pulses; encoder counts in encoder mode."""
     upper: int
-    """In pulses."""
+    """As `lower`."""
 
 
 class CaptureList(TypedDict):
@@ -1845,7 +1845,7 @@ class CapturedValue(TypedDict):
     number: int
     """Position number."""
     pulses: int | None
-    """Null until an edge comes; where another host has armed the input, 0. Encoder counts for `encoder`."""
+    """Null until an edge comes; where another host has armed the input, 0. Encoder counts for `encoder`, and in encoder mode for `position`."""
     value: float | None
     """The same in `unit`; null without a scale, and for `encoder`."""
     unit: str | None
@@ -6606,7 +6606,7 @@ class Section(TypedDict):
     """The stretch of positions in which an edge counts."""
 
     lower: Length | int
-    """A number alone, as GET gives it, is in pulses."""
+    """A number alone, as GET gives it, is in pulses; encoder counts in encoder mode."""
     upper: Length | int
 
 

@@ -8041,12 +8041,12 @@ export interface components {
         CaptureBounds: {
             /**
              * Lower
-             * @description In pulses.
+             * @description In pulses; encoder counts in encoder mode.
              */
             lower: number;
             /**
              * Upper
-             * @description In pulses.
+             * @description As `lower`.
              */
             upper: number;
         };
@@ -8167,7 +8167,7 @@ export interface components {
             number: number;
             /**
              * Pulses
-             * @description Null until an edge comes; where another host has armed the input, 0. Encoder counts for `encoder`.
+             * @description Null until an edge comes; where another host has armed the input, 0. Encoder counts for `encoder`, and in encoder mode for `position`.
              */
             pulses: number | null;
             /**
@@ -19144,7 +19144,7 @@ export interface components {
         Section: {
             /**
              * Lower
-             * @description A number alone, as GET gives it, is in pulses.
+             * @description A number alone, as GET gives it, is in pulses; encoder counts in encoder mode.
              */
             lower: components["schemas"]["Length"] | number;
             /** Upper */
