@@ -347,7 +347,7 @@ class KeyStore:
         with self._changing() as file:
             if any(it.name == name and it.state_at(now) in _IN_FORCE for it in file.keys):
                 raise KeyFault(f"There is a good key {name} already; revoke it first, or take another name.")
-            waits = role is Role.ADMIN and self._wants_two(file.keys, now)
+            waits = role is Role.ADMIN and self._wants_two(file.keys, now, by)
             if waits and by is None:
                 raise KeyFault(
                     "A key of an admin takes two admins here (access.four_eyes): use POST /access/keys."
@@ -355,9 +355,19 @@ class KeyStore:
             file.keys.append(key.model_copy(update={"made_by": by, "needs_approval": waits}))
         return token
 
-    def _wants_two(self, keys: Sequence[Key], now: float) -> bool:
-        """Whether keys of admins take two: of fewer than two admins none could be the second."""
-        admins = {it.name for it in keys if it.role is Role.ADMIN and it.scope is None and it.is_good_at(now)}
+    def _wants_two(self, keys: Sequence[Key], now: float, by: str | None) -> bool:
+        """Whether keys of admins take two: of fewer than two admins none could be the second.
+
+        Of an admin, who may have ended the keys of all others, those count that were ever good; at the
+        machine, by nobody, those that are.
+        """
+        admins = {
+            it.name
+            for it in keys
+            if it.role is Role.ADMIN
+            and it.scope is None
+            and (it.is_good_at(now) if by is None else not it.needs_approval or it.approved_by is not None)
+        }
         return len(admins) > 1 and self.policy().four_eyes
 
     def approve(self, name: str, by: str) -> None:
@@ -373,7 +383,10 @@ class KeyStore:
             if not waiting:
                 raise KeyFault(f"No key {as_given(name)} waits for a second admin.")
             if waiting[-1].made_by == by:
-                raise KeyWordFault(f"{by} has made the key {name}: another admin has to approve it.")
+                raise KeyWordFault(
+                    f"{by} has made the key {name}: another admin has to approve it. "
+                    "Where there is none, make a key at the gateway's machine (`motion-gateway keys create`)."
+                )
             file.keys = _with(file.keys, waiting, approved_by=by)
 
     def rotate(self, name: str, overlap_s: float = OVERLAP_S, *, by: str | None = None) -> str:
@@ -393,7 +406,7 @@ class KeyStore:
             if not good:
                 raise KeyFault(f"There is no good key {as_given(name)}.")
             old = good[-1]
-            if old.role is Role.ADMIN and by != name and self._wants_two(file.keys, now):
+            if old.role is Role.ADMIN and by != name and self._wants_two(file.keys, now, by):
                 raise KeyFault(
                     f"{name} is an admin, whose new key another would have alone (access.four_eyes): "
                     "rotate it with that key itself, or make one of another name."

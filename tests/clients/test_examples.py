@@ -16,6 +16,7 @@ import pytest
 from motion_gateway_client import Gateway
 from motion_gateway_client.generated.types import RelativeMoveRequest
 
+from tests.clients.conftest import running_demo
 from tests.clients.node import node
 from tests.e2e.processes import until
 
@@ -88,22 +89,59 @@ def test_the_tour_shows_a_client_that_runs_as_make_has_installed_it(demo: str) -
 
 PAGES = {
     "README.md": ("\n## Try it", "\n## ", 1),
-    "docs/tour.md": ("\n## Try it", "\n## ", 20),
+    "docs/api.md": ("# ", "\n## Limits", 10),
+    "docs/backup.md": ("# ", "\n## The text", 6),
+    "docs/body-settings.md": ("# ", "\n**A change", 2),
     "docs/programs.md": ("\n## Check", "\n## Memories", 9),
+    "docs/recovery.md": ("# ", "\n## The stop circuit", 3),
     "docs/scara.md": ("\n## Configuration", "\n**The record**", 5),
+    "docs/tour.md": ("\n## Try it", "\n## ", 20),
 }
 """The part of a page whose commands are tried with a demo, and how many there are at least."""
+STEP_OF_A_PAGE = re.compile(
+    r"^(?: {4})?((?:curl|jq|printf) .*|(?:\.venv/bin/)?motion-gateway [a-z].*)$", re.MULTILINE
+)
+WITH_KEYS = re.compile("https://|motion-gateway keys ")
+"""The demo knows no keys: tests/app/commands/test_keys.py has these."""
+ELSEWHERE = (
+    "docs/install.md",
+    "docs/proxy.md",
+    "docs/promises.md",
+    "docs/configuration.md",
+    "docs/simulator.md",
+)
+"""Pages whose commands install, or are of the simulator: these have tests of their own."""
+
+
+LONGEST_S = 240.0
+"""A restore to the demo takes a minute, on a machine with other work more."""
+IN_ANOTHER_TEST = re.compile("motion-gateway (init|check|serve|keys) ")
+"""Commands for hardware and for a machine: tests/app/commands and tests/e2e have them."""
+
+
+def steps_in(text: str) -> list[str]:
+    """The commands of a text, in their order, each in one line."""
+    joined = re.sub(r"\|\n +", "| ", text.replace("\\\n", " "))
+    return [it for it in STEP_OF_A_PAGE.findall(joined) if not WITH_KEYS.search(it)]
 
 
 def steps_of(page: str) -> list[str]:
-    """The commands of a page, in their order."""
+    """The commands of the part of a page that is tried."""
     begin, end, least = PAGES[page]
-    text = (ROOT / page).read_text("utf-8").replace("\\\n", " ")
-    begun = text.index(begin) + 1
-    part = text[begun : text.index(end, begun)]
-    steps = re.findall(r"^    (curl .*|(?:\.venv/bin/)?motion-gateway .*)$", part, re.MULTILINE)
+    text = (ROOT / page).read_text("utf-8")
+    begun = text.index(begin)
+    steps = steps_in(text[begun : text.index(end, begun + 1)])
     assert len(steps) >= least
     return steps
+
+
+@pytest.mark.parametrize(
+    "page", ["README.md", *sorted(f"docs/{it.name}" for it in (ROOT / "docs").glob("*.md"))]
+)
+def test_no_command_of_a_page_is_left_out(page: str) -> None:
+    shown = [] if page in ELSEWHERE else steps_in((ROOT / page).read_text("utf-8"))
+    tried = steps_of(page) if page in PAGES else []
+    assert [it for it in shown if it not in tried and not IN_ANOTHER_TEST.search(it)] == []
 
 
 def program_of_the_page() -> str:
@@ -111,28 +149,50 @@ def program_of_the_page() -> str:
     return dedent(page[page.index("    ; example 2") : page.index("Addresses count")])
 
 
+class Learnt(dict[str, str]):
+    """What a page writes for what only an answer tells, such as ID."""
+
+    def note(self, answer: str) -> None:
+        """Note what an answer tells."""
+        for shown, pattern in (("/ID/", r'"id": ?"(\w+)"'), ('"5c6f..."', r'(?im)^etag: (".*")')):
+            if found := re.search(pattern, answer):
+                self[shown] = f"/{found[1]}/" if shown[0] == "/" else found[1]
+
+    def filled_in(self, step: str) -> str:
+        """A command as somebody sends it who has read the answers."""
+        for shown, told in self.items():
+            step = step.replace(shown, told)
+        return step
+
+
 @pytest.mark.prove
 @pytest.mark.skipif(which("curl") is None, reason="there is no curl here")
 @pytest.mark.parametrize("page", PAGES)
-def test_each_command_of_a_page_does_what_it_shows(demo: str, tmp_path: Path, page: str) -> None:
+def test_each_command_of_a_page_does_what_it_shows(tmp_path: Path, page: str) -> None:
     """One that follows what happens is left after a while; each of the others succeeds."""
-    environment = {**ENVIRONMENT, "MOTION_GATEWAY_URL": demo}
-    command_line = str(Path(sys.executable).with_name("motion-gateway"))
     (tmp_path / "lift.txt").write_text(program_of_the_page(), "utf-8")
-    for step in steps_of(page):
+    with running_demo(tmp_path) as demo:
+        try_out(steps_of(page), demo, tmp_path)
+
+
+def try_out(steps: list[str], demo: str, folder: Path) -> None:
+    environment = {**ENVIRONMENT, "MOTION_GATEWAY_URL": demo}
+    command_line, learnt = str(Path(sys.executable).with_name("motion-gateway")), Learnt()
+    for step in steps:
         follows = step.endswith((" watch", "/events/stream"))
-        if "/position" not in step:
+        if not re.search("/position|/jogs/", step):
             until(lambda: httpx.get(f"{demo}/bodies/3F").json()["moving"] is False, "the motor stands")
-        shown = re.sub(r"^(\.venv/bin/)?motion-gateway", command_line, step)
+        shown = re.sub(r"^(\.venv/bin/)?motion-gateway", command_line, learnt.filled_in(step))
         shown = shown.replace("http://127.0.0.1:8420", demo)
         words = shown.replace("curl", "curl --fail-with-body --silent", 1)
         done = subprocess.run(  # noqa: S602
             f"timeout 3 {words}" if follows else words,
             shell=True,
-            cwd=tmp_path,
+            cwd=folder,
             env=environment,
             capture_output=True,
             text=True,
-            timeout=60,
+            timeout=LONGEST_S,
         )
         assert done.returncode == (124 if follows else 0), (step, done.stdout, done.stderr)
+        learnt.note(done.stdout)

@@ -288,6 +288,20 @@ def test_the_key_of_an_admin_takes_a_second_admin_where_four_eyes_are_wanted(tmp
     assert store.verify(store.rotate("bob", by="bob"))
 
 
+def test_an_admin_who_ends_the_keys_of_all_others_makes_no_admin_alone(tmp_path: Path) -> None:
+    store, _ = store_at(tmp_path, four_eyes=True)
+    for name in ("ann", "bob"):
+        store.create(name, Role.ADMIN)
+    store.revoke("bob")
+    third = store.create("eve", Role.ADMIN, by="ann")
+    assert store.verify(third) is None
+    with pytest.raises(KeyFault, match="at the gateway's machine"):
+        store.approve("eve", "ann")
+    assert store.verify(store.create("bob", Role.ADMIN)), "who is at the machine has all of its files"
+    store.approve("eve", "bob")
+    assert store.verify(third)
+
+
 def test_files_of_keys_without_the_new_words_are_read_by_earlier_versions(tmp_path: Path) -> None:
     store, _ = store_at(tmp_path)
     store.create("mes", Role.VIEWER)

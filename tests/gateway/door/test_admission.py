@@ -1,6 +1,7 @@
 """Callers come in by what their credentials are good for, whichever front end they come through."""
 
 import asyncio
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -8,12 +9,21 @@ import pytest
 from gateway.access.credentials import Credentials
 from gateway.access.errors import LimitReached, NotAuthenticated, NotPermitted
 from gateway.access.keys import KeyStore
+from gateway.access.limits import Rates
 from gateway.access.principal import PRINCIPAL, current
 from gateway.access.roles import Role
 from gateway.config import Config
 from gateway.core.origin import ORIGIN, Origin
 from gateway.core.rights import Right
-from gateway.door.admission import SIGN_INS_AT_ONCE, WRONG_SIGN_INS_AT_ONCE, Admission, Grant, Use
+from gateway.door.admission import (
+    SIGN_INS_AT_ONCE,
+    TICKETS_AT_ONCE,
+    TICKETS_PER_S,
+    WRONG_SIGN_INS_AT_ONCE,
+    Admission,
+    Grant,
+    Use,
+)
 from gateway.plant import Plant
 
 LINES = [
@@ -109,3 +119,35 @@ def test_who_signs_in_too_often_is_refused_and_so_is_an_address_of_wrong_keys(ga
             gate.admission.refuse_sign_in("/sign-in", "10.0.0.1")
 
     asyncio.run(story())
+
+
+def test_who_asks_for_too_many_tickets_is_refused_by_key_and_by_address_and_nobody_else(gate: Gate) -> None:
+    crowd, other, third = (gate.grant(gate.key(role)) for role in (Role.VIEWER, Role.OPERATOR, Role.SETUP))
+    for number in range(TICKETS_AT_ONCE):
+        gate.admission.ticket_of(crowd, f"10.0.{number}.1")
+    with pytest.raises(LimitReached, match="Too many tickets"):
+        gate.admission.ticket_of(crowd, "10.1.0.1")
+    for _ in range(TICKETS_AT_ONCE):
+        gate.admission.ticket_of(other, "10.2.0.1")
+    with pytest.raises(LimitReached, match="Too many tickets"):
+        gate.admission.ticket_of(third, "10.2.0.1")
+    assert gate.admission.redeemed(gate.admission.ticket_of(third, "10.3.0.1")) == third
+
+
+def test_tickets_may_be_asked_for_again_after_a_while(gate: Gate, monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+    tickets = Rates(TICKETS_AT_ONCE, TICKETS_PER_S, clock=lambda: now[0])
+    monkeypatch.setattr(gate.admission, "_tickets_given", tickets)
+    grant = gate.grant(gate.key(Role.VIEWER))
+
+    def given() -> int:
+        count = 0
+        with suppress(LimitReached):
+            while count <= TICKETS_AT_ONCE:
+                gate.admission.ticket_of(grant, "10.0.0.1")
+                count += 1
+        return count
+
+    assert given() == pytest.approx(TICKETS_AT_ONCE, abs=1)
+    now[0] += 2.5 / TICKETS_PER_S
+    assert given() in (2, 3)
