@@ -2,7 +2,7 @@
 
 import asyncio
 import logging
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from datetime import UTC, datetime
 from typing import Final, Literal
 
@@ -67,6 +67,11 @@ class State:
     def reason(self) -> str | None:
         """Why it is not online."""
         return "; ".join(self._down.values()) or None
+
+    @property
+    def reasons(self) -> Mapping[str, str]:
+        """Why each side that is not connected is not."""
+        return self._down
 
     async def wait_for(self, side: str, *, connected: bool = True) -> None:
         """Wait until a side is connected, or is not."""

@@ -16,7 +16,7 @@ from bridges.mqtt.broker import CLOUD_EVENT, Connection, new_client, will
 from bridges.mqtt.checks import check
 from bridges.mqtt.commands import Commands
 from bridges.mqtt.operations import Operation, Operations
-from bridges.mqtt.outbox import Letter, Outbox
+from bridges.mqtt.outbox import Letter, Outbox, Send
 from bridges.mqtt.retained import Retained, clear_stale
 from bridges.mqtt.settings import MqttFile
 from bridges.mqtt.topics import COMMANDS, STATUS, now, topic_of_event, written
@@ -31,6 +31,8 @@ LEAVE_S: Final = 2.0
 """How long commands may take to be answered at the end, and the last words to be said."""
 HELD_S: Final = 10.0
 """A connection that lasts longer was a good one."""
+SETTLE_S: Final = 2.0
+"""Most clients try a broker that has fallen again after a second."""
 STATUS_S: Final = 15.0
 """The status is told again after this time: it proves that the broker takes what is published."""
 LIVE: Final = ("body.position", "robot.position")
@@ -48,6 +50,8 @@ class Bridge:
         self._commands = Commands(file.root, host.callers, host.figures, self._find)
         self._status_news = asyncio.Event()
         self._connection: Connection | None = None
+        self._fell = False
+        """Whether a broker that was connected has gone since events were delivered last."""
         host.state.on_change = self._status_news.set
 
     async def run(self) -> None:
@@ -124,6 +128,7 @@ class Bridge:
             await asyncio.sleep(PAUSES_S[min(failures, len(PAUSES_S) - 1)])
 
     def _lost(self, group: BaseExceptionGroup[Exception]) -> None:
+        self._fell |= SIDE not in self._host.state.reasons
         error: BaseException = group
         while isinstance(error, BaseExceptionGroup):
             error = error.exceptions[0]
@@ -149,7 +154,7 @@ class Bridge:
         send = partial(self._send, connection)
         return [
             self._listen(connection),
-            self._events.deliver(send),
+            self._deliver_events(send),
             self._commands.answers.deliver(send),
             self._retained.tell(connection),
             self._clear_stale(connection),
@@ -161,6 +166,14 @@ class Bridge:
             letter.topic, letter.payload, content_type=letter.content_type, correlation=letter.correlation
         )
         self._host.life.worked(SIDE)
+
+    async def _deliver_events(self, send: Send) -> None:
+        """Deliver events; after the fall of a broker its other clients have a moment to come back first."""
+        if self._fell:
+            await asyncio.sleep(SETTLE_S)
+            self._events.repeat()
+            self._fell = False
+        await self._events.deliver(send)
 
     async def _leave(self, connection: Connection) -> None:
         """Answer the commands under way, and say that the bridge ends; the broker does not say it then."""

@@ -3,11 +3,18 @@
 import asyncio
 from collections import deque
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final
 
 MOST_WAITING: Final = 256
 """Messages that wait to be acknowledged; whoever has more to send waits, and the gateway keeps it."""
+MOST_REPEATED: Final = 1000
+REPEATED_S: Final = 5.0
+"""What a broker has acknowledged it may still lose with its memory: so much is sent again after its fall."""
+
+
+def _nothing() -> None:
+    """Nobody is to be told."""
 
 
 @dataclass(eq=False)
@@ -18,8 +25,8 @@ class Letter:
     payload: bytes
     content_type: str
     correlation: bytes | None = None
-    on_arrival: Callable[[], object] = field(default=lambda: None)
-    """Called when it, and all before it, are acknowledged."""
+    on_arrival: Callable[[], object] = _nothing
+    """Called once it, and all before it, are acknowledged."""
     arrived: bool = False
 
 
@@ -34,6 +41,8 @@ class Outbox:
         self._letters: deque[Letter] = deque()
         self._next = 0
         """Of the letters, the first that the present connection has not sent."""
+        self._recent: deque[tuple[float, Letter]] = deque(maxlen=MOST_REPEATED)
+        """Those that have arrived of late, with the time."""
         self._changed = asyncio.Condition()
 
     def __len__(self) -> int:
@@ -52,12 +61,23 @@ class Outbox:
         async with self._changed:
             await self._changed.wait_for(lambda: not self._letters)
 
+    def repeat(self) -> None:
+        """Have those sent again that have arrived of late: their broker may have fallen with them in hand."""
+        since = _now() - REPEATED_S
+        again = [letter for at, letter in self._recent if at >= since]
+        self._recent.clear()
+        self._letters.extendleft(reversed(again))
+
     async def deliver(self, send: Send) -> None:
         """Send what waits and what comes, many at a time, until the connection fails.
 
         :raises ExceptionGroup: what `send` has raised.
         """
         self._next = 0
+        for (
+            letter
+        ) in self._letters:  # those after the first that is sent again follow it, so that order is kept
+            letter.arrived = False
         async with asyncio.TaskGroup() as group:
             while True:
                 async with self._changed:
@@ -67,12 +87,17 @@ class Outbox:
                 group.create_task(self._send(letter, send))
 
     async def _send(self, letter: Letter, send: Send) -> None:
-        if not letter.arrived:
-            await send(letter)
-            letter.arrived = True
+        await send(letter)
+        letter.arrived = True
         async with self._changed:
             while self._letters and self._letters[0].arrived:
                 first = self._letters.popleft()
                 self._next -= 1
+                self._recent.append((_now(), first))
                 first.on_arrival()
+                first.on_arrival = _nothing
             self._changed.notify_all()
+
+
+def _now() -> float:
+    return asyncio.get_running_loop().time()
