@@ -2,7 +2,7 @@
 
 import asyncio
 import logging
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from datetime import UTC, datetime
 from typing import Final, Literal
 
@@ -26,7 +26,7 @@ class Figures:
         self._commands = Counter(counted, "Commands, by how they ended.", ["outcome"], registry=self.registry)
         for outcome in OUTCOMES:
             self._commands.labels(outcome)
-        self.events = self.counter("events", "Events of the gateway that were delivered.")
+        self.events = self.counter("events", "Events that the other side has taken, repeated ones too.")
         self.gaps = self.counter("gaps", "Gaps in the gateway's events; a snapshot followed each.")
         self.documents = self.counter("documents", "States that were told.")
         self._connected = Gauge(f"{PREFIX}_connected", "1 while connected.", ["to"], registry=self.registry)
@@ -67,11 +67,6 @@ class State:
     def reason(self) -> str | None:
         """Why it is not online."""
         return "; ".join(self._down.values()) or None
-
-    @property
-    def reasons(self) -> Mapping[str, str]:
-        """Why each side that is not connected is not."""
-        return self._down
 
     async def wait_for(self, side: str, *, connected: bool = True) -> None:
         """Wait until a side is connected, or is not."""

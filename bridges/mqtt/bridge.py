@@ -32,7 +32,7 @@ LEAVE_S: Final = 2.0
 HELD_S: Final = 10.0
 """A connection that lasts longer was a good one."""
 SETTLE_S: Final = 2.0
-"""Most clients try a broker that has fallen again after a second."""
+"""Most clients of a broker that has fallen try it again after a second."""
 STATUS_S: Final = 15.0
 """The status is told again after this time: it proves that the broker takes what is published."""
 LIVE: Final = ("body.position", "robot.position")
@@ -44,14 +44,15 @@ class Bridge:
     def __init__(self, file: MqttFile, host: Host) -> None:
         self._file, self._host, self._root = file, host, file.root
         self._v5 = file.mqtt.version == "5"
-        self._events = Outbox()
+        self._events = Outbox(on_arrival=host.figures.events.inc)
         self._retained = Retained(file.root, host.mirror, host.figures)
         self._operations: Operations | None = None
         self._commands = Commands(file.root, host.callers, host.figures, self._find)
         self._status_news = asyncio.Event()
         self._connection: Connection | None = None
-        self._fell = False
-        """Whether a broker that was connected has gone since events were delivered last."""
+        self._events_flow, self._takes_commands = asyncio.Event(), asyncio.Event()
+        if not file.mqtt.commands:
+            self._takes_commands.set()
         host.state.on_change = self._status_news.set
 
     async def run(self) -> None:
@@ -68,26 +69,23 @@ class Bridge:
     # the gateway's side
 
     async def _take(self, event: dict[str, Any]) -> None:
-        """Hand an event to the outbox; it is delivered for good when the broker has acknowledged it."""
-
-        def arrived() -> None:
-            self._host.figures.events.inc()
-            self._host.position.reach(event["cursor"])
-
+        """Hand an event to the outbox, which knows when it is delivered for good."""
+        settled = partial(self._host.position.reach, event["cursor"])
         topic = f"{self._root}/{topic_of_event(event)}"
-        await self._events.put(Letter(topic, written(event), CLOUD_EVENT, on_arrival=arrived))
+        await self._events.put(Letter(topic, written(event), CLOUD_EVENT, on_settled=settled))
 
     async def _read_operations(self) -> None:
         while True:
             await self._host.state.wait_for("gateway")
             try:
                 self._operations = await operations.read(self._host.gateway)
+                self._takes_commands.set()
                 await self._host.state.wait_for("gateway", connected=False)  # the next may be another version
             except GatewayError as error:
                 log.info("the gateway's document cannot be read yet, and stops alone pass: %s", error)
                 await asyncio.sleep(TRY_AGAIN_S)
 
-    def _find(self, path: str) -> Operation:
+    def _find(self, path: str) -> Operation | None:
         return (self._operations.find if self._operations else operations.without_document)(path)
 
     async def _follow_positions(self) -> None:
@@ -128,7 +126,6 @@ class Bridge:
             await asyncio.sleep(PAUSES_S[min(failures, len(PAUSES_S) - 1)])
 
     def _lost(self, group: BaseExceptionGroup[Exception]) -> None:
-        self._fell |= SIDE not in self._host.state.reasons
         error: BaseException = group
         while isinstance(error, BaseExceptionGroup):
             error = error.exceptions[0]
@@ -149,6 +146,7 @@ class Bridge:
             raise
         finally:
             self._connection = None
+            self._events_flow.clear()
 
     def _works(self, connection: Connection) -> list[Any]:
         send = partial(self._send, connection)
@@ -168,11 +166,9 @@ class Bridge:
         self._host.life.worked(SIDE)
 
     async def _deliver_events(self, send: Send) -> None:
-        """Deliver events; after the fall of a broker its other clients have a moment to come back first."""
-        if self._fell:
-            await asyncio.sleep(SETTLE_S)
-            self._events.repeat()
-            self._fell = False
+        """Deliver events, once the broker's other clients have had a moment to come back."""
+        await asyncio.sleep(SETTLE_S)
+        self._events_flow.set()
         await self._events.deliver(send)
 
     async def _leave(self, connection: Connection) -> None:
@@ -218,11 +214,14 @@ class Bridge:
             await clear_stale(connection, listener, self._retained, self._root)
 
     async def _tell_status(self, connection: Connection) -> None:
-        """Tell that the bridge is online once all states are told, each change, and now and then anew."""
+        """Tell each change, and now and then anew; that it is online when all that it does is being done."""
         while True:
             self._status_news.clear()
             if self._host.state.online:
                 await self._retained.told_all.wait()
+                await self._events_flow.wait()
+                await self._takes_commands.wait()
+            self._events.settle()
             await connection.publish(self._topic(STATUS), self._status(), retain=True)
             self._host.life.worked(SIDE)
             with suppress(TimeoutError):

@@ -158,6 +158,7 @@ class Client:
         content: object = None,
         *,
         retain: bool = False,
+        wait: bool = True,
         **told: Any,
     ) -> None:
         """Publish JSON; `told` are properties by their names in MQTT 5."""
@@ -174,7 +175,8 @@ class Client:
             for name, value in told.items():
                 setattr(properties, name, value)
         sent = self._client.publish(f"{self.root}/{topic}", payload, 1, retain, properties)
-        sent.wait_for_publish(PATIENCE_S)
+        if wait:
+            sent.wait_for_publish(PATIENCE_S)
 
     def command(self, path: str, content: object = None, who: str = MES, **told: Any) -> Any:
         """Give a command, and wait for its answer; a correlation and an expiry stand if nothing is said."""

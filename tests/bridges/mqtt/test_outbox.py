@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import Awaitable, Callable
 
-from bridges.mqtt.outbox import REPEATED_S, Letter, Outbox
+from bridges.mqtt.outbox import KEPT_S, MOST_KEPT, Letter, Outbox
 from tests.virtual_time import run_virtual
 
 
@@ -16,7 +16,7 @@ class Post:
         self._open: dict[str, asyncio.Future[None]] = {}
 
     def letter(self, name: str) -> Letter:
-        return Letter(name, b"", "", on_arrival=lambda: self.reached.append(name))
+        return Letter(name, b"", "", on_settled=lambda: self.reached.append(name))
 
     async def send(self, letter: Letter) -> None:
         self.sent.append(letter.topic)
@@ -29,9 +29,9 @@ class Post:
             await asyncio.sleep(0.01)
 
 
-def story(tell: Callable[[Outbox, Post], Awaitable[None]], most: int = 3) -> None:
+def story(tell: Callable[[Outbox, Post], Awaitable[None]], kept_s: float = 0) -> None:
     async def told() -> None:
-        await tell(Outbox(most), Post())
+        await tell(Outbox(3, kept_s=kept_s), Post())
 
     run_virtual(told())
 
@@ -93,27 +93,46 @@ def test_whoever_has_more_waits_for_room() -> None:
     story(tell)
 
 
-def test_what_has_arrived_of_late_is_sent_again_in_order_where_its_broker_has_fallen() -> None:
+def test_what_was_acknowledged_of_late_is_sent_again_in_order_and_settles_later() -> None:
     async def tell(box: Outbox, post: Post) -> None:
         first = asyncio.create_task(box.deliver(post.send))
         await box.put(post.letter("old"))
         await asyncio.sleep(0.01)
         await post.acknowledge("old")
-        await asyncio.sleep(REPEATED_S)
+        assert not post.reached
+        await asyncio.sleep(KEPT_S)
         for name in "ab":
             await box.put(post.letter(name))
         await asyncio.sleep(0.01)
         await post.acknowledge("a")
+        assert post.reached == ["old"]
         await ended(first)
-        box.repeat()
+        await asyncio.sleep(100)  # without a broker time does not count
         second = asyncio.create_task(box.deliver(post.send))
         await asyncio.sleep(0.01)
         assert post.sent == ["old", "a", "b", "a", "b"]
         await post.acknowledge("a", "b")
-        assert post.reached == ["old", "a", "b"], "each once"
+        await asyncio.sleep(KEPT_S)
+        box.settle()
+        assert post.reached == ["old", "a", "b"]
         await ended(second)
 
-    story(tell)
+    story(tell, KEPT_S)
+
+
+def test_of_those_kept_there_are_so_many_at_most() -> None:
+    async def tell(box: Outbox, post: Post) -> None:
+        async def send(_letter: Letter) -> None:
+            """Is acknowledged at once."""
+
+        delivering = asyncio.create_task(box.deliver(send))
+        for number in range(MOST_KEPT + 10):
+            await box.put(post.letter(str(number)))
+        await asyncio.sleep(0.01)
+        assert post.reached == [str(number) for number in range(10)]
+        await ended(delivering)
+
+    story(tell, KEPT_S)
 
 
 def test_a_letter_that_cannot_be_sent_ends_the_delivery() -> None:
