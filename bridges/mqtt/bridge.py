@@ -35,6 +35,9 @@ SETTLE_S: Final = 2.0
 """Most clients of a broker that has fallen try it again after a second."""
 STATUS_S: Final = 15.0
 """The status is told again after this time: it proves that the broker takes what is published."""
+NO_STATES: Final = "states are being told"
+NO_EVENTS: Final = "events begin in a moment"
+NO_COMMANDS: Final = "commands are not taken yet"
 LIVE: Final = ("body.position", "robot.position")
 
 
@@ -50,9 +53,8 @@ class Bridge:
         self._commands = Commands(file.root, host.callers, host.figures, self._find)
         self._status_news = asyncio.Event()
         self._connection: Connection | None = None
-        self._events_flow, self._takes_commands = asyncio.Event(), asyncio.Event()
-        if not file.mqtt.commands:
-            self._takes_commands.set()
+        if file.mqtt.commands:
+            host.state.begin(NO_COMMANDS)
         host.state.on_change = self._status_news.set
 
     async def run(self) -> None:
@@ -79,7 +81,7 @@ class Bridge:
             await self._host.state.wait_for("gateway")
             try:
                 self._operations = await operations.read(self._host.gateway)
-                self._takes_commands.set()
+                self._host.state.done(NO_COMMANDS)
                 await self._host.state.wait_for("gateway", connected=False)  # the next may be another version
             except GatewayError as error:
                 log.info("the gateway's document cannot be read yet, and stops alone pass: %s", error)
@@ -136,6 +138,8 @@ class Bridge:
     async def _use(self, connection: Connection) -> None:
         """Do all that there is to be done on a connection, until it fails or the bridge ends."""
         self._connection = connection
+        for what in (NO_EVENTS, NO_STATES):
+            self._host.state.begin(what)
         self._host.state.up(SIDE)
         try:
             async with asyncio.TaskGroup() as group:
@@ -146,7 +150,6 @@ class Bridge:
             raise
         finally:
             self._connection = None
-            self._events_flow.clear()
 
     def _works(self, connection: Connection) -> list[Any]:
         send = partial(self._send, connection)
@@ -154,7 +157,7 @@ class Bridge:
             self._listen(connection),
             self._deliver_events(send),
             self._commands.answers.deliver(send),
-            self._retained.tell(connection),
+            self._retained.tell(connection, partial(self._host.state.done, NO_STATES)),
             self._clear_stale(connection),
             self._tell_status(connection),
         ]
@@ -168,7 +171,7 @@ class Bridge:
     async def _deliver_events(self, send: Send) -> None:
         """Deliver events, once the broker's other clients have had a moment to come back."""
         await asyncio.sleep(SETTLE_S)
-        self._events_flow.set()
+        self._host.state.done(NO_EVENTS)
         await self._events.deliver(send)
 
     async def _leave(self, connection: Connection) -> None:
@@ -214,13 +217,9 @@ class Bridge:
             await clear_stale(connection, listener, self._retained, self._root)
 
     async def _tell_status(self, connection: Connection) -> None:
-        """Tell each change, and now and then anew; that it is online when all that it does is being done."""
+        """Tell each change, and now and then anew."""
         while True:
             self._status_news.clear()
-            if self._host.state.online:
-                await self._retained.told_all.wait()
-                await self._events_flow.wait()
-                await self._takes_commands.wait()
             self._events.settle()
             await connection.publish(self._topic(STATUS), self._status(), retain=True)
             self._host.life.worked(SIDE)
