@@ -26,7 +26,7 @@ class Figures:
         self._commands = Counter(counted, "Commands, by how they ended.", ["outcome"], registry=self.registry)
         for outcome in OUTCOMES:
             self._commands.labels(outcome)
-        self.events = self.counter("events", "Events of the gateway that were delivered.")
+        self.events = self.counter("events", "Events that the other side has taken, repeated ones too.")
         self.gaps = self.counter("gaps", "Gaps in the gateway's events; a snapshot followed each.")
         self.documents = self.counter("documents", "States that were told.")
         self._connected = Gauge(f"{PREFIX}_connected", "1 while connected.", ["to"], registry=self.registry)
@@ -50,6 +50,8 @@ class State:
     def __init__(self, sides: Iterable[str], figures: Figures) -> None:
         self._figures = figures
         self._down: dict[str, str] = {}
+        self._to_do: dict[str, None] = {}
+        """Sentences: why it is not online though its sides are connected."""
         self._news = asyncio.Event()
         self.since = datetime.now(UTC)
         """When it last became another."""
@@ -60,13 +62,13 @@ class State:
 
     @property
     def online(self) -> bool:
-        """Whether all sides are connected: what is told is as the gateway knows it."""
-        return not self._down
+        """Whether all sides are connected and nothing is left to do: what is told is up to date."""
+        return not self._down and not self._to_do
 
     @property
     def reason(self) -> str | None:
         """Why it is not online."""
-        return "; ".join(self._down.values()) or None
+        return "; ".join((*self._down.values(), *self._to_do)) or None
 
     async def wait_for(self, side: str, *, connected: bool = True) -> None:
         """Wait until a side is connected, or is not."""
@@ -87,8 +89,23 @@ class State:
             log.warning("not connected to the %s: %s", side, why)
             self._changed(side, False)
 
+    def begin(self, what: str) -> None:
+        """Something has to be done before it is online: a sentence."""
+        if what not in self._to_do:
+            self._to_do[what] = None
+            self._tell()
+
+    def done(self, what: str) -> None:
+        """It is done."""
+        if what in self._to_do:
+            del self._to_do[what]
+            self._tell()
+
     def _changed(self, side: str, connected: bool) -> None:
         self._figures.connected(side, connected)
+        self._tell()
+
+    def _tell(self) -> None:
         self.since = datetime.now(UTC)
         news, self._news = self._news, asyncio.Event()
         news.set()

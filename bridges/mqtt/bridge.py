@@ -16,7 +16,7 @@ from bridges.mqtt.broker import CLOUD_EVENT, Connection, new_client, will
 from bridges.mqtt.checks import check
 from bridges.mqtt.commands import Commands
 from bridges.mqtt.operations import Operation, Operations
-from bridges.mqtt.outbox import Letter, Outbox
+from bridges.mqtt.outbox import Letter, Outbox, Send
 from bridges.mqtt.retained import Retained, clear_stale
 from bridges.mqtt.settings import MqttFile
 from bridges.mqtt.topics import COMMANDS, STATUS, now, topic_of_event, written
@@ -31,8 +31,13 @@ LEAVE_S: Final = 2.0
 """How long commands may take to be answered at the end, and the last words to be said."""
 HELD_S: Final = 10.0
 """A connection that lasts longer was a good one."""
+SETTLE_S: Final = 2.0
+"""Most clients of a broker that has fallen try it again after a second."""
 STATUS_S: Final = 15.0
 """The status is told again after this time: it proves that the broker takes what is published."""
+NO_STATES: Final = "states are being told"
+NO_EVENTS: Final = "events begin in a moment"
+NO_COMMANDS: Final = "commands are not taken yet"
 LIVE: Final = ("body.position", "robot.position")
 
 
@@ -42,12 +47,14 @@ class Bridge:
     def __init__(self, file: MqttFile, host: Host) -> None:
         self._file, self._host, self._root = file, host, file.root
         self._v5 = file.mqtt.version == "5"
-        self._events = Outbox()
+        self._events = Outbox(on_arrival=host.figures.events.inc)
         self._retained = Retained(file.root, host.mirror, host.figures)
         self._operations: Operations | None = None
         self._commands = Commands(file.root, host.callers, host.figures, self._find)
         self._status_news = asyncio.Event()
         self._connection: Connection | None = None
+        if file.mqtt.commands:
+            host.state.begin(NO_COMMANDS)
         host.state.on_change = self._status_news.set
 
     async def run(self) -> None:
@@ -64,26 +71,23 @@ class Bridge:
     # the gateway's side
 
     async def _take(self, event: dict[str, Any]) -> None:
-        """Hand an event to the outbox; it is delivered for good when the broker has acknowledged it."""
-
-        def arrived() -> None:
-            self._host.figures.events.inc()
-            self._host.position.reach(event["cursor"])
-
+        """Hand an event to the outbox, which knows when it is delivered for good."""
+        settled = partial(self._host.position.reach, event["cursor"])
         topic = f"{self._root}/{topic_of_event(event)}"
-        await self._events.put(Letter(topic, written(event), CLOUD_EVENT, on_arrival=arrived))
+        await self._events.put(Letter(topic, written(event), CLOUD_EVENT, on_settled=settled))
 
     async def _read_operations(self) -> None:
         while True:
             await self._host.state.wait_for("gateway")
             try:
                 self._operations = await operations.read(self._host.gateway)
+                self._host.state.done(NO_COMMANDS)
                 await self._host.state.wait_for("gateway", connected=False)  # the next may be another version
             except GatewayError as error:
                 log.info("the gateway's document cannot be read yet, and stops alone pass: %s", error)
                 await asyncio.sleep(TRY_AGAIN_S)
 
-    def _find(self, path: str) -> Operation:
+    def _find(self, path: str) -> Operation | None:
         return (self._operations.find if self._operations else operations.without_document)(path)
 
     async def _follow_positions(self) -> None:
@@ -134,6 +138,8 @@ class Bridge:
     async def _use(self, connection: Connection) -> None:
         """Do all that there is to be done on a connection, until it fails or the bridge ends."""
         self._connection = connection
+        for what in (NO_EVENTS, NO_STATES):
+            self._host.state.begin(what)
         self._host.state.up(SIDE)
         try:
             async with asyncio.TaskGroup() as group:
@@ -149,9 +155,9 @@ class Bridge:
         send = partial(self._send, connection)
         return [
             self._listen(connection),
-            self._events.deliver(send),
+            self._deliver_events(send),
             self._commands.answers.deliver(send),
-            self._retained.tell(connection),
+            self._retained.tell(connection, partial(self._host.state.done, NO_STATES)),
             self._clear_stale(connection),
             self._tell_status(connection),
         ]
@@ -161,6 +167,12 @@ class Bridge:
             letter.topic, letter.payload, content_type=letter.content_type, correlation=letter.correlation
         )
         self._host.life.worked(SIDE)
+
+    async def _deliver_events(self, send: Send) -> None:
+        """Deliver events, once the broker's other clients have had a moment to come back."""
+        await asyncio.sleep(SETTLE_S)
+        self._host.state.done(NO_EVENTS)
+        await self._events.deliver(send)
 
     async def _leave(self, connection: Connection) -> None:
         """Answer the commands under way, and say that the bridge ends; the broker does not say it then."""
@@ -205,11 +217,10 @@ class Bridge:
             await clear_stale(connection, listener, self._retained, self._root)
 
     async def _tell_status(self, connection: Connection) -> None:
-        """Tell that the bridge is online once all states are told, each change, and now and then anew."""
+        """Tell each change, and now and then anew."""
         while True:
             self._status_news.clear()
-            if self._host.state.online:
-                await self._retained.told_all.wait()
+            self._events.settle()
             await connection.publish(self._topic(STATUS), self._status(), retain=True)
             self._host.life.worked(SIDE)
             with suppress(TimeoutError):

@@ -14,7 +14,7 @@ from bridges.common.callers import Caller, Callers
 from bridges.common.state import Figures, Outcome
 from bridges.mqtt import requests
 from bridges.mqtt.broker import JSON
-from bridges.mqtt.operations import WITHIN, Operation
+from bridges.mqtt.operations import UNKNOWN, WITHIN, Operation
 from bridges.mqtt.outbox import Letter, Outbox
 from bridges.mqtt.requests import Request
 from bridges.mqtt.topics import COMMANDS, written
@@ -61,18 +61,20 @@ class Commands:
         root: str,
         callers: Callers,
         figures: Figures,
-        find: Callable[[str], Operation],
+        find: Callable[[str], Operation | None],
     ) -> None:
         self._root, self._callers, self._figures, self._find = root, callers, figures, find
         self._under_way: set[asyncio.Task[None]] = set()
-        self.answers = Outbox(MOST_ANSWERS)
+        self.answers = Outbox(MOST_ANSWERS, kept_s=0)
 
     def take(self, message: aiomqtt.Message, *, stored: bool = False) -> None:
         """Begin to see to a command; one that the broker had `stored` is never carried out."""
         request = requests.read(message, self._root)
         operation = self._find(request.path)
         refusal = self._judge(request, operation, stored=stored)
-        seeing_to = self._refuse(request, refusal) if refusal else self._carry_out(request, operation)
+        seeing_to = (
+            self._refuse(request, refusal) if refusal else self._carry_out(request, operation or UNKNOWN)
+        )
         task = asyncio.create_task(seeing_to, name="command")
         self._under_way.add(task)
         task.add_done_callback(self._under_way.discard)
@@ -82,7 +84,7 @@ class Commands:
         while self._under_way:
             await asyncio.wait(self._under_way)
 
-    def _judge(self, request: Request, operation: Operation, *, stored: bool) -> Refusal | None:
+    def _judge(self, request: Request, operation: Operation | None, *, stored: bool) -> Refusal | None:
         """Say why a command is not carried out; a stop needs a caller and nothing else."""
         if self._callers.get(request.who) is None:
             return Refusal(
@@ -98,7 +100,8 @@ class Commands:
                 "The topic has no path of the API",
                 "Publish to cmd/NAME/bodies/3F/moves.",
             )
-        if stored or (request.retain and not operation.stops):
+        stops = operation is not None and operation.stops
+        if stored or (request.retain and not stops):
             return Refusal(
                 "retained",
                 400,
@@ -109,7 +112,14 @@ class Commands:
             return Refusal(
                 "not-over-mqtt", 403, f"The answer of {request.path} is a secret", "Ask for it over HTTPS."
             )
-        return None if operation.stops else self._judge_content(request, operation)
+        if operation is None:
+            return Refusal(
+                "starting",
+                503,
+                "The bridge has not read yet what the gateway can do",
+                "Repeat it in a moment.",
+            )
+        return None if stops else self._judge_content(request, operation)
 
     def _judge_content(self, request: Request, operation: Operation) -> Refusal | None:
         if request.malformed:

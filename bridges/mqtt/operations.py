@@ -57,9 +57,9 @@ def _shape(parts: list[str], fixed: tuple[int, ...]) -> tuple[str, ...]:
     return (str(len(parts)), *(f"{place} {parts[place]}" for place in fixed))
 
 
-def without_document(path: str) -> Operation:
-    """Tell a stop from the rest while the gateway has not given its document: nothing else is let through."""
-    return Operation(stops=True) if path.endswith("/stop") else UNKNOWN
+def without_document(path: str) -> Operation | None:
+    """Tell a stop from the rest, of which nothing is known before the gateway has given its document."""
+    return Operation(stops=True) if path.endswith("/stop") else None
 
 
 async def read(gateway: AsyncGateway) -> Operations:

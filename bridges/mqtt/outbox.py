@@ -1,13 +1,20 @@
-"""What has to arrive at the broker, in order, over as many connections as it takes."""
+"""What has to arrive at the broker, in order, over as many connections and lives as it takes."""
 
 import asyncio
 from collections import deque
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final
 
 MOST_WAITING: Final = 256
-"""Messages that wait to be acknowledged; whoever has more to send waits, and the gateway keeps it."""
+"""Letters that wait to be acknowledged; whoever has more to send waits, and the gateway keeps it."""
+MOST_KEPT: Final = 1000
+KEPT_S: Final = 5.0
+"""What a broker has acknowledged it may still lose with its memory: so long it may be sent once more."""
+
+
+def _nothing() -> None:
+    """Nobody is to be told."""
 
 
 @dataclass(eq=False)
@@ -18,8 +25,8 @@ class Letter:
     payload: bytes
     content_type: str
     correlation: bytes | None = None
-    on_arrival: Callable[[], object] = field(default=lambda: None)
-    """Called when it, and all before it, are acknowledged."""
+    on_settled: Callable[[], object] = _nothing
+    """Called when it, and all before it, have been at the broker for a while."""
     arrived: bool = False
 
 
@@ -27,13 +34,21 @@ Send = Callable[[Letter], Awaitable[None]]
 
 
 class Outbox:
-    """Letters in order. What a connection did not see acknowledged is sent again by the next one."""
+    """Letters in order. Each connection begins with what the one before may not have brought to everybody.
 
-    def __init__(self, most: int = MOST_WAITING) -> None:
-        self._most = most
+    That is what was not acknowledged, and what was acknowledged of late: a broker that falls loses what it
+    has not handed on yet.
+    """
+
+    def __init__(
+        self, most: int = MOST_WAITING, *, kept_s: float = KEPT_S, on_arrival: Callable[[], object] = _nothing
+    ) -> None:
+        self._most, self._kept_s, self._on_arrival = most, kept_s, on_arrival
         self._letters: deque[Letter] = deque()
         self._next = 0
         """Of the letters, the first that the present connection has not sent."""
+        self._kept: deque[tuple[float, Letter]] = deque()
+        """Those that are acknowledged, since when."""
         self._changed = asyncio.Condition()
 
     def __len__(self) -> int:
@@ -48,7 +63,7 @@ class Outbox:
             self._changed.notify_all()
 
     async def empty(self) -> None:
-        """Wait until all have arrived."""
+        """Wait until all are acknowledged."""
         async with self._changed:
             await self._changed.wait_for(lambda: not self._letters)
 
@@ -57,7 +72,11 @@ class Outbox:
 
         :raises ExceptionGroup: what `send` has raised.
         """
+        self._letters.extendleft(letter for _, letter in reversed(self._kept))
+        self._kept.clear()
         self._next = 0
+        for letter in self._letters:  # all are sent again, so that they keep their order
+            letter.arrived = False
         async with asyncio.TaskGroup() as group:
             while True:
                 async with self._changed:
@@ -66,13 +85,23 @@ class Outbox:
                     self._next += 1
                 group.create_task(self._send(letter, send))
 
+    def settle(self) -> None:
+        """Let go of what has been at the broker for long enough."""
+        until = _now() - self._kept_s
+        while self._kept and (self._kept[0][0] <= until or len(self._kept) > MOST_KEPT):
+            self._kept.popleft()[1].on_settled()
+
     async def _send(self, letter: Letter, send: Send) -> None:
-        if not letter.arrived:
-            await send(letter)
-            letter.arrived = True
+        await send(letter)
+        letter.arrived = True
+        self._on_arrival()
         async with self._changed:
             while self._letters and self._letters[0].arrived:
-                first = self._letters.popleft()
+                self._kept.append((_now(), self._letters.popleft()))
                 self._next -= 1
-                first.on_arrival()
             self._changed.notify_all()
+        self.settle()
+
+
+def _now() -> float:
+    return asyncio.get_running_loop().time()

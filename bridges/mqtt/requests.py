@@ -52,6 +52,7 @@ def read(message: Message, root: str) -> Request:
     who, path, query = _place(str(message.topic).removeprefix(f"{root}/{COMMANDS}/"))
     content, malformed = _content(bytes(message.payload))
     told = _properties(message)
+    correlation_data = told["correlation"]
     envelope = content if _is_envelope(content) else None
     if envelope is not None:
         told |= {name: envelope[name] for name in MARKS if envelope.get(name) is not None}
@@ -67,7 +68,7 @@ def read(message: Message, root: str) -> Request:
         malformed=malformed or late_fault,
         correlation=_correlation(told["correlation"]),
         response_topic=_text(told["response_topic"]),
-        correlation_data=told["correlation"] if isinstance(told["correlation"], bytes) else None,
+        correlation_data=correlation_data,
         echo=_text(envelope.get("correlation")) if envelope else None,
         expires_in_s=expires_in_s,
         lease_tokens=leases,

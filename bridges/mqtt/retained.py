@@ -1,7 +1,7 @@
 """What is retained of the plant's documents: told after each connect, and on each change."""
 
 import asyncio
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Final
 
 import aiomqtt
@@ -26,31 +26,26 @@ class Retained:
         self._root, self._mirror, self._figures = root, mirror, figures
         self._due: dict[str, None] = {}
         self._news = asyncio.Event()
-        self.told_all = asyncio.Event()
-        """Set while everything that is known is at the broker, or on its way there."""
         mirror.on_change = self._note
 
     def _note(self, path: str, _document: Document | None) -> None:
         self._due[path] = None
         self._news.set()
 
-    async def tell(self, connection: Connection) -> None:
+    async def tell(self, connection: Connection, told_all: Callable[[], object]) -> None:
         """Tell all that is known, and then what changes, until the connection fails.
 
         :raises aiomqtt.MqttError: it has.
         """
         await self._mirror.known.wait()
         self._due |= dict.fromkeys(self._mirror.documents)
-        try:
-            while True:
-                due, self._due = self._due, {}
-                await self._publish(connection, due)
-                if not self._due:
-                    self.told_all.set()
-                    self._news.clear()
-                    await self._news.wait()
-        finally:
-            self.told_all.clear()
+        while True:
+            due, self._due = self._due, {}
+            await self._publish(connection, due)
+            if not self._due:
+                told_all()
+                self._news.clear()
+                await self._news.wait()
 
     async def _publish(self, connection: Connection, paths: Iterable[str]) -> None:
         left = iter(paths)
