@@ -35,6 +35,7 @@ from gateway.core.operation import Operation
 from gateway.core.origin import Origin, acting
 from gateway.core.toml_files import ConfigError
 from gateway.door import configuration
+from gateway.door.nightly import Nightly
 from gateway.memory import make_sense
 from gateway.plant import Plant
 from gateway.security import entries
@@ -102,6 +103,7 @@ async def serve(
         plant = Plant(config, journal=journal, lease_tokens=LeaseTokens(data), file=file, security=security)
         plant.names.keep_in(data)
         plant.recordings.keep_in(data)
+        nightly = Nightly(plant, data / "backups")
         plant.commissionings.walk = ask_only
         app = create_app(plant, access.credentials, special.rows)
         server = _Server(_uvicorn_config(app, config.server, access.certificate))
@@ -121,10 +123,12 @@ async def serve(
                 special.welcome(url)
                 access.on_key = lambda what, key: plant.events.publish(f"gateway.key.{what}", SUBJECT, key)
                 access.start()
+                nightly.start()
                 notify("READY=1", "STATUS=")
                 serving = asyncio.create_task(server.serve([listener]), name="server")
                 await signals.wait_for_end(serving)
                 notify("STOPPING=1")
+                await nightly.close()
                 await plant.wind_down()
                 plant.events.close()
                 await server.end_streams()

@@ -235,6 +235,12 @@ class Security(Table):
     syslog: Syslog | None = None
 
 
+def _check_hour(text: str) -> str:
+    if not re.fullmatch(r"([01]\d|2[0-3]):[0-5]\d", text):
+        raise ValueError(f"must be a time such as 02:30, not {text!r}")
+    return text
+
+
 class Recordings(Table):
     """What is kept to be recorded, and how much of the disk recordings may take."""
 
@@ -245,6 +251,14 @@ class Recordings(Table):
     before_alarm_s: float = Field(0.0, ge=0, le=3600)
     """An alarm begins a recording so many seconds before it; with both 0 none does."""
     after_alarm_s: float = Field(0.0, ge=0, le=3600)
+
+
+class Backups(Table):
+    """Backups that are read by night."""
+
+    nightly_at: Annotated[str, AfterValidator(_check_hour)] | None = None
+    """HH:MM, in the time of this place; left out, none are read."""
+    keep_days: int = Field(30, ge=1, le=3650)
 
 
 def _of_its_family(given: object) -> Line:
@@ -272,6 +286,7 @@ class Config(Table):
     access: Access = Access()
     security: Security = Security()
     recordings: Recordings = Recordings()
+    backups: Backups = Backups()
     lines: Array[Annotated[Line, PlainValidator(_of_its_family)]] = ()
     scaras: Array[Scara] = ()
 

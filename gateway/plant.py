@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from functools import partial
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from gateway import logbook
@@ -129,6 +130,8 @@ class Plant:
         self._open_transport = open_transport
         self.port_scans = PortScans(self.events, lambda: self.config, open_transport)
         self.commissionings = Commissionings()
+        self.nightly_backups: Path | None = None
+        """The folder of backups that are read by night; None where none are."""
         self._reloading = asyncio.Lock()
         self._watch_of_alarms: asyncio.Task[None] | None = None
         self._watches: dict[str, list[asyncio.Task[None]]] = {}

@@ -23,6 +23,7 @@ from gateway.door import (
     leases,
     lines,
     moves,
+    nightly,
     of_http,
     port_scans,
     programs,
@@ -91,6 +92,7 @@ SECTIONS: Final = (
     lines.ROWS,
     commissionings.ROWS,
     backups.ROWS,
+    nightly.ROWS,
     system.HEALTH,
     body_positions.TABLES,
     robot_positions.TABLES,
@@ -106,6 +108,7 @@ SECTIONS: Final = (
     recordings.ROWS,
     of_http.RECORDINGS,
     backups.TEXTS,
+    nightly.TEXTS,
 )
 """What takes more than one thing of a family: the plant with its names, leases, alarms and logs."""
 

@@ -133,6 +133,9 @@ POST      /alarms/{alarm_id}/reset                       operate  any
 GET       /audit                                         view     any
 GET       /shift                                         view     any
 GET       /shift.csv                                     view     any
+GET       /backups/nightly                               view     plant
+GET       /backups/nightly/{target}/{night}              view     plant
+GET       /backups/nightly/{target}/{night}/changes      view     plant
 GET       /security                                      admin    plant
 GET       /access/sessions                               admin    plant
 DELETE    /access/sessions                               admin    plant

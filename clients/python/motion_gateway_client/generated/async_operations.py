@@ -81,6 +81,7 @@ from motion_gateway_client.generated.types import (
     NewBodies,
     NewKey,
     NewLine,
+    NightlyBackups,
     NoiseFilters,
     NoiseFiltersChange,
     OutputPulse,
@@ -1866,6 +1867,11 @@ class AsyncOperations(Protocol):
         )
         return answer
 
+    async def list_nightly_backups(self) -> NightlyBackups:
+        """List the backups that were read by night, of every line and robot, with how much each changes."""
+        answer: NightlyBackups = await self.call("GET", filled("/backups/nightly"))
+        return answer
+
     async def version(self) -> Version:
         """Tell the version."""
         answer: Version = await self.call("GET", filled("/version"))
@@ -2111,6 +2117,20 @@ class AsyncOperations(Protocol):
     async def get_robot_backup(self, robot_id: str) -> str:
         """Read what a robot tells of what it keeps: variables, and of each unit settings and positions."""
         answer: str = await self.call("GET", filled("/robots/{robot_id}/backup", robot_id=robot_id))
+        return answer
+
+    async def get_nightly_backup(self, target: str, night: str) -> str:
+        """Give a backup that was read by night, as a restore takes it."""
+        answer: str = await self.call(
+            "GET", filled("/backups/nightly/{target}/{night}", target=target, night=night)
+        )
+        return answer
+
+    async def get_nightly_changes(self, target: str, night: str) -> str:
+        """Give what a nightly backup changes of the one before it, as a unified diff."""
+        answer: str = await self.call(
+            "GET", filled("/backups/nightly/{target}/{night}/changes", target=target, night=night)
+        )
         return answer
 
     async def get_body_settings(self, body_id: str) -> BodySettings:

@@ -81,6 +81,7 @@ from motion_gateway_client.generated.types import (
     NewBodies,
     NewKey,
     NewLine,
+    NightlyBackups,
     NoiseFilters,
     NoiseFiltersChange,
     OutputPulse,
@@ -1826,6 +1827,11 @@ class Operations(Protocol):
         )
         return answer
 
+    def list_nightly_backups(self) -> NightlyBackups:
+        """List the backups that were read by night, of every line and robot, with how much each changes."""
+        answer: NightlyBackups = self.call("GET", filled("/backups/nightly"))
+        return answer
+
     def version(self) -> Version:
         """Tell the version."""
         answer: Version = self.call("GET", filled("/version"))
@@ -2067,6 +2073,20 @@ class Operations(Protocol):
     def get_robot_backup(self, robot_id: str) -> str:
         """Read what a robot tells of what it keeps: variables, and of each unit settings and positions."""
         answer: str = self.call("GET", filled("/robots/{robot_id}/backup", robot_id=robot_id))
+        return answer
+
+    def get_nightly_backup(self, target: str, night: str) -> str:
+        """Give a backup that was read by night, as a restore takes it."""
+        answer: str = self.call(
+            "GET", filled("/backups/nightly/{target}/{night}", target=target, night=night)
+        )
+        return answer
+
+    def get_nightly_changes(self, target: str, night: str) -> str:
+        """Give what a nightly backup changes of the one before it, as a unified diff."""
+        answer: str = self.call(
+            "GET", filled("/backups/nightly/{target}/{night}/changes", target=target, night=night)
+        )
         return answer
 
     def get_body_settings(self, body_id: str) -> BodySettings:

@@ -4302,6 +4302,24 @@ class NextCall(TypedDict):
     """What it does, in Japanese."""
 
 
+class NightlyBackup(TypedDict):
+    """A backup of one line, or one robot, that was read by night and kept."""
+
+    target: str
+    """The line or the robot."""
+    date: str
+    """The night it was read in, as YYYY-MM-DD."""
+    changed: int | None
+    """Number of lines that differ from the backup before it; null where there was none."""
+
+
+class NightlyBackups(TypedDict):
+    """The backups that are kept."""
+
+    backups: list[NightlyBackup]
+    """The newest first."""
+
+
 class NoiseFilters(TypedDict):
     """How long the level of an input or a sensor has to be another before it counts as changed."""
 

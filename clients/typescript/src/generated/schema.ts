@@ -2631,6 +2631,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/backups/nightly": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Nightly Backups
+         * @description List the backups that were read by night, of every line and robot, with how much each changes.
+         */
+        get: operations["listNightlyBackups"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/version": {
         parameters: {
             query?: never;
@@ -3066,6 +3086,46 @@ export interface paths {
          * @description Read what a robot tells of what it keeps: variables, and of each unit settings and positions.
          */
         get: operations["getRobotBackup"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/backups/nightly/{target}/{night}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Nightly Backup
+         * @description Give a backup that was read by night, as a restore takes it.
+         */
+        get: operations["getNightlyBackup"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/backups/nightly/{target}/{night}/changes": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Nightly Changes
+         * @description Give what a nightly backup changes of the one before it, as a unified diff.
+         */
+        get: operations["getNightlyChanges"];
         put?: never;
         post?: never;
         delete?: never;
@@ -13607,6 +13667,38 @@ export interface components {
              * @description What it does, in Japanese.
              */
             ja: string;
+        };
+        /**
+         * NightlyBackup
+         * @description A backup of one line, or one robot, that was read by night and kept.
+         */
+        NightlyBackup: {
+            /**
+             * Target
+             * @description The line or the robot.
+             */
+            target: string;
+            /**
+             * Date
+             * @description The night it was read in, as YYYY-MM-DD.
+             */
+            date: string;
+            /**
+             * Changed
+             * @description Number of lines that differ from the backup before it; null where there was none.
+             */
+            changed: number | null;
+        };
+        /**
+         * NightlyBackups
+         * @description The backups that are kept.
+         */
+        NightlyBackups: {
+            /**
+             * Backups
+             * @description The newest first.
+             */
+            backups: components["schemas"]["NightlyBackup"][];
         };
         /**
          * NoiseFilters
@@ -28313,6 +28405,44 @@ export interface operations {
             };
         };
     };
+    listNightlyBackups: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["NightlyBackups"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     version: {
         parameters: {
             query?: never;
@@ -29327,6 +29457,96 @@ export interface operations {
                  * @example r1
                  */
                 robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The backup. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": string;
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getNightlyBackup: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                target: string;
+                /**
+                 * @description As YYYY-MM-DD.
+                 * @example 2026-11-28
+                 */
+                night: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The backup. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": string;
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getNightlyChanges: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                target: string;
+                /**
+                 * @description As YYYY-MM-DD.
+                 * @example 2026-11-28
+                 */
+                night: string;
             };
             cookie?: never;
         };

@@ -1,0 +1,212 @@
+"""Backups of everything, by night: kept as files, each with what differs from the one before."""
+
+import asyncio
+import logging
+import os
+from datetime import datetime, time, timedelta
+from difflib import unified_diff
+from pathlib import Path
+from typing import Annotated, Final
+
+from pydantic import BaseModel, Field
+
+from gateway.core.errors import GatewayError, NotFound
+from gateway.core.operation import Rows, Text
+from gateway.core.origin import Origin, acting
+from gateway.core.own_faults import carry_on
+from gateway.door.backups import AS_TEXT, Reading, of_line, of_robot
+from gateway.fics.family import Fics
+from gateway.plant import Plant
+from gateway.rorze.family import Rorze
+
+log = logging.getLogger(__name__)
+
+ROWS: Final = Rows("backups")
+TEXTS: Final = Rows("backups")
+ENDING: Final = ".backup"
+QUIET_S: Final = 60.0
+"""A target is read after nothing of it has moved for this long."""
+LOOK_S: Final = 5.0
+TRIES_FOR_S: Final = 4 * 3600.0
+"""What moves longer than this after the hour is left out that night."""
+ORIGIN: Final = Origin("gateway: nightly backup")
+
+
+class NightlyBackup(BaseModel):
+    """A backup of one line, or one robot, that was read by night and kept."""
+
+    target: str = Field(description="The line or the robot.")
+    date: str = Field(description="The night it was read in, as YYYY-MM-DD.")
+    changed: int | None = Field(
+        description="Number of lines that differ from the backup before it; null where there was none."
+    )
+
+
+class NightlyBackups(BaseModel):
+    """The backups that are kept."""
+
+    backups: list[NightlyBackup] = Field(description="The newest first.")
+
+
+class Nightly:
+    """Reads all lines and robots once a night, when they are quiet, and keeps the texts as files."""
+
+    def __init__(self, plant: Plant, folder: Path) -> None:
+        self._plant, self._folder = plant, folder
+        if plant.config.backups.nightly_at is not None:
+            plant.nightly_backups = folder
+        self._task: asyncio.Task[None] | None = None
+
+    def start(self) -> None:
+        """Wait for the nights, if the configuration names an hour."""
+        if self._plant.config.backups.nightly_at is not None:
+            nights = carry_on("the nightly backups", self._nights)
+            self._task = asyncio.create_task(nights, name="nightly backups")
+
+    async def close(self) -> None:
+        """Read no more."""
+        if self._task is not None:
+            self._task.cancel()
+            await asyncio.gather(self._task, return_exceptions=True)
+
+    async def _nights(self) -> None:
+        while (at := self._plant.config.backups.nightly_at) is not None:
+            await asyncio.sleep(seconds_until(at, datetime.now().astimezone()))
+            await self.read_all()
+
+    @acting(ORIGIN)
+    async def read_all(self) -> None:
+        """Read everything once, target by target; one that fails has told so by its record and event."""
+        targets = readings(self._plant)
+        for target, reading in targets.items():
+            try:
+                await self._read(target, reading)
+            except (GatewayError, OSError) as error:
+                log.warning("the nightly backup of %s was not kept: %s", target, error)
+        await asyncio.to_thread(self._forget_old)
+
+    async def _read(self, target: str, reading: Reading) -> None:
+        if not await self._is_quiet(reading):
+            log.warning("the nightly backup of %s was left out: something moved all the time", target)
+            return
+        backup = await self._plant.backups.start(*reading)
+        await self._plant.backups.wait(backup, TRIES_FOR_S)
+        if backup.text is not None:
+            night = datetime.now().astimezone().date().isoformat()
+            await asyncio.to_thread(keep, self._folder, target, night, backup.text)
+
+    async def _is_quiet(self, reading: Reading) -> bool:
+        """Wait until nothing of it has moved for a while; give up in the morning."""
+        loop = asyncio.get_running_loop()
+        quiet_since, give_up_at = loop.time(), loop.time() + TRIES_FOR_S
+        while loop.time() - quiet_since < QUIET_S:
+            await asyncio.sleep(LOOK_S)
+            if not _moving(self._plant).isdisjoint(source.address for source in reading.sources):
+                quiet_since = loop.time()
+            if loop.time() > give_up_at:
+                return False
+        return True
+
+    def _forget_old(self) -> None:
+        oldest = (datetime.now().astimezone() - timedelta(days=self._plant.config.backups.keep_days)).date()
+        for file in self._folder.glob(f"*/*{ENDING}"):
+            if file.stem < oldest.isoformat():
+                file.unlink(missing_ok=True)
+                file.with_suffix(".diff").unlink(missing_ok=True)
+
+
+def seconds_until(at: str, now: datetime) -> float:
+    """How long until the next time that a clock in this place shows HH:MM."""
+    wanted = datetime.combine(now.date(), time.fromisoformat(at), now.tzinfo)
+    return (wanted - now).total_seconds() % timedelta(days=1).total_seconds() or 1.0
+
+
+def readings(plant: Plant) -> dict[str, Reading]:
+    """All that is read by night: each line of bodies, and each robot."""
+    lines = {line_id: of_line(plant, line_id) for line_id in plant.family(Rorze).lines}
+    return lines | {robot.id: of_robot(plant, robot.id) for robot in plant.family(Fics).robots()}
+
+
+def _moving(plant: Plant) -> set[str]:
+    """The addresses of what moves, as far as is known; a unit of a robot moves the robot."""
+    moving = (it.subject for family in plant.families.values() for it in family.left_moving())
+    return {subject.split("/")[2] for subject in moving}
+
+
+def keep(folder: Path, target: str, night: str, text: str) -> None:
+    """Keep a backup, and what it changes, each as a file that is whole or not there.
+
+    :raises OSError: it was not written.
+    """
+    own = folder / target
+    own.mkdir(mode=0o700, parents=True, exist_ok=True)
+    before = max((it for it in own.glob(f"*{ENDING}") if it.stem < night), default=None)
+    if before is not None:
+        changes = unified_diff(
+            before.read_text("utf-8").splitlines(True), text.splitlines(True), before.stem, night, n=1
+        )
+        _write(own / f"{night}.diff", "".join(changes))
+    _write(own / f"{night}{ENDING}", text)
+
+
+def _write(file: Path, text: str) -> None:
+    new = file.with_suffix(".new")
+    with new.open("w", encoding="utf-8") as stream:
+        stream.write(text)
+        stream.flush()
+        os.fsync(stream.fileno())
+    new.replace(file)
+
+
+def kept(folder: Path) -> list[NightlyBackup]:
+    """List the backups of a folder, the newest first."""
+    files = sorted(folder.glob(f"*/*{ENDING}"), key=lambda it: (it.stem, it.parent.name), reverse=True)
+    return [
+        NightlyBackup(target=it.parent.name, date=it.stem, changed=_changed(it.with_suffix(".diff")))
+        for it in files
+    ]
+
+
+def _changed(diff: Path) -> int | None:
+    """Count the lines that were added or taken out."""
+    try:
+        lines = diff.read_text("utf-8").splitlines()
+    except FileNotFoundError:
+        return None
+    return sum(line[:1] in "+-" and line[:3] not in ("+++", "---") for line in lines)
+
+
+def _folder(plant: Plant, target: str | None = None) -> Path:
+    if plant.nightly_backups is None or (target is not None and target not in readings(plant)):
+        raise NotFound("No backups are kept by night here; nothing was sent.", "Set [backups] nightly_at.")
+    return plant.nightly_backups
+
+
+Night = Annotated[
+    str, Field(pattern=r"^\d{4}-\d\d-\d\d$", description="As YYYY-MM-DD.", examples=["2026-11-28"])
+]
+
+
+@ROWS.get("/backups/nightly")
+async def list_nightly_backups(plant: Plant) -> NightlyBackups:
+    """List the backups that were read by night, of every line and robot, with how much each changes."""
+    return NightlyBackups(backups=await asyncio.to_thread(kept, _folder(plant)))
+
+
+@TEXTS.get("/backups/nightly/{target}/{night}", whole_plant=True, **AS_TEXT)
+async def get_nightly_backup(plant: Plant, target: str, night: Night) -> Text:
+    """Give a backup that was read by night, as a restore takes it."""
+    return Text(await _text(_folder(plant, target) / target / f"{night}{ENDING}"))
+
+
+@TEXTS.get("/backups/nightly/{target}/{night}/changes", whole_plant=True, **AS_TEXT)
+async def get_nightly_changes(plant: Plant, target: str, night: Night) -> Text:
+    """Give what a nightly backup changes of the one before it, as a unified diff."""
+    return Text(await _text(_folder(plant, target) / target / f"{night}.diff"))
+
+
+async def _text(file: Path) -> str:
+    try:
+        return await asyncio.to_thread(file.read_text, "utf-8")
+    except FileNotFoundError:
+        raise NotFound(f"There is no {file.parent.name}/{file.name}; nothing was sent.") from None
