@@ -31,6 +31,7 @@ COMMANDS: Final = {
     "restore": "backups:restore",
     "record": "record:record",
     "export": "export:export",
+    "replay": "replay:replay",
     "journal": "journal:journal",
     "data": "data:data",
     "audit": "audit:audit",

@@ -404,15 +404,19 @@ class Plant:
     def _publish_recording(self, record: RecordingInfo) -> None:
         self.events.publish(f"gateway.recording.{record.status}", SUBJECT, record, correlation=record.id)
 
-    def _recorded_configuration(self) -> dict[str, Any]:
+    def _recorded_configuration(self, lines: Sequence[str]) -> dict[str, Any]:
         """What a replay is made with: the lines and what is on them, and no keys, hosts or files."""
         config = self.config
         return {
             "server": config.server.model_dump(include={"latch", "allow_endless_moves", "on_exit"}),
             "lines": [
-                it.model_dump(mode="json", exclude_unset=True, exclude={"trace_file"}) for it in config.lines
+                it.model_dump(mode="json", exclude_unset=True, exclude={"trace_file"})
+                for it in config.lines
+                if it.id in lines
             ],
-            "scaras": [it.model_dump(mode="json", exclude_unset=True) for it in config.scaras],
+            "scaras": [
+                it.model_dump(mode="json", exclude_unset=True) for it in config.scaras if it.line in lines
+            ],
         }
 
     def _line_that_has(self, name: str) -> str | None:

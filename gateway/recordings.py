@@ -2,6 +2,7 @@
 
 import asyncio
 import csv
+import json
 import logging
 import os
 import shutil
@@ -9,6 +10,7 @@ from collections import OrderedDict
 from collections.abc import AsyncIterator, Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from io import StringIO
 from math import inf
 from pathlib import Path
@@ -44,6 +46,7 @@ LONGEST_AFTER_ALARM_S: Final = 600.0
 """A recording that alarms begin again and again ends after this time."""
 FRAMES_BEFORE: Final = 4096
 """Frames of which the last answer before a recording is kept in it."""
+_TARGETS: Final = ("line_id", "body_id", "group_id", "scara_id", "robot_id")
 PART: Final = ".part"
 LONGEST_LINE: Final = 100_000
 
@@ -103,7 +106,8 @@ class Taken:
     events: EventHub
     recorders: Mapping[str, Recorder]
     requests: History[Noted]
-    configuration: Callable[[], Mapping[str, Any]]
+    configuration: Callable[[Sequence[str]], Mapping[str, Any]]
+    """That of some lines."""
     trajectories: Callable[[], Iterable[Any]]
     """Where motors were seen during the newest moves."""
     line_of: Callable[[str], str | None]
@@ -307,7 +311,7 @@ class Recordings(Works[RecordingInfo]):
             cause=record.cause,
             alarm_id=record.alarm_id,
             reaches=reaches,
-            configuration=dict(taken.configuration()),
+            configuration=dict(taken.configuration(record.lines)),
         )
 
     async def _is_too_large(self, part: Path) -> bool:
@@ -327,14 +331,21 @@ class Recordings(Works[RecordingInfo]):
         """Write what is new."""
         for line_id, recorder in run.recorders.items():
             await self._append_new(run, part, form.line_member(line_id), recorder.history, _trace_line)
-        if run.record.whole_plant:
-            await self._append_new(run, part, form.REQUESTS, self._taken.requests, _noted_line)
+        noted = _noted_line if run.record.whole_plant else partial(self._noted_of, run)
+        await self._append_new(run, part, form.REQUESTS, self._taken.requests, noted)
 
     async def _append_new(
         self, run: _Run, part: Path, member: str, history: History[R], write: Callable[[R], bytes]
     ) -> None:
         for piece in history.pieces(run.at[member]):
             run.at[member] = await aside(_append_piece, part / member, piece, run.at[member], write)
+
+    def _noted_of(self, run: _Run, noted: Noted) -> bytes:
+        """Write a request, if it was about one of the lines."""
+        values = json.loads(noted[2])["values"]
+        names = [str(values[it]) for it in _TARGETS if it in values]
+        is_ours = all(self._taken.line_of(name) in run.recorders for name in names)
+        return _noted_line(noted) if is_ours else b""
 
     async def _finish(self, record: RecordingInfo, part: Path, manifest: form.Manifest) -> None:
         """Add what is kept elsewhere, and make it one file."""

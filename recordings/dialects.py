@@ -11,7 +11,11 @@ from protocols.table import Effect, WireFault
 
 NUMBERED: Final = frozenset({"gateway: fence", "gateway: probe"})
 """The callers of questions whose numbers are drawn, and that tell nothing but their own."""
+UNIT: Final = b"|"
+"""Between the selected unit and the text of a key."""
 _MARK: Final = re.compile(rb"GW-[0-9a-f]{8}")
+_SELECTED: Final = re.compile(rb"UNT (\d+)")
+_UNIT_NOW: Final = re.compile(rb"^UNT \d+")
 _ANY_MARK: Final = b"GW-........"
 
 
@@ -22,12 +26,36 @@ class Dialect(ABC):
 
     def __init__(self) -> None:
         """Begin with no frame."""
+        self.unit = b""
+        """The unit that is selected, where there are units."""
         self._drawn: dict[bytes, bytes] = {}
 
     def key(self, frame: bytes, caller: str | None) -> bytes:
         """What a frame and the same one of another life have in common."""
         text = _MARK.sub(_ANY_MARK, frame)
-        return self.fence_number.sub(b"[#]", text) if caller in NUMBERED else text
+        return self.unit + UNIT + (self.fence_number.sub(b"[#]", text) if caller in NUMBERED else text)
+
+    def saw(self, _frame: bytes, /) -> None:
+        """Note what a frame has changed that frames behind it depend on."""
+        return
+
+    def prepares(self, _frame: bytes, /) -> bool:
+        """Whether it only has an effect on how frames behind it are understood."""
+        return False
+
+    def reply_to(self, frame: bytes, caller: str | None) -> bytes | None:
+        """A reply that tells nothing: the number of a fence, or that a command was taken; or none."""
+        if caller in NUMBERED:
+            return self.numbered(frame)
+        return None if self.asks(frame) else self.acknowledgement(frame)
+
+    @abstractmethod
+    def numbered(self, frame: bytes) -> bytes:
+        """The answer to a fence."""
+
+    @abstractmethod
+    def acknowledgement(self, frame: bytes) -> bytes | None:
+        """What says that a command was taken."""
 
     def note(self, then: bytes, now: bytes, caller: str | None) -> None:
         """Take a frame of this life for one of the recording: what it has drawn stands for that of then."""
@@ -98,6 +126,16 @@ class Rorze(Dialect):
         row = COMMANDS.get(frame[begin : begin + 3].decode("latin-1"))
         return None if row is None else row.effect
 
+    def numbered(self, frame: bytes) -> bytes:
+        """An entry of the position table, or a data memory."""
+        number = self.fence_number.search(frame)
+        written = self.written_number(number[0]) if number else b""
+        return b">" + frame[: len(self.target(frame)) + 3] + written + b",+000000000\r"
+
+    def acknowledgement(self, frame: bytes) -> bytes | None:
+        """Body and code (RC-420 manual 12)."""
+        return None if self.effect(frame) is None else b">" + frame[: len(self.target(frame)) + 3] + b"\r"
+
     def answers(self, reply: bytes, frame: bytes) -> bool:
         """Of the same body, with the same code."""
         return reply[1 : 1 + len(self.target(frame)) + 3] == frame[: len(self.target(frame)) + 3]
@@ -107,6 +145,37 @@ class Fics(Dialect):
     """Robots."""
 
     fence_number = re.compile(rb"V\d+")
+
+    def __init__(self) -> None:
+        """Begin with no unit selected that is known."""
+        super().__init__()
+        self._confirms = False
+
+    def saw(self, frame: bytes, /) -> None:
+        """Select a unit, or a mode of communication."""
+        if (selected := _SELECTED.match(frame)) is not None:
+            self.unit = selected[1]
+        elif frame.startswith(b"MOD "):
+            self._confirms = frame.startswith(b"MOD 3")
+
+    def prepares(self, frame: bytes, /) -> bool:
+        """Selects a unit."""
+        return _SELECTED.match(frame) is not None
+
+    def fitted(self, reply: bytes, now: bytes, caller: str | None) -> bytes:
+        """With the unit that is selected now."""
+        fitted = super().fitted(reply, now, caller)
+        if now.startswith(b"MOD") and fitted.startswith(b"MOD "):
+            self._confirms = fitted.startswith(b"MOD 3")
+        return _UNIT_NOW.sub(b"UNT " + self.unit, fitted) if self.unit and now == b"UNT\r" else fitted
+
+    def numbered(self, frame: bytes) -> bytes:
+        """A variable."""
+        return frame.rstrip(b"\r\n") + b"=+0\r"
+
+    def acknowledgement(self, frame: bytes) -> bytes | None:
+        """The bare name, in Ver.3 (C-HOST manual 1-1-1)."""
+        return frame[:3] + b"\r" if self._confirms and self.effect(frame) is not None else None
 
     def target(self, _frame: bytes, /) -> bytes:
         """There is one."""

@@ -72,6 +72,7 @@ def script_of(records: Iterable[Numbered], dialect: Dialect, began_ns: int) -> L
             coming, came_at_s = _attribute(script.exchanges, dialect, coming + entry.data, at_s)
         elif entry.kind == "tx":
             coming = _flush(script.exchanges, coming, came_at_s)
+            dialect.saw(entry.data)
             key = dialect.key(entry.data, entry.caller)
             script.exchanges.append(Exchange(number, at_s, entry.data, entry.caller, entry.request_id, key))
         else:

@@ -4,13 +4,16 @@ import asyncio
 import traceback
 from bisect import bisect_left, bisect_right
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice, takewhile
+from math import inf
 from operator import attrgetter
 from pathlib import PurePath
 from typing import Final
 
-from recordings.dialects import Dialect
+from protocols.table import Effect
+from recordings.dialects import UNIT, Dialect
 from recordings.form import line_member
 from recordings.line_script import NS, Exchange, LineScript, Numbered
 from transports.base import Receiver, Transport, TransportLost, TransportUnavailable
@@ -225,23 +228,26 @@ class ExactPort(ReplayPort):
 
 
 class MatchingPort(ReplayPort):
-    """A port for any recording: what has an effect keeps its order, questions are answered as then.
+    """A port for any recording: what clients had done keeps its order, questions are answered as then.
 
-    Before the recording begins, and where a question was not asked then, it answers as was known before.
+    What the gateway does by itself, such as setting a line up, is answered as then, and not compared. Before
+    the recording begins, and where something was not asked then, it is answered as it was before.
     """
 
     def __init__(self, line: Line, script: LineScript, before: LineScript) -> None:
         super().__init__(line)
         self._script = script
-        self._before = {it.key: it for it in before.exchanges}
-        self._asked: set[bytes] = set()
+        self._before = {key: it for it in before.exchanges for key in (_text(it.key), it.key)}
+        self._written: set[bytes] = set()
+        self._addressed: set[bytes] = set()
         self.unanswered: set[bytes] = set()
         self.has_begun = False
         """False while the gateway sets the line up as it was before the recording."""
-        dialect = line.dialect
-        self._by_key: Mapping[bytes, list[Exchange]] = _grouped(script.exchanges, lambda it: it.key)
-        deeds = [it for it in script.exchanges if not dialect.asks(it.frame)]
-        self._deeds: Mapping[bytes, list[Exchange]] = _grouped(deeds, lambda it: dialect.target(it.frame))
+        exchanges, dialect = script.exchanges, line.dialect
+        self._by_key = _grouped(exchanges, lambda it: it.key)
+        self._by_text = _grouped(exchanges, lambda it: it.key.partition(UNIT)[2])
+        deeds = [it for it in exchanges if self._is_compared(it.frame, it.caller)]
+        self._deeds = _grouped(deeds, lambda it: dialect.target(it.frame))
         self._done: dict[bytes, int] = defaultdict(int)
         """How many deeds for each target are done."""
         self._shift_s: dict[bytes, float] = defaultdict(float)
@@ -262,53 +268,76 @@ class MatchingPort(ReplayPort):
 
     def _may_open(self) -> bool:
         if not self.has_begun:
-            return not self._script.begins_open
+            return not self.begins_open
         times = [turn.at_s for turn in self._script.turns]
         last = bisect_right(times, self.now_s + EARLY_S) - 1
-        return self._script.turns[last].opened if last >= 0 else not self._script.begins_open
+        return self._script.turns[last].opened if last >= 0 else not self.begins_open
+
+    def _is_compared(self, frame: bytes, caller: str | None) -> bool:
+        dialect = self.line.dialect
+        by_itself = (caller or "").startswith(BY_ITSELF)
+        return not (by_itself or dialect.asks(frame) or dialect.prepares(frame))
 
     def _compare(self, data: bytes) -> None:
         dialect, caller = self.line.dialect, self.sender()[0]
-        key = dialect.key(data, caller)
-        self._asked.add(key)
-        if dialect.asks(data):
-            found = self._answer_of(key, dialect.target(data)) if self.has_begun else None
-        else:
-            found = self._deed(key, data)
+        dialect.saw(data)
+        key, target = dialect.key(data, caller), dialect.target(data)
+        self._written.add(_text(key))
+        self._addressed.add(target)
+        if self._is_compared(data, caller) and self.has_begun:
+            found = self._deed(key, target, data)
             if self.difference is not None:
                 return
-        found = found or self._before.get(key)
-        if found is None:
+        else:
+            found = self._answer_of(key, target) if self.has_begun else None
+            found = found or self._before.get(key) or self._before.get(_text(key))
+        if found is not None:
+            dialect.note(found.frame, data, caller)
+            for heard in found.heard:
+                reply = dialect.fitted(heard.data, data, caller)
+                self._hear(self.now_s + max(heard.after_s, len(data) * self.byte_time_s), reply)
+        elif (reply := dialect.reply_to(data, caller)) is not None:
+            self._hear(self.now_s + len(data) * self.byte_time_s, reply)
+        else:
             self.unanswered.add(data)
-            return
-        dialect.note(found.frame, data, caller)
-        for heard in found.heard:
-            reply = dialect.fitted(heard.data, data, caller)
-            self._hear(self.now_s + max(heard.after_s, len(data) * self.byte_time_s), reply)
 
-    def _deed(self, key: bytes, data: bytes) -> Exchange | None:
+    def _deed(self, key: bytes, target: bytes, data: bytes) -> Exchange | None:
         """Match what has an effect with the next that had one."""
-        target = self.line.dialect.target(data)
         deeds, done = self._deeds.get(target, []), self._done[target]
+        if done and self._is_again(deeds[done - 1], key):
+            ahead = deeds[done] if done < len(deeds) else None
+            if ahead is None or ahead.key != key:
+                return deeds[done - 1]
+        done += self._said_again(deeds, done, key)
         expected = deeds[done] if done < len(deeds) else None
-        if expected is not None and expected.key == key and (self.has_begun or self._script.begins_open):
-            self._done[target] += 1
+        if expected is not None and _text(expected.key) == _text(key):
+            self._done[target] = done + 1
             self._shift_s[target] = self.now_s - expected.at_s
             return expected
-        if not self.has_begun:
-            return self._before.get(key)
-        if done and deeds[done - 1].key == key:  # a stop is said again until it is confirmed
-            return deeds[done - 1]
-        last = self._script.exchanges[-1].number if self._script.exchanges else 1
-        self._differs(expected.number if expected else last, _written(expected) if expected else None, data)
+        self._differs(*self._place_of(expected), data)
         return None
 
+    def _said_again(self, deeds: Sequence[Exchange], done: int, key: bytes) -> int:
+        """How many stops are next that were said again then, and are not now."""
+        last = deeds[done - 1].key if done else b""
+        again = takewhile(lambda it: it.key != key and self._is_again(it, last), deeds[done:])
+        return len(list(again))
+
+    def _place_of(self, then: Exchange | None) -> tuple[int, Written | None]:
+        if then is not None:
+            return then.number, _as_written(then)
+        return (self._script.exchanges[-1].number if self._script.exchanges else 1), None
+
+    def _is_again(self, deed: Exchange, key: bytes) -> bool:
+        """Whether it is a stop that is said again: that is done until it is confirmed."""
+        return deed.key == key and self.line.dialect.effect(deed.frame) is Effect.STOP
+
     def _answer_of(self, key: bytes, target: bytes) -> Exchange | None:
-        """Find how a question was answered at this time, between what was done last and what is done next."""
-        asked = self._by_key.get(key, [])
+        """Find how something was answered at this time, between what was done last and what is done next."""
+        asked = self._by_key.get(key) or self._by_text.get(_text(key), [])
         deeds, done = self._deeds.get(target, []), self._done[target]
         floor = deeds[done - 1].number if done else 0
-        ceiling = deeds[done].number if done < len(deeds) else float("inf")
+        ceiling = deeds[done].number if done < len(deeds) else inf
         first = bisect_right(asked, floor, key=_number)
         end = bisect_left(asked, ceiling, first, key=_number)
         due_s = self.now_s - self._shift_s[target] + EARLY_S
@@ -317,30 +346,40 @@ class MatchingPort(ReplayPort):
         return asked[place] if place >= 0 else None
 
     def end(self) -> None:
-        """Look for what was done then and is not done now, and for what was asked then and never could be."""
-        if self.difference is not None:
-            return
+        """Look for what was done then and is not now, and for what was written then and cannot be now."""
+        missing = [*self._left(), *filter(self._is_strange, self._script.exchanges)]
+        first = min(missing, key=_number, default=None)
+        if self.difference is None and first is not None:
+            self._differs(first.number, _as_written(first), None)
+
+    def _left(self) -> Iterator[Exchange]:
+        for target, deeds in self._deeds.items():
+            last = deeds[self._done[target] - 1].key if self._done[target] else b""
+            left = (it for it in deeds[self._done[target] :] if not self._is_again(it, last))
+            yield from islice(left, 1)
+
+    def _is_strange(self, then: Exchange) -> bool:
+        """Whether a frame was written then as none is now: for a client, to nobody, or no command at all."""
+        if _text(then.key) in self._written:
+            return False
         dialect = self.line.dialect
-        left = [
-            deeds[self._done[target]]
-            for target, deeds in self._deeds.items()
-            if self._done[target] < len(deeds)
-        ]
-        strange = [
-            it
-            for it in self._script.exchanges
-            if it.key not in self._asked and (it.request_id or dialect.effect(it.frame) is None)
-        ]
-        first = min([*left, *strange], key=lambda it: it.number, default=None)
-        if first is not None:
-            self._differs(first.number, _written(first), None)
+        is_none = dialect.effect(then.frame) is None
+        return bool(then.request_id) or is_none or dialect.target(then.frame) not in self._addressed
+
+
+BY_ITSELF: Final = "gateway:"
+"""Callers begin so where nobody has asked for it."""
+
+
+def _text(key: bytes) -> bytes:
+    return key.partition(UNIT)[2]
 
 
 _number: Final = attrgetter("number")
 _at_s: Final = attrgetter("at_s")
 
 
-def _written(exchange: Exchange) -> Written:
+def _as_written(exchange: Exchange) -> Written:
     return Written(exchange.frame, exchange.caller, exchange.request_id)
 
 

@@ -25,6 +25,7 @@ from recordings.pcapng import families_of
 from recordings.ports import Difference, ExactPort, Line, MatchingPort, ReplayPort
 from recordings.virtual_loop import VirtualLoop
 from transports import Transport, create
+from transports.trace import TraceEntry
 
 T = TypeVar("T")
 
@@ -32,6 +33,7 @@ SETTLING_S: Final = 20.0
 """A gateway has set its lines up, and asked what it wants to know of them, after so long."""
 GRACE_S: Final = 5.0
 """What was written then may be written so much later."""
+_BEGAN_NS: Final = 946_684_800_000_000_000
 _TURNS: Final = 50
 """Of the loop, in which all that comes at one instant is done before what is asked then."""
 
@@ -108,8 +110,8 @@ class Replay:
         told: dict[str, Any] = dict(script.manifest.configuration)
         access = {"mode": "open", "lease_mode": "off"}
         config = Config.model_validate({**told, "access": access})
-        families = families_of(told)
-        self._dialects = {line_id: DIALECTS[families[line_id]]() for line_id in script.manifest.lines}
+        self._families = families_of(told)
+        self._dialects = {line_id: DIALECTS[self._families[line_id]]() for line_id in script.manifest.lines}
         self.ports: dict[str, ReplayPort] = {}
         for table in config.lines:
             if table.id in self._dialects:
@@ -118,18 +120,31 @@ class Replay:
                 )
                 self.ports[table.address] = self._port(line)
         self.over = asyncio.Event()
+        self.asked: list[dict[str, Any]] = []
+        """What was asked, with its times in this replay."""
         self.plant = plant_class(config, open_transport=self._open, rng=_Dice(script, self._dialects))
         for port in self.ports.values():
             recorder = self.plant.recorders[port.line.line_id]
+            recorder.clocks = _clocks
             port.sender = partial(getattr, recorder, "sender")
             port.on_difference = self.over.set
+
+    @property
+    def said(self) -> dict[str, list[TraceEntry]]:
+        """What went over the lines of this replay."""
+        recorders = ((it, self.plant.recorders[it]) for it in self._dialects)
+        return {
+            line_id: [TraceEntry.of(it) for piece in recorder.history.pieces() for it in piece.records()]
+            for line_id, recorder in recorders
+        }
 
     def _port(self, line: Line) -> ReplayPort:
         script, line_id = self.script, line.line_id
         if script.exact:
             return ExactPort(line, script.records[line_id], script.began_ns)
-        began = partial(script_of, dialect=line.dialect, began_ns=script.began_ns)
-        return MatchingPort(line, began(script.records[line_id]), began(script.before[line_id]))
+        then = DIALECTS[self._families[line_id]]()
+        before = script_of(script.before[line_id], then, script.began_ns)
+        return MatchingPort(line, script_of(script.records[line_id], then, script.began_ns), before)
 
     def _open(self, address: str) -> Transport:
         return self.ports[address]
@@ -182,6 +197,7 @@ class Replay:
                 for _ in range(_TURNS if left_s > 0 else 0):
                     await asyncio.sleep(max(left_s, 0))
                     left_s = 0
+                self.asked.append({**request, "monotonic_ns": _clocks()[1]})
                 if (operation := rows.get(request["operation"])) is not None:
                     tasks.add(asyncio.create_task(self._ask(operation, request)))
             await asyncio.gather(*tasks)
@@ -194,6 +210,12 @@ class Replay:
         origin = Origin(request["caller"], request["request_id"])
         with asking(EVERYBODY), acting(origin), suppress(GatewayError):
             await carry_out(self.plant, operation, _values(operation, request["values"]))
+
+
+def _clocks() -> tuple[int, int]:
+    """The time of the replay, in the place of both clocks."""
+    now_ns = round(asyncio.get_running_loop().time() * 1e9)
+    return _BEGAN_NS + now_ns, now_ns
 
 
 def _values(operation: Operation, told: Mapping[str, Any]) -> dict[str, Any]:

@@ -24,6 +24,8 @@ from transports.recorder import clocks
 
 __all__ = ["aside", "carry_out", "require_right", "twice"]
 
+_OF_LINES: Final = ("/bodies", "/groups", "/lines", "/robots", "/scaras")
+_OF_RECORDINGS: Final = ("/recordings", "/tickets")
 LONGEST_NOTED: Final = 65_536
 """A longer request, such as an upload, is not kept to be recorded."""
 Finder = Callable[[Plant, Mapping[str, str]], Any]
@@ -74,7 +76,8 @@ async def carry_out(
 
 def _note(plant: Plant, operation: Operation, values: Mapping[str, Any]) -> None:
     """Keep what is asked of the lines for recordings; what only an administrator may ask is not among it."""
-    if operation.right is Right.ADMIN or (operation.effect is Effect.READ and operation.target is None):
+    concerns_lines = operation.effect is not Effect.READ or operation.path.startswith(_OF_LINES)
+    if operation.right is Right.ADMIN or not concerns_lines or operation.path.startswith(_OF_RECORDINGS):
         return
     at_ns, monotonic_ns = clocks()
     origin = ORIGIN.get()

@@ -224,6 +224,8 @@ def test_callers_with_a_scope_have_the_recordings_of_their_lines(tmp_path: Path)
     async def story(stand: Stand, keys: Keys) -> None:
         everybody, of_leg = keys.header(Role.VIEWER), keys.header(Role.VIEWER, "leg")
         whole = await asked(stand, everybody, "POST", "/recordings?wait=9", {"last_s": 60})
+        for body in ("arm.3F", "leg.70"):
+            await asked(stand, everybody, "GET", f"/bodies/{body}/position")
         own = await asked(stand, of_leg, "POST", "/recordings?wait=9", {"last_s": 60})
         assert (own["lines"], own["whole_plant"]) == (["leg"], False)
         listed = await asked(stand, of_leg, "GET", "/recordings")
@@ -234,6 +236,9 @@ def test_callers_with_a_scope_have_the_recordings_of_their_lines(tmp_path: Path)
         await asked(stand, of_leg, "DELETE", f"/recordings/{own['id']}", status=403)
         with form.opened(tmp_path / FOLDER / f"{own['id']}.mgrec") as recording:
             assert "lines/arm.jsonl" not in recording._zip.namelist()
+            assert "arm" not in json.dumps(recording.manifest.configuration)
+            requests = [row["values"] for _, row in recording.rows("requests.jsonl")]
+            assert requests == [{"body_id": "leg.70"}]
             subjects = [row["subject"] for _, row in recording.rows("events.jsonl")]
             assert subjects
             assert all("leg" in it for it in subjects)
