@@ -79,7 +79,8 @@ async def test_a_move_into_the_ems_input_raises_the_bit_and_the_failed_move() ->
         assert alarms.keys() == {"body.ems_error", "body.move.failed"}
         failed = alarms["body.move.failed"]
         assert failed.move_id == move.id
-        assert f"Move {move.id} of line1.3F did not end as it should: ems" in failed.en.happened
+        assert "A move of line1.3F did not end as it should: EMS input." in failed.en.happened
+        assert failed.ja.happened == "line1.3Fの移動は正常に終了しませんでした(EMS入力)。"
         assert f"/bodies/line1.3F/moves/{move.id}" in [call.path for call in failed.next]
         assert "EMS" in alarms["body.ems_error"].ja.happened
         with pytest.raises(AlarmLasts):
