@@ -151,6 +151,16 @@ def test_a_loss_of_power_is_told_as_certain_or_as_likely_and_never_as_both(
 
 
 @in_virtual_time
+async def test_a_loss_of_power_that_nobody_has_to_acknowledge_is_not_told_as_acknowledged() -> None:
+    async with rig(body_options="needs_origin = false") as it:
+        it.body().power.lost(certain=True)
+        over = standing(it.plant)["body.power_cycled"]
+        assert over.ended_at is not None
+        assert "or its configuration asks for neither (needs_origin)" in over.en.happened
+        assert "home it before it goes to a place" in over.en.remedy
+
+
+@in_virtual_time
 async def test_a_burst_of_refusals_without_an_address_is_an_alarm_too() -> None:
     async with rig() as it:
         for _ in range(it.plant.security.keeping.refusals_per_minute + 1):
