@@ -32,26 +32,32 @@ const PAGES: Record<string, string> = { bodies: "axis", robots: "robot", scaras:
 
 type Told = Schemas["Alarm"];
 
+type Box = [Told, ...Told[]];
+
 /** All that is not reset, one for each event: what stands now first, each newest first. */
 export function alarms(): Alarm[] {
-  const lasting = boxes().filter(([head, ...parts]) => [head, ...parts].some((it) => it.ended_at === null));
-  return [...lasting, ...boxes().filter((box) => !lasting.some(([head]) => head.id === box[0].id))].map(shown);
+  return inOrder(boxes(plant.alarms));
 }
 
-/** What is told of one thing, alone: what the box of another tells of it, too. */
+/** What is told of one thing, one for each event: what the box of another tells of it, too. */
 export function alarmsOf(address: string): Alarm[] {
-  return plant.alarms.filter(({ subject }) => subject.split("/")[2] === address).map((it) => shown([it]));
+  return inOrder(boxes(plant.alarms.filter(({ subject }) => subject.split("/")[2] === address)));
 }
 
 /** How many events there are; several alarms may tell one. */
 export function countOfAlarms(): number {
-  return boxes().length;
+  return boxes(plant.alarms).length;
 }
 
-function boxes(): [Told, ...Told[]][] {
-  const ids = new Set(plant.alarms.map(({ id }) => id));
-  const heads = plant.alarms.filter(({ part_of }) => !part_of || !ids.has(part_of));
-  return heads.map((head) => [head, ...plant.alarms.filter(({ part_of }) => part_of === head.id)]);
+function boxes(told: Told[]): Box[] {
+  const ids = new Set(told.map(({ id }) => id));
+  const heads = told.filter(({ part_of }) => !part_of || !ids.has(part_of));
+  return heads.map((head) => [head, ...told.filter(({ part_of }) => part_of === head.id)]);
+}
+
+function inOrder(found: Box[]): Alarm[] {
+  const lasts = (box: Box) => box.some((it) => it.ended_at === null);
+  return [...found.filter(lasts), ...found.filter((box) => !lasts(box))].map(shown);
 }
 
 /** The worst that is told of something: what stands now before what is over. */

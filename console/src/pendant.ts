@@ -27,6 +27,8 @@ export interface Place {
 export interface Face {
   places: readonly Place[];
   isOld: boolean;
+  /** Whether they are counted from an unknown origin. */
+  isUnsure: boolean;
   keys: readonly Key[];
   speed: Chosen;
   speedUnit: string;

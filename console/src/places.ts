@@ -76,3 +76,8 @@ export function clockOf(text: string): string {
 function isToday(text: string): boolean {
   return new Date(text).toDateString() === new Date().toDateString();
 }
+
+/** Whether a place is counted from an unknown origin. */
+export function isUnsure(of: { homed: string; power_cycled: boolean }): boolean {
+  return of.homed !== "yes" || of.power_cycled;
+}

@@ -445,6 +445,16 @@ def causes_of_moves(what: str, manual: str, next_calls: Sequence[NextCall]) -> I
         yield Cause(name, name, words_of(f"move.{how}"), manual, next_calls, facts=_facts_of_move)
 
 
+def _ended_by(cause: str) -> Text:
+    """Say what has ended a move: `ems+stop_command` names two causes, `error_001` an error of a robot."""
+    said = []
+    for word in cause.split("+"):
+        kind, _, code = word.partition("error_")
+        key = "ends.error" if code and not kind else f"ends.{word}"
+        said.append(texts.text(key, code=code) if texts.has(key) else Text(word, word))
+    return Text(" + ".join(it.en for it in said), "、".join(it.ja for it in said))
+
+
 def _facts_of_move(record: Facts) -> Facts:
     error = record["error"] or {}
     return {
@@ -452,7 +462,7 @@ def _facts_of_move(record: Facts) -> Facts:
         "unit": record.get("unit"),
         "move_id": record["id"],
         "request_id": record["request_id"],
-        "end_cause": record["end_cause"] or record["status"],
+        "ended_by": _ended_by(record["end_cause"] or record["status"]),
         "detail": error.get("detail", ""),
         "remedy": error.get("remedy") or _LOOK,
         "code": error.get("controller_error"),

@@ -486,6 +486,20 @@ def test_what_is_over_has_both_its_times_and_all_of_it_is_reset_at_once(
     expect(over).to_have_count(0)
 
 
+def test_the_page_of_an_axis_tells_one_event_in_one_box(plant: Plant, open_console: Open) -> None:
+    seen_to(plant)
+    away = {"kind": "relative", "direction": "cw", "distance": {"value": FAR, "unit": "pulse"}}
+    plant.gateway.http.post("/bodies/00/moves", json=away).raise_for_status()
+    until(lambda: plant.gateway.get("/bodies/00/status")["moving"], "the motor moves")
+    plant.line.tell("PUT", "/bodies/00/sensors/ems", on=True)
+    console = open_console(plant.url, "#/axis/line1.00")
+    box = console.page.locator(".alarm")
+    expect(box.locator("li")).to_contain_text("did not end as it should: EMS input")
+    expect(box).to_have_count(1)
+    expect(box).to_contain_text("The EMS input of line1.00 was on")
+    plant.line.tell("PUT", "/bodies/00/sensors/ems", on=None)
+
+
 def test_the_worst_alarm_takes_the_place_of_the_lamp(plant: Plant, open_console: Open) -> None:
     seen_to(plant)
     console = open_console(plant.url)

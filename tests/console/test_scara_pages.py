@@ -38,6 +38,14 @@ def test_a_scara_stands_on_the_plant_with_its_bodies(demo: str, open_console: Op
     expect(console.page.get_by_role("heading", level=1)).to_contain_text("wafer")
 
 
+@pytest.mark.parametrize("page", ["scara/wafer", "pendant/wafer", "axis/line1.10", "pendant/line1.10"])
+def test_a_place_from_an_unknown_origin_says_so_on_each_page(
+    demo: str, open_console: Open, page: str
+) -> None:
+    console = open_console(demo, f"#/{page}")
+    expect(console.page.get_by_role("img", name="Its origin is not known")).to_have_text("?")
+
+
 def test_its_finger_goes_by_steps_and_to_places(demo: str, open_console: Open) -> None:
     console = open_console(demo, "#/scara/wafer")
     console.button("10").click()

@@ -79,7 +79,8 @@ async def test_a_move_into_the_ems_input_raises_the_bit_and_the_failed_move() ->
         assert alarms.keys() == {"body.ems_error", "body.move.failed"}
         failed = alarms["body.move.failed"]
         assert failed.move_id == move.id
-        assert f"Move {move.id} of line1.3F did not end as it should: ems" in failed.en.happened
+        assert "A move of line1.3F did not end as it should: EMS input." in failed.en.happened
+        assert failed.ja.happened == "line1.3Fの移動は正常に終了しませんでした(EMS入力)。"
         assert f"/bodies/line1.3F/moves/{move.id}" in [call.path for call in failed.next]
         assert "EMS" in alarms["body.ems_error"].ja.happened
         with pytest.raises(AlarmLasts):
@@ -147,6 +148,16 @@ def test_a_loss_of_power_is_told_as_certain_or_as_likely_and_never_as_both(
             assert lost.en.motor.startswith("The motor" if certain else "If so, the motor")
 
     story()
+
+
+@in_virtual_time
+async def test_a_loss_of_power_that_nobody_has_to_acknowledge_is_not_told_as_acknowledged() -> None:
+    async with rig(body_options="needs_origin = false") as it:
+        it.body().power.lost(certain=True)
+        over = standing(it.plant)["body.power_cycled"]
+        assert over.ended_at is not None
+        assert "or its configuration asks for neither (needs_origin)" in over.en.happened
+        assert "home it before it goes to a place" in over.en.remedy
 
 
 @in_virtual_time
