@@ -63,12 +63,14 @@ def demo_config(line_path: Path, robot_path: Path, port: int | None = None) -> C
 
 
 def welcome(url: str, command: str) -> str:
-    """Say in five lines what to do next; `command` is what the demo was started as."""
+    """Say in a few lines what to do next; `command` is what the demo was started as."""
     where = "" if url == LOCAL else f" --url {url}"
     return f"""
   1  See the plant, move its motors by hand, STOP ALL:  {url}/
   2  Move a motor from another shell:  {command} move 3F relative 500 --wait 10{where}
   3  Break something, and find the way back to work:  {url}/#/system
   4  Look at the API, and try it:  {url}/docs
-  5  Serve a line of your own:  {command} init --port /dev/ttyUSB0 --out gateway.toml
+  5  See it over MQTT:  sudo apt install mosquitto mosquitto-clients; .venv/bin/pip install 'aiomqtt<3'
+     {command} bridge mqtt --config examples/bridge.toml, and what to ask it:  docs/mqtt.md
+  6  Serve a line of your own:  {command} init --port /dev/ttyUSB0 --out gateway.toml
 """

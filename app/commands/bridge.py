@@ -1,21 +1,15 @@
 """Bridges to MQTT and OPC UA: processes of their own, which use the gateway as any client does."""
 
-import asyncio
-import logging
 import sys
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
-import uvloop
 
 from app import exits, words
 from app.data_directory import data_directory
 from app.exits import Failure
-from app.logs import logging_to
-from app.systemd import Watchdog, notify, watchdog_wanted
-from gateway.core.toml_files import ConfigError, load
 
 if TYPE_CHECKING:
     from bridges.common.process import Kind
@@ -51,6 +45,8 @@ def check(config: Config) -> None:
 
     Nothing is published, and nothing moves.
     """
+    import asyncio
+
     from bridges.common.checks import check as of_gateway
     from bridges.common.settings import BridgeFile
 
@@ -84,6 +80,8 @@ def _kind(name: str) -> "Kind[Any]":
 
 
 def _load(config: Path, model: "type[BridgeFile]") -> Any:
+    from gateway.core.toml_files import ConfigError, load
+
     try:
         return load(config, model)
     except ConfigError as error:
@@ -91,6 +89,14 @@ def _load(config: Path, model: "type[BridgeFile]") -> Any:
 
 
 def _run(name: str, config: Path, data: Path | None) -> None:
+    import asyncio
+    import logging
+
+    import uvloop
+
+    from app.logs import logging_to
+    from app.systemd import Watchdog, notify, watchdog_wanted
+
     kind = _kind(name)
     from bridges.common.listener import CannotListen
     from bridges.common.position import InUse

@@ -9,7 +9,7 @@ import httpx
 from motion_gateway_client import Answer, AsyncGateway
 from motion_gateway_client.async_gateway import LIMITS, TIMEOUT_S
 
-from bridges.common.settings import CallerTable, GatewayTable, secret_in
+from bridges.common.settings import CallerTable, GatewayTable, key_in
 
 UNAUTHORIZED: Final = 401
 
@@ -29,7 +29,10 @@ class Doors:
         http = httpx.AsyncClient(
             base_url=self._url, timeout=TIMEOUT_S, limits=LIMITS, verify=self._context, trust_env=False
         )
-        return AsyncGateway(self._url, key=key, http=http)
+        gateway = AsyncGateway(self._url, key=key, http=http)
+        if key is None:  # nobody acts with a key that happens to stand in the environment
+            http.headers.pop("Authorization", None)
+        return gateway
 
 
 class Caller:
@@ -90,7 +93,7 @@ class Callers:
     def __init__(self, doors: Doors, named: Mapping[str, CallerTable]) -> None:
         self._doors = doors
         self._callers = {
-            name: Caller(doors, partial(secret_in, table.key_file)) for name, table in named.items()
+            name: Caller(doors, partial(key_in, table.key_file)) for name, table in named.items()
         }
 
     def get(self, name: str) -> Caller | None:

@@ -1,12 +1,13 @@
 """Tries what a bridge's file says of the gateway: whether it answers, and what each key may."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Final
 
 from motion_gateway_client import GatewayError
 
 from bridges.common.callers import Caller, Doors
-from bridges.common.settings import BridgeFile, secret_in
+from bridges.common.settings import BridgeFile, key_in
 
 READ_BY_OTHERS: Final = 0o077
 Say = Callable[[str], object]
@@ -20,14 +21,10 @@ async def check(file: BridgeFile, say: Say) -> list[str]:
         for path in file.secret_files
         if path.stat().st_mode & READ_BY_OTHERS
     ]
-    own = file.gateway.key_file
-    readers = {"gateway.key_file": (lambda: secret_in(own)) if own else (lambda: None)}
-    readers |= {
-        f"callers.{name}.key_file": (lambda path=table.key_file: secret_in(path))
-        for name, table in file.callers.items()
-    }
-    for place, read in readers.items():
-        caller = Caller(doors, read)
+    keys = {"gateway.key_file": file.gateway.key_file}
+    keys |= {f"callers.{name}.key_file": table.key_file for name, table in file.callers.items()}
+    for place, key_file in keys.items():
+        caller = Caller(doors, partial(key_in, key_file))
         try:
             answer = await caller.ask("GET", "/system/identity")
         except GatewayError as error:

@@ -17,7 +17,7 @@ from bridges.common.feed import Feed
 from bridges.common.listener import listening
 from bridges.common.mirror import Mirror
 from bridges.common.position import Position
-from bridges.common.settings import BridgeFile, secret_in
+from bridges.common.settings import BridgeFile, key_in
 from bridges.common.state import Figures, State
 
 ENDS_WITHIN_S: Final = 5.0
@@ -110,8 +110,7 @@ async def _host(
     doors, figures = Doors(file.gateway), Figures()
     callers = Callers(doors, file.callers)
     state = State(sides, figures)
-    key_file = file.gateway.key_file
-    async with doors.open(secret_in(key_file) if key_file else None) as gateway:
+    async with doors.open(key_in(file.gateway.key_file)) as gateway:
         mirror = Mirror(gateway)
         feed = Feed(gateway, position, mirror, state, figures, life.worked)
         try:

@@ -34,6 +34,14 @@ def secret_in(path: Path) -> str:
     return secret
 
 
+def key_in(path: Path | None) -> str | None:
+    """Read a key, if a file is named.
+
+    :raises ValueError: it cannot be read, or holds none.
+    """
+    return None if path is None else secret_in(path)
+
+
 def _check_secret(path: Path) -> Path:
     secret_in(path)
     return path
@@ -108,7 +116,8 @@ class BridgeTable(Table):
 class CallerTable(Table):
     """One who may give commands: its key at the gateway decides what it may."""
 
-    key_file: SecretFile
+    key_file: SecretFile | None = None
+    """None: the gateway lets everybody in."""
 
 
 class BridgeFile(Table):
@@ -123,5 +132,5 @@ class BridgeFile(Table):
     @property
     def secret_files(self) -> list[Path]:
         """Every file that nobody else should be able to read."""
-        own = [self.gateway.key_file] if self.gateway.key_file else []
-        return [*own, *(it.key_file for it in self.callers.values())]
+        files = (self.gateway.key_file, *(it.key_file for it in self.callers.values()))
+        return [it for it in files if it is not None]

@@ -38,7 +38,7 @@ def test_little_has_to_be_said() -> None:
         (GOOD + 'name = "a/b"\n', ["3: gateway.name: must be a name of letters"]),
         (GOOD + 'key_file = "/nowhere"\n', ["3: gateway.key_file: cannot be read: No such file"]),
         (GOOD + '[bridge]\nlisten = "9464"\n', ["4: bridge.listen: must be an address and a port"]),
-        (GOOD + "[callers.mes]\n", ["3: callers.mes.key_file: is required"]),
+        (GOOD + "[callers.mes]\nkey = 5\n", ["4: callers.mes.key: is not known here"]),
         (GOOD + "[callers", ["3: not valid TOML"]),
     ],
 )

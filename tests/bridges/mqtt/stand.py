@@ -27,8 +27,8 @@ from tests.e2e.processes import PATIENCE_S, Program, SimulatedLine, data_directo
 ROOT: Final = "motion/test"
 BODIES: Final = "00,3F"
 MES: Final = "mes"
-NOBODY: Final = "nobody"
-"""Ends the wait for an answer to what has none."""
+PER_LISTENER: Final = ("per_listener_settings true", "user root", "max_queued_messages 100000")
+"""What stands before the listeners; as root it would become another user, who may not read a test's files."""
 
 
 def mosquitto() -> str:
@@ -55,8 +55,9 @@ class Broker:
         self.port = port or free_port()
         self._config = folder / f"mosquitto-{self.port}.conf"
         self._log = folder / f"mosquitto-{self.port}.log"
-        lines = [f"listener {self.port} 127.0.0.1", "allow_anonymous true", "set_tcp_nodelay true", *settings]
-        self._config.write_text("\n".join([*lines, "max_queued_messages 100000", ""]))
+        usual = [*PER_LISTENER, f"listener {self.port} 127.0.0.1", "allow_anonymous true"]
+        nodelay = [] if any("nodelay" in it for it in settings) else ["set_tcp_nodelay true"]
+        self._config.write_text("\n".join([*nodelay, *usual, *settings, ""]))
         self._program = mosquitto()
         self.start()
 
@@ -301,11 +302,14 @@ def write_config(folder: Path, plant: Plant, broker: Broker, *more: str, command
     callers = "\n".join(
         f"[callers.{name}]\nkey_file = '{plant.key_files[name]}'\n" for name in (MES, "watcher", "admin")
     )
-    keys = "\n".join((*(["commands = true"] if commands else []), *more))
+    said = [*more, *(["commands = true"] if commands else [])]
+    if not any(it.startswith("url") for it in more):
+        said.insert(0, f"url = 'mqtt://127.0.0.1:{broker.port}'")
+    keys = "\n".join(said)
     config.write_text(
         f"[gateway]\nurl = '{plant.url}'\nname = 'test'\nkey_file = '{plant.key_files['bridge']}'\n\n"
         f"[bridge]\nlisten = '127.0.0.1:0'\n\n{callers}\n"
-        f"[mqtt]\nurl = 'mqtt://127.0.0.1:{broker.port}'\n{keys}\n"
+        f"[mqtt]\n{keys}\n"
     )
     return config
 
