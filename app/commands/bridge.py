@@ -40,6 +40,15 @@ def mqtt(config: Config, data: BridgeData = None) -> None:
 
 
 @app.command(cls=words.Command)
+def opcua(config: Config, data: BridgeData = None) -> None:
+    """Serve the plant to OPC UA clients: axes, methods, events and alarms; each signs in with its own key.
+
+    It runs until it is told to end (SIGINT or SIGTERM).
+    """
+    _run("opcua", config, data)
+
+
+@app.command(cls=words.Command)
 def check(config: Config) -> None:
     """Read a bridge's file, tell every fault with its line, and try the gateway and the other side.
 

@@ -24,10 +24,15 @@ class Doors:
         # Without a file those that the system, or SSL_CERT_FILE, names. To make it takes 20 ms: once for all.
         self._context = ssl.create_default_context(cafile=gateway.ca_file)
 
-    def open(self, key: str | None) -> AsyncGateway:
-        """Make a client that asks with a key; nothing is sent."""
+    def open(self, key: str | None, language: str | None = None) -> AsyncGateway:
+        """Make a client that asks with a key, and is answered in a language; nothing is sent."""
         http = httpx.AsyncClient(
-            base_url=self._url, timeout=TIMEOUT_S, limits=LIMITS, verify=self._context, trust_env=False
+            base_url=self._url,
+            headers={"Accept-Language": language} if language else None,
+            timeout=TIMEOUT_S,
+            limits=LIMITS,
+            verify=self._context,
+            trust_env=False,
         )
         gateway = AsyncGateway(self._url, key=key, http=http)
         if key is None:  # nobody acts with a key that happens to stand in the environment
@@ -38,10 +43,10 @@ class Doors:
 class Caller:
     """One who asks. Its key is read again where the gateway does not know it: keys are rotated."""
 
-    def __init__(self, doors: Doors, read_key: ReadKey) -> None:
-        self._doors, self._read_key = doors, read_key
+    def __init__(self, doors: Doors, read_key: ReadKey, language: str | None = None) -> None:
+        self._doors, self._read_key, self._language = doors, read_key, language
         self._key = read_key()
-        self._gateway = doors.open(self._key)
+        self._gateway = doors.open(self._key, language)
 
     async def ask(
         self,
@@ -78,7 +83,7 @@ class Caller:
             return False
         if key == self._key:
             return False
-        before, self._key, self._gateway = self._gateway, key, self._doors.open(key)
+        before, self._key, self._gateway = self._gateway, key, self._doors.open(key, self._language)
         await before.aclose()
         return True
 
@@ -100,9 +105,9 @@ class Callers:
         """Give the caller of a name, if there is one."""
         return self._callers.get(name)
 
-    def bringing(self, key: str) -> Caller:
+    def bringing(self, key: str, language: str | None = None) -> Caller:
         """Give a caller who has brought a key; the one who asks for it closes it."""
-        return Caller(self._doors, lambda: key)
+        return Caller(self._doors, lambda: key, language)
 
     async def aclose(self) -> None:
         """Close all connections of those in the file."""

@@ -49,6 +49,8 @@ class Host:
     state: State
     figures: Figures
     life: Life
+    data: Path
+    """Where the bridge keeps what it has to know over restarts."""
 
     def status(self) -> dict[str, Any]:
         """Tell how the bridge is, as `/status` does."""
@@ -93,7 +95,7 @@ async def run(file: F, data: Path, name: str, kind: Kind[F], life: Life = Life()
     """
     ending = asyncio.Event()
     with _signals(ending), Position(data, name) as position:
-        async with _host(file, kind.sides, position, life) as host, _listening(file, host):
+        async with _host(file, kind.sides, position, life, data) as host, _listening(file, host):
             life.tell("READY=1")
             await _until(ending, kind.protocol(file)(host), host.mirror.run(), position.keep())
             life.tell("STOPPING=1")
@@ -105,7 +107,7 @@ def _listening(file: BridgeFile, host: Host) -> AbstractAsyncContextManager[None
 
 @asynccontextmanager
 async def _host(
-    file: BridgeFile, sides: Iterable[str], position: Position, life: Life
+    file: BridgeFile, sides: Iterable[str], position: Position, life: Life, data: Path
 ) -> AsyncIterator[Host]:
     doors, figures = Doors(file.gateway), Figures()
     callers = Callers(doors, file.callers)
@@ -114,7 +116,9 @@ async def _host(
         mirror = Mirror(gateway)
         feed = Feed(gateway, position, mirror, state, figures, life.worked)
         try:
-            yield Host(file.gateway.name, gateway, callers, mirror, feed, position, state, figures, life)
+            yield Host(
+                file.gateway.name, gateway, callers, mirror, feed, position, state, figures, life, data
+            )
         finally:
             await callers.aclose()
 

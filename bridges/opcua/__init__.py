@@ -1,0 +1,1 @@
+"""The bridge to OPC UA: a server whose nodes are the plant."""
