@@ -17,13 +17,18 @@ export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help serve test prove fuzz bench format documents clients console screenshots release chromium peers lock
+.PHONY: help serve plant test prove fuzz bench format documents clients console screenshots release chromium peers lock
 
 help: ## Show the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 11
 
 serve: $(VENV)/.runtime ## Start the gateway with a simulated line on http://127.0.0.1:8420
 	$(BIN)/motion-gateway serve --demo
+
+PLANT_PORT ?= 8430
+
+plant: $(VENV)/.development ## Start a plant on http://127.0.0.1:8430: a NATS server, two simulated gateways (PLANT_PORT=8430)
+	$(BIN)/motion-gateway plant --demo --port $(PLANT_PORT)
 
 # Three at a time keep two cores busy: some tests wait for programs. What fails so is tried once more by itself:
 # a test in real time may have waited for the others. A fault fails both times.

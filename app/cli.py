@@ -42,6 +42,8 @@ COMMANDS: Final = {
     "lease": "lease:lease",
     "program": "program:program",
     "plot": "plot_move:plot",
+    "plant": "plant:plant",
+    "take-over": "take_over:take_over",
 }
 """Modules of `app.commands`, and what in them is a command: each is loaded when it is called."""
 _WITH_NUMBERS: Final = {"ignore_unknown_options": True}

@@ -40,8 +40,10 @@ _SCARA: Final[dict[str, Any]] = {
 BODIES: Final = tuple(int(body["id"], 16) for body in _BODIES)
 
 
-def demo_config(line_path: Path, robot_path: Path, port: int | None = None) -> Config:
-    """The configuration for a simulated line and a simulated robot at these places."""
+def demo_config(
+    line_path: Path, robot_path: Path, port: int | None = None, plant: str | None = None
+) -> Config:
+    """The configuration for a simulated line and robot at these places; `plant` is NAME=SERVER."""
     server: dict[str, Any] = {"raw_commands": True, "allow_endless_moves": True}
     if port is not None:
         server["port"] = port
@@ -58,8 +60,19 @@ def demo_config(line_path: Path, robot_path: Path, port: int | None = None) -> C
     robot = {"id": ROBOT, "units": units, "macros": {"PCK": "pick"}}
     cell = {"id": "cell1", "protocol": "fics", "address": f"dpram://{robot_path}", "robot": robot}
     return Config.model_validate(
-        {"server": server, "access": {"mode": "open"}, "lines": [line, cell], "scaras": [_SCARA]}
+        {
+            "server": server,
+            "access": {"mode": "open"},
+            "lines": [line, cell],
+            "scaras": [_SCARA],
+            **({} if plant is None else {"plant": _member(plant)}),
+        }
     )
+
+
+def _member(plant: str) -> dict[str, Any]:
+    name, _, server = plant.partition("=")
+    return {"name": name, "servers": [server]}
 
 
 def welcome(url: str, command: str) -> str:

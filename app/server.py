@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import partial
 from ipaddress import ip_address
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import uvicorn
 
@@ -43,6 +43,9 @@ from gateway.security.log import Keeping, SecurityLog
 from gateway.security.syslog import Syslog
 from gateway.wind_down import SUBJECT
 
+if TYPE_CHECKING:
+    from fleet.member import Member
+
 log = logging.getLogger(__name__)
 
 STREAMS_S = 1.0
@@ -57,7 +60,7 @@ BACKLOG = 2048
 """Connections that may wait to be accepted."""
 REQUESTS_S = 2.0
 """How long requests may take to end; then the lines are closed, which answers all that wait."""
-_HSTS = [("Strict-Transport-Security", "max-age=31536000")]
+HSTS = [("Strict-Transport-Security", "max-age=31536000")]
 """A browser that was here over TLS never asks in plain text; a proxy with TLS of its own says so itself."""
 
 
@@ -95,12 +98,20 @@ async def serve(
     require_no_links(data)
     sys.setswitchinterval(SWITCH_S)
     access = AccessControl(config, data)
-    with _bound(config.server) as listener:
+    member_of = _membership_maker(config)
+    with bound(config.server) as listener:
         signals = _Signals()
         journal = _journal(data, special.open_disk)
         security = SecurityLog(data, Keeping(config.security.keep_days, config.security.refusals_per_minute))
         sending = _sending(config, security)
-        plant = Plant(config, journal=journal, lease_tokens=LeaseTokens(data), file=file, security=security)
+        plant = Plant(
+            config,
+            journal=journal,
+            lease_tokens=LeaseTokens(data),
+            file=file,
+            security=security,
+            owners_in=data,
+        )
         plant.names.keep_in(data)
         plant.recordings.keep_in(data)
         nightly = Nightly(plant, data / "backups")
@@ -111,7 +122,7 @@ async def serve(
         if watchdog_wanted():
             plant.on_lines = partial(_feed_watchdog, plant)
             plant.on_lines()
-        _listen(listener, config.server)
+        listen(listener, config.server)
         await plant.start()
         try:
             with short_collections():
@@ -124,12 +135,15 @@ async def serve(
                 access.on_key = lambda what, key: plant.events.publish(f"gateway.key.{what}", SUBJECT, key)
                 access.start()
                 nightly.start()
+                member = member_of(plant, url, access.certificate)
                 notify("READY=1", "STATUS=")
                 serving = asyncio.create_task(server.serve([listener]), name="server")
                 await signals.wait_for_end(serving)
                 notify("STOPPING=1")
                 await nightly.close()
                 await plant.wind_down()
+                if member is not None:
+                    await member.stop()
                 plant.events.close()
                 await server.end_streams()
                 await server.end_requests(serving)
@@ -139,6 +153,37 @@ async def serve(
             if sending is not None:
                 await asyncio.to_thread(sending.close)
         await serving
+
+
+def _membership_maker(config: Config) -> "Callable[[Plant, str, Certificate | None], Member | None]":
+    """Give what makes the gateway a member of its plant, if it belongs to one.
+
+    :raises ConfigError: what that takes is not installed, or the credentials cannot be used.
+    """
+    settings = config.plant
+    if settings is None:
+        return lambda _plant, _url, _certificate: None
+    try:
+        from fleet.engine import EngineTrouble, credentials_in
+        from fleet.member import Member
+    except ImportError as error:
+        raise ConfigError("plant needs nats-py: pip install 'motion-gateway[plant]'") from error
+    if settings.credentials is not None:
+        try:
+            credentials_in(settings.credentials)
+        except EngineTrouble as trouble:
+            raise ConfigError(str(trouble)) from trouble
+
+    def make(plant: Plant, url: str, certificate: Certificate | None) -> Member | None:
+        if plant.membership is None:
+            return None
+        member = Member(
+            settings, plant, plant.membership, url, certificate.fingerprint() if certificate else None
+        )
+        member.start()
+        return member
+
+    return make
 
 
 def _sending(config: Config, security: SecurityLog) -> Syslog | None:
@@ -265,8 +310,11 @@ def _handled() -> list[signal.Signals]:
     return [signal.SIGINT, signal.SIGTERM, *([] if ignored else [signal.SIGHUP])]
 
 
-def _bound(settings: Server) -> socket.socket:
-    """Take the port. Connections are refused until `_listen`: a stop would wait unheard."""
+def bound(settings: Server) -> socket.socket:
+    """Take the port. Connections are refused until `listen`: a stop would wait unheard.
+
+    :raises CannotListen: it cannot be had.
+    """
     host = "127.0.0.1" if settings.host == "localhost" else settings.host
     listener = socket.socket(socket.AF_INET6 if ip_address(host).version == 6 else socket.AF_INET)
     try:
@@ -276,18 +324,22 @@ def _bound(settings: Server) -> socket.socket:
         listener.bind((host, settings.port))
     except OSError as error:
         listener.close()
-        raise _cannot_listen(settings, error) from None
+        raise _cannotlisten(settings, error) from None
     return listener
 
 
-def _listen(listener: socket.socket, settings: Server) -> None:
+def listen(listener: socket.socket, settings: Server) -> None:
+    """Let clients connect.
+
+    :raises CannotListen: another process was faster.
+    """
     try:
         listener.listen(BACKLOG)
     except OSError as error:
-        raise _cannot_listen(settings, error) from None
+        raise _cannotlisten(settings, error) from None
 
 
-def _cannot_listen(settings: Server, error: OSError) -> CannotListen:
+def _cannotlisten(settings: Server, error: OSError) -> CannotListen:
     why = os.strerror(error.errno or 0)
     return CannotListen(
         f"The gateway cannot listen on {settings.host}:{settings.port}: {why}. No line was opened."
@@ -345,7 +397,7 @@ def _uvicorn_config(asgi: object, settings: Server, certificate: Certificate | N
         workers=1,
         access_log=False,
         log_config=None,
-        headers=[("X-Content-Type-Options", "nosniff"), *(_HSTS if certificate else ())],
+        headers=[("X-Content-Type-Options", "nosniff"), *(HSTS if certificate else ())],
         server_header=False,
         proxy_headers=False,  # `Proxies` does it
         root_path=settings.root_path,

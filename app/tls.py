@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import ssl
+from hashlib import sha256
 from pathlib import Path
 from typing import Final
 
@@ -38,6 +39,11 @@ class Certificate:
                 f"server.tls_certificate {certificate} and server.tls_key {key} cannot be used: "
                 f"{error.strerror or error}"
             ) from error
+
+    def fingerprint(self) -> str:
+        """The SHA-256 of the certificate, as browsers show it."""
+        digest = sha256(ssl.PEM_cert_to_DER_cert(_first_certificate(self._files[0].read_text("ascii"))))
+        return digest.digest().hex(":").upper()
 
     async def watch(self) -> None:
         """Look at the files from time to time until it is cancelled."""
@@ -77,6 +83,11 @@ class Certificate:
         except OSError:
             return None
         return [(it.st_mtime_ns, it.st_ino, it.st_size) for it in found]
+
+
+def _first_certificate(pem: str) -> str:
+    end = "-----END CERTIFICATE-----"
+    return pem[pem.index("-----BEGIN CERTIFICATE-----") : pem.index(end) + len(end)]
 
 
 def _no_passphrase() -> str:

@@ -25,6 +25,7 @@ from benchmarks import (
     live_values,
     move_cost,
     pages,
+    plant,
     start,
     stop_latency,
     tls_crowd,
@@ -57,6 +58,7 @@ class Benchmark(StrEnum):
     GARBAGE = "garbage"
     FLOODS = "floods"
     ECHOING_LINE = "echoing-line"
+    PLANT = "plant"
 
 
 RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
@@ -81,6 +83,7 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.GARBAGE: garbage.run,
     Benchmark.FLOODS: under_flood.run,
     Benchmark.ECHOING_LINE: echoing_line.run,
+    Benchmark.PLANT: plant.run,
 }
 
 

@@ -51,7 +51,7 @@ async def simulated_line(bodies: list[int], *place: str) -> AsyncIterator[None]:
 @asynccontextmanager
 async def announced(*program: str) -> AsyncIterator[str]:
     """Run a program that says a line when it has started; give that line."""
-    async with _running(list(program)) as process:
+    async with running(sys.executable, *program) as process:
         assert process.stdout is not None
         async with asyncio.timeout(START_S):
             said = await process.stdout.readline()
@@ -80,7 +80,7 @@ async def module(
 
 @asynccontextmanager
 async def _serving(program: list[str], port: int, processors: set[int] | None) -> AsyncIterator[Process]:
-    async with _running(program) as process:
+    async with running(sys.executable, *program) as process:
         if processors:
             os.sched_setaffinity(process.pid, processors)
         async with asyncio.timeout(START_S):
@@ -92,8 +92,9 @@ async def _serving(program: list[str], port: int, processors: set[int] | None) -
 
 
 @asynccontextmanager
-async def _running(arguments: list[str]) -> AsyncIterator[Process]:
-    process = await asyncio.create_subprocess_exec(sys.executable, *arguments, stdout=PIPE)
+async def running(*program: str) -> AsyncIterator[Process]:
+    """Run a program, and end it with the block."""
+    process = await asyncio.create_subprocess_exec(*program, stdout=PIPE)
     try:
         yield process
     finally:

@@ -63,6 +63,13 @@ LINES: Final[Sequence[Kind[AnyLine]]] = (
         applies=lambda event: event["reason"] != CONFIGURED_ANEW,
     ),
     Kind(
+        "line.taken_over",
+        "RC-420 manual 10.2; C-HOST manual 1-1",
+        next=(LINE_STATE,),
+        lasts=lambda line: line.state is LineState.STANDBY,
+        latches=False,
+    ),
+    Kind(
         "line.order.violated",
         "RC-420 manual 17.1; C-HOST manual 1-1",
         (LINE_STATE,),
@@ -109,6 +116,12 @@ GATEWAY: Final[Sequence[Kind[str]]] = (
     Kind(
         "gateway.key.ends_soon",
         next=(KEYS,),
+        latches=False,
+    ),
+    Kind(
+        "plant.unreachable",
+        next=(READY,),
+        lasts=lambda _why: True,
         latches=False,
     ),
 )

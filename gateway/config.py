@@ -14,6 +14,7 @@ from gateway.core import toml_files
 from gateway.core.tables import Array, Fault, Line, Table, refuse_repeats
 from gateway.core.toml_lines import KeyPath
 from gateway.families import FAMILIES
+from gateway.membership import PlantOfGateways
 from gateway.rorze.config import Line as RorzeLine
 from gateway.rorze.scaras.config import Scara
 from transports.addresses import Address
@@ -287,6 +288,7 @@ class Config(Table):
     security: Security = Security()
     recordings: Recordings = Recordings()
     backups: Backups = Backups()
+    plant: PlantOfGateways | None = None
     lines: Array[Annotated[Line, PlainValidator(_of_its_family)]] = ()
     scaras: Array[Scara] = ()
 
@@ -337,6 +339,23 @@ class Config(Table):
             if networks and it.scheme == "tcp" and not _is_in(it.host, networks):
                 raise Fault(
                     f"must be an IP address in server.line_networks ({', '.join(networks)}), not {it.host}",
+                    *("lines", index, "address"),
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _have_owners(self) -> Self:
+        """A line that may be taken over hangs on a terminal server that can throw its client out."""
+        for index, line in enumerate(self.lines):
+            if not line.owners:
+                continue
+            refuse_repeats(line.owners, "owners")
+            if self.plant is None or self.plant.name not in line.owners:
+                raise Fault("have to name this gateway as plant.name does", "lines", index, "owners")
+            if len(line.owners) > 1 and Address.parse(line.address).scheme != "tcp":
+                raise Fault(
+                    "a line with several owners takes a terminal server (tcp://) that ends old connections: "
+                    "two cables on one line cannot be kept apart",
                     *("lines", index, "address"),
                 )
         return self

@@ -42,7 +42,9 @@ def changes(served: Config, wanted: Config) -> Changes:
             lines.append(LineChange(line_id=line_id, change="added", keys=[]))
         elif keys := list(_differences(before[line_id], line)):
             lines.append(LineChange(line_id=line_id, change="changed", keys=keys))
-    before, after = (it.model_dump(include={"server", "access", "security"}) for it in (served, wanted))
+    before, after = (
+        it.model_dump(include={"server", "access", "security", "plant"}) for it in (served, wanted)
+    )
     return Changes(lines=lines, needs_restart=list(_differences(before, after, 1)))
 
 

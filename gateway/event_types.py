@@ -77,10 +77,36 @@ OF_ACCESS = (
 )
 
 
+class PlantUnreachable(EventData):
+    """Why the servers of the plant do not take the gateway's events."""
+
+    reason: str
+
+
+OF_THE_PLANT = (
+    EventType(
+        "plant.unreachable",
+        GATEWAY,
+        PlantUnreachable,
+        "the servers of the plant do not take this gateway's events; they are sent later",
+    ),
+    EventType("plant.reached", GATEWAY, Nothing, "the servers of the plant take this gateway's events again"),
+)
+
+
 def event_types() -> Mapping[str, EventType]:
     """The types of the core and of every family, by their names."""
     families = (family.event_types for family in FAMILIES.values())
-    return table_of(CORE, OF_THE_CONFIGURATION, OF_PORTS, OF_RECORDINGS, OF_ACCESS, snapshot.TYPES, *families)
+    return table_of(
+        CORE,
+        OF_THE_CONFIGURATION,
+        OF_PORTS,
+        OF_RECORDINGS,
+        OF_ACCESS,
+        OF_THE_PLANT,
+        snapshot.TYPES,
+        *families,
+    )
 
 
 EVENT_TYPES = event_types()

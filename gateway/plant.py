@@ -42,7 +42,9 @@ from gateway.core.parts import Part
 from gateway.core.targets import Target
 from gateway.families import FAMILIES
 from gateway.figures import Figures
+from gateway.membership import Membership
 from gateway.memory import Memory
+from gateway.ownership import LOST, Ownership
 from gateway.port_scans import PortScans
 from gateway.recordings import REQUESTS_BYTES, Noted, RecordingInfo, Recordings, Taken
 from gateway.rorze.family import Rorze
@@ -78,6 +80,7 @@ class Plant:
         file: ConfigFile | None = None,
         journal: Opened | None = None,
         security: SecurityLog | None = None,
+        owners_in: Path | None = None,
     ) -> None:
         self.config = config
         self.file = file
@@ -88,6 +91,14 @@ class Plant:
         self.security.on_burst = self._refusals_burst
         self.credentials = Credentials()
         """Of those who may ask; the server replaces them by its own."""
+        self.membership = None if config.plant is None else Membership(config.plant.name)
+        """In a plant of several gateways."""
+        self.ownership = Ownership(
+            "" if config.plant is None else config.plant.name,
+            {line.id: line.owners for line in config.lines},
+            owners_in,
+        )
+        self.ownership.on_loss = self._line_taken_over
         self.sessions = Sessions()
         """Of browsers that have signed in."""
         self.names = Names()
@@ -108,6 +119,7 @@ class Plant:
             "gateway.journal.trouble": self._journal_trouble,
             "gateway.security.trouble": lambda: self.security.trouble,
             "gateway.refusals.burst": lambda: self.security.burst,
+            "plant.unreachable": lambda: None if self.membership is None else self.membership.trouble,
         }
         causes = causes_of(self.families.values(), self._ports, troubles, latch=config.server.latch)
         self.alarms = Alarms(self.events, causes)
@@ -147,6 +159,9 @@ class Plant:
         built = self.families[line.protocol].add(line, port)
         built.admission = self.admission
         built.recorder = self.recorders[built.id]
+        built.stands_by = partial(self.ownership.stands_by, line.id)
+        built.other_owner = partial(self.ownership.elsewhere, line.id)
+        built.on_port_lost = partial(self._port_lost, line.id)
         built.gate.add(self.leases.guard(built.id))
         if self.config.server.latch:
             built.gate.add(self._latch(built))
@@ -319,6 +334,37 @@ class Plant:
         if self._memory is not None:
             await self._memory.close()
 
+    async def take_over(self, line_id: str, old: str) -> None:
+        """Have a line from now on: what was its owner is thrown out by the terminal server as this connects.
+
+        :raises NotSent: that cannot be written down; nothing has changed.
+        """
+        epoch = self.ownership.take(line_id)
+        told = {
+            "reason": f"a person has taken it over from {old}",
+            "owner": self.ownership.name,
+            "epoch": epoch,
+        }
+        self.events.publish("line.owned", f"/lines/{line_id}", told)
+
+    def _port_lost(self, line_id: str) -> None:
+        """A line with a spare is not opened again by itself: who has taken it over would be thrown out."""
+        owner = self.ownership.of(line_id)
+        if owner is not None and owner.gateway == self.ownership.name:
+            self.ownership.lose(line_id)
+            self._tell_taken_over(line_id, LOST)
+
+    def _line_taken_over(self, line_id: str, why: str) -> None:
+        if line_id in self._ports:
+            self._tell_taken_over(line_id, why)
+            self._ports[line_id].hand_over(why)
+
+    def _tell_taken_over(self, line_id: str, why: str) -> None:
+        owner = self.ownership.of(line_id)
+        if owner is not None:
+            told = {"reason": why, "owner": owner.gateway, "epoch": owner.epoch}
+            self.events.publish("line.taken_over", f"/lines/{line_id}", told)
+
     def _journal_trouble(self) -> str | None:
         return None if self.journal is None else self.journal.trouble
 
@@ -451,7 +497,10 @@ class Plant:
 
     def info(self, line_id: str) -> PortInfo:
         """Tell the state of a line; errors as of `port`."""
-        return self._family_of(line_id).info(self.port(line_id))
+        told = self._family_of(line_id).info(self.port(line_id))
+        if (owner := self.ownership.of(line_id)) is not None:
+            told["owner"] = {"gateway": owner.gateway, "epoch": owner.epoch}
+        return told
 
     def _line_of(self, subject: str) -> str:
         """The line of what events are about, by their subject."""

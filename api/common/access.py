@@ -51,6 +51,7 @@ _COOKIE: Final = b"cookie"
 _REFUSAL: Final = "; nothing was sent."
 _PROOF: Final = b"session-proof"
 _LEASE_TOKEN: Final = b"lease-token"
+_OWNER_EPOCH: Final = b"owner-epoch"
 _LEASE_TOKENS: Final = re.compile(rb"\s*[1-9][0-9]{0,17}\s*(?:,\s*[1-9][0-9]{0,17}\s*){0,31}")
 _STREAM: Final = "/stream"
 _HEARTBEAT: Final = "/heartbeat"
@@ -333,14 +334,30 @@ def _with_leases(origin: Origin, scope: Scope, right: Right) -> Origin:
     if right not in LEASED:
         return origin
     shown = b",".join(value for name, value in scope["headers"] if name == _LEASE_TOKEN)
+    epoch = _owner_epoch(scope)
     if not shown:
-        return origin
+        return origin if epoch is None else origin.claiming(Claim(owner_epoch=epoch))
     if not _LEASE_TOKENS.fullmatch(shown):
         raise InvalidRequest(
             f"The header Lease-Token has no tokens{_REFUSAL}",
             "Send the token that came with the lease, or several with commas.",
         )
-    return origin.claiming(Claim(tuple(map(int, shown.split(b",")))))
+    return origin.claiming(Claim(tuple(map(int, shown.split(b","))), owner_epoch=epoch))
+
+
+def _owner_epoch(scope: Scope) -> int | None:
+    """Since when the sender believes that this gateway has the line, if it says so.
+
+    :raises InvalidRequest: it is no number; nothing was sent.
+    """
+    shown = next((value for name, value in scope["headers"] if name == _OWNER_EPOCH), None)
+    if shown is None:
+        return None
+    if not re.fullmatch(rb"[1-9][0-9]{0,8}", shown):
+        raise InvalidRequest(
+            f"The header Owner-Epoch is no number{_REFUSAL}", "Send the `epoch` of the line's `owner`."
+        )
+    return int(shown)
 
 
 def _takes_tickets(scope: Scope) -> bool:

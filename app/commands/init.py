@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from gateway.config import Config
     from gateway.core.tables import Line
     from gateway.found import Found
+    from gateway.membership import Engine
 
 
 def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOML).")]) -> None:
@@ -28,9 +29,14 @@ def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOM
     from gateway.core.tried import untried
 
     try:
+        if _is_of_plant(file):
+            _check_plant(file)
+            return
         config = load(file)
     except ConfigError as error:
         raise Failure(str(error), exits.CONFIG) from None
+    if config.plant is not None:
+        _check_engine(config.plant)
     typer.echo(f"{file} is in order. It serves on {config.server.host}, port {config.server.port}:")
     for line in config.lines:
         typer.echo(f"  {_served(line)}")
@@ -43,6 +49,48 @@ def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOM
         typer.echo(f"note: line {found.line_id}: {found.meaning}{named_ones}")
     weak = (f"{it.setting} = {it.value}: {it.meaning}" for it in weakened(config))
     for warning in (*weak, *_doubtful(config), *untrusted(file, config)):
+        typer.echo(f"warning: {warning}", err=True)
+
+
+def _is_of_plant(file: Path) -> bool:
+    """Whether a file is that of a plant process: it has servers, and no lines and no name."""
+    import tomllib
+
+    try:
+        tables = tomllib.loads(file.read_text("utf-8-sig"))
+    except (OSError, ValueError):
+        return False
+    plant = tables.get("plant")
+    return isinstance(plant, dict) and "name" not in plant and "lines" not in tables
+
+
+def _check_plant(file: Path) -> None:
+    from fleet.settings import load_plant
+
+    config = load_plant(file)
+    _check_engine(config.plant)
+    typer.echo(
+        f"{file} is in order. The plant process serves on {config.server.host}, port {config.server.port}."
+    )
+
+
+def _check_engine(engine: "Engine") -> None:
+    """Refuse servers of a plant that are set so that events could be lost."""
+    from fleet.engine import EngineTrouble, Unfit, credentials_in
+    from fleet.fitness import faults_of, require_fit_streams, unseen
+
+    try:
+        if engine.credentials is not None:
+            credentials_in(engine.credentials)
+        asyncio.run(require_fit_streams(engine, getattr(engine, "name", "plant")))
+        faults = list(faults_of(engine))
+    except Unfit as unfit:
+        faults = [str(unfit)]
+    except EngineTrouble as trouble:
+        faults = [str(trouble)]
+    if faults:
+        raise Failure("\n".join(faults), exits.CONFIG)
+    for warning in unseen(engine):
         typer.echo(f"warning: {warning}", err=True)
 
 

@@ -36,6 +36,10 @@ def serve(
     """
     if (config is None) == (not demo):
         raise Failure("Say either --config FILE or --demo.", exits.USAGE)
+    _start(config, port, data)
+
+
+def _start(config: Path | None, port: int | None, data: Path | None, plant: str | None = None) -> None:
     gc.disable()  # until the gateway runs: nothing of what is loaded is garbage
     from app.server import CannotListen
     from gateway.config_file import ConfigFile
@@ -46,7 +50,9 @@ def serve(
     try:
         given = data or (data_of(config) if config else None)
         serving = (
-            _serve_file(ConfigFile(config, port), given) if config and given else _serve_demo(port, data)
+            _serve_file(ConfigFile(config, port), given)
+            if config and given
+            else _serve_demo(port, data, plant)
         )
         with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
             runner.run(serving)
@@ -77,9 +83,10 @@ async def _serve_file(file: "ConfigFile", data: Path) -> None:
 def demo(
     port: Annotated[int | None, typer.Option(min=0, max=65535, help="Listen on this port instead.")] = None,
     data: Data = None,
+    plant: Annotated[str | None, typer.Option(hidden=True, help="NAME=SERVER of a demo plant.")] = None,
 ) -> None:
     """Try it without hardware: a simulated line and robot, as `serve --demo`."""
-    serve(demo=True, port=port, data=data)
+    _start(None, port, data, plant)
 
 
 async def _serve(
@@ -98,7 +105,7 @@ def _started_as() -> str:
     return sys.argv[0] if sys.argv[0].startswith(".") else "motion-gateway"
 
 
-async def _serve_demo(port: int | None, data: Path | None) -> None:
+async def _serve_demo(port: int | None, data: Path | None, plant: str | None = None) -> None:
     """Serve a simulated line and a simulated robot that run in this very process."""
     from app.demo import BODIES, LINE, ROBOT, demo_config, welcome
     from app.demo_faults import DemoFaults, SimulatedPlant
@@ -121,5 +128,5 @@ async def _serve_demo(port: int | None, data: Path | None) -> None:
                 faults.open_disk,
                 lambda url: typer.echo(welcome(url, _started_as()), err=True),
             )
-            config = demo_config(line_path, robot_path, port)
+            config = demo_config(line_path, robot_path, port, plant)
             await _serve(config, data or Path(folder) / "data", special=special)

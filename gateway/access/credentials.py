@@ -44,6 +44,10 @@ class Credentials:
             return self._tokens.verify(shown) if self._tokens else None
         return self._grant_of(self.keys.verify(shown) if self.keys else None)
 
+    def to_stop(self, prefix: str, digest: str) -> Grant | None:
+        """Find the good key of a prefix and a hash; who shows no more than these may stop, and no more."""
+        return self._grant_of(self.keys.verify_digest(prefix, digest) if self.keys else None)
+
     def certified(self, name: str) -> Grant | None:
         """Find the good key that a certificate names, with which its holder acts; None if there is none."""
         return self._grant_of(self.keys.good(name) if self.keys else None)

@@ -208,11 +208,15 @@ class KeyStore:
 
     def verify(self, token: str) -> Key | None:
         """Find the key that a text is, if it can be used now."""
-        prefix = token[3:].partition("_")[0]
+        return self.verify_digest(
+            token[3:].partition("_")[0], sha256(token.encode("utf-8", "surrogateescape")).hexdigest()
+        )
+
+    def verify_digest(self, prefix: str, digest: str) -> Key | None:
+        """Find the key of a prefix and a hash, if it can be used now: good enough for a stop, and no more."""
         if prefix not in self._keys or time.monotonic() >= self._look_at:
             self._look()
         key = self._keys.get(prefix)
-        digest = sha256(token.encode("utf-8", "surrogateescape")).hexdigest()
         if key is None or not compare_digest(key.sha256, digest):
             return None
         now = self._clock()

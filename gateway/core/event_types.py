@@ -157,6 +157,14 @@ class LineDown(EventData):
     reason: str
 
 
+class LineOwner(EventData):
+    """Which gateway of a plant has a line now, and why."""
+
+    reason: str
+    owner: str | None = Field(description="Its name; null where nobody knows.")
+    epoch: int = Field(description="The number of take-overs so far, and one.")
+
+
 class OrderViolated(EventData):
     """What was answered too late: it was credited to its own command, or to none."""
 
@@ -167,6 +175,13 @@ class OrderViolated(EventData):
 LINES = (
     EventType("line.up", LINE, LineUp, "somebody answers on the line, and it is set up"),
     EventType("line.down", LINE, LineDown, "its port has gone, or nobody answers any more; follows each up"),
+    EventType("line.owned", LINE, LineOwner, "a person has had this gateway take the line over"),
+    EventType(
+        "line.taken_over",
+        LINE,
+        LineOwner,
+        "another gateway has the line, or may have it: this one does not open it again by itself",
+    ),
     EventType(
         "line.order.violated",
         LINE,

@@ -23,7 +23,7 @@ from gateway.core.waiting import happens
 
 log = logging.getLogger(__name__)
 
-RETAINED_EVENTS = 100_000
+RETAINED_EVENTS = 125_000
 """How many of the newest events can be read again."""
 
 MAX_BACKLOG = 1024

@@ -5,7 +5,7 @@ import random
 from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Callable, Collection, Coroutine, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
+from typing import Annotated, Any, ClassVar, NamedTuple, NotRequired, Protocol
 
 from pydantic import Field
 from typing_extensions import TypedDict
@@ -107,6 +107,15 @@ class Seen(NamedTuple):
     now: Now
 
 
+class OwnerInfo(TypedDict):
+    """Who has a line that may be taken over."""
+
+    gateway: Annotated[str | None, Field(description="Its name in the plant; null where nobody knows.")]
+    epoch: Annotated[
+        int, Field(description="The number of take-overs so far, and one; the header Owner-Epoch.")
+    ]
+
+
 class PortInfo(TypedDict):
     """A line as it is now; a family adds what is on it."""
 
@@ -128,6 +137,9 @@ class PortInfo(TypedDict):
         ),
     ]
     counters: Annotated[dict[str, int], Field(description="What has happened on the line since the start.")]
+    owner: Annotated[
+        NotRequired[OwnerInfo], Field(description="Only of a line that another gateway may take over.")
+    ]
 
 
 class Family(ABC):

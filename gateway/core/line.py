@@ -80,6 +80,12 @@ class PortLoop(ABC):
         self.on_change: Callable[[str, dict[str, object]], None] = lambda _what, _facts: None
         self.on_work: Callable[[], None] = lambda: None
         """Told often, as long as the line's own work goes on, whatever is at its far end."""
+        self.stands_by: Callable[[], str | None] = lambda: None
+        """Asked before each opening: why another gateway has the line; None where this one does."""
+        self.other_owner: Callable[[], str | None] = lambda: None
+        self.on_port_lost: Callable[[], object] = lambda: None
+        """Told that the port was open and is not any more."""
+        self._standby = self._retired = False
         self._ends_because = "the gateway is shutting down"
         self._open = self._ready = self._closed = False
         self._silence: str | None = None
@@ -152,7 +158,7 @@ class PortLoop(ABC):
 
     def retire(self, why: str) -> None:
         """Let nothing more be written; `close` is to follow at once."""
-        self._ends_because = why
+        self._ends_because, self._retired = why, True
         self._went_down(why)
 
     async def close(self) -> None:
@@ -186,7 +192,7 @@ class PortLoop(ABC):
     def state(self) -> LineState:
         """What the line can do now."""
         if not self._open:
-            return LineState.DOWN
+            return LineState.STANDBY if self._standby else LineState.DOWN
         if self._silence is not None:
             return LineState.SILENT
         if not self._ready:
@@ -202,12 +208,17 @@ class PortLoop(ABC):
         pause_s = REOPEN_S[0]
         while True:
             self.on_work()
+            if self._has_to_wait():
+                await asyncio.sleep(REOPEN_S[0])
+                continue
             try:
                 await self.transport.open(self)
                 self.counters["openings"] += 1
                 self._open = True
                 if await self._serve_until_lost():
                     pause_s = REOPEN_S[0]
+                if not self._retired:
+                    self.on_port_lost()
             except TransportError as error:
                 self._went_down(str(error))
             except Exception as fault:  # passed on, it would leave the line down for good, and nobody told
@@ -215,6 +226,23 @@ class PortLoop(ABC):
             await self.transport.close()
             await asyncio.sleep(pause_s)
             pause_s = min(2 * pause_s, REOPEN_S[1])
+
+    def _has_to_wait(self) -> bool:
+        """Whether another gateway has the line: then its port is not opened."""
+        why = self.stands_by()
+        self._standby = why is not None
+        if why is not None and why != self.down_reason:
+            self._went_down(why, level=logging.INFO)
+        return self._standby
+
+    def is_elsewhere(self) -> bool:
+        """Whether another gateway is known to have the line, and stops what is on it."""
+        return self.other_owner() is not None
+
+    def hand_over(self, why: str) -> None:
+        """Close the port, because another gateway has the line now."""
+        self._standby = True
+        self._went_down(why)
 
     async def _serve_until_lost(self) -> bool:
         """Whether the line ever was ready: a port that is lost at once is tried less and less often."""

@@ -9,6 +9,8 @@ class LineState(StrEnum):
     DOWN = "down"
     SILENT = "silent"
     """The port is open, and nobody answers on it, or it echoes what is written."""
+    STANDBY = "standby"
+    """Another gateway has it, or may have it; this one does not open it by itself."""
     SETTING_UP = "setting_up"
     READY = "ready"
     OUT_OF_STEP = "out_of_step"

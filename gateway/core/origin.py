@@ -21,6 +21,8 @@ class Claim:
     parts: tuple[Part, ...] = ()
     holder: str = ""
     """Whose request it is: a token is good for the holder of its lease alone, since anybody can count."""
+    owner_epoch: int | None = None
+    """Since when the sender believes that this gateway has the line."""
 
 
 NO_CLAIM = Claim()

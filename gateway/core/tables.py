@@ -95,6 +95,8 @@ class Line(Table):
     address: Annotated[str, AfterValidator(_check_address)]
     protocol: str
     """What is spoken on it: the name of its family."""
+    owners: Array[Slug] = ()
+    """Gateways of the plant that may have it: the first opens it, the others may take it over."""
     reply_timeout_s: float = Field(0.5, gt=0, le=60)
     """From a command's last byte to the deadline of its reply; flash commands are given longer."""
     late_reply_s: float = Field(2.0, ge=0, le=60)

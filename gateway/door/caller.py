@@ -84,6 +84,9 @@ def require(plant: Plant, right: Right, *targets: object, leased: bool = True) -
     except NotPermitted as refusal:
         plant.security.note(entries.REQUEST_REFUSED, " ".join(addresses), why=refusal.detail)
         raise
+    if leased and right in LEASED:
+        for line_id in {part.line_id for address in addresses for part in plant.territory.parts(address)}:
+            plant.ownership.require_owner(line_id, ORIGIN.get().claim.owner_epoch)
     if leased and right in LEASED and plant.leases.mode != "off":
         origin = ORIGIN.get()
         parts = tuple(part for address in addresses for part in plant.territory.parts(address))

@@ -1,12 +1,15 @@
 """Lines: their state, and scans of them."""
 
-from typing import Annotated, Any, Final, Union
+from typing import Annotated, Any, Final, Literal, Union
 
 from pydantic import Field
 from typing_extensions import TypedDict
 
 from gateway.core.operation import Rows, Wait
+from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
+from gateway.core.tables import Slug
+from gateway.door import taking_over
 from gateway.door.caller import sees
 from gateway.door.names import LineId
 from gateway.families import FAMILIES
@@ -36,6 +39,26 @@ async def list_lines(plant: Plant) -> LineList:
 @ROWS.get("/lines/{line_id}", result=AnyLineInfo)
 async def get_line(plant: Plant, line_id: LineId) -> Any:
     """Tell the state of a line; nothing is sent."""
+    return plant.info(line_id)
+
+
+class TakeOverRequest(RequestModel, json_schema_extra=example(old="stocker1", has_cut=True)):
+    """What a person has done before a line is taken over."""
+
+    old: Slug = Field(description="The gateway that has had the line.")
+    has_cut: Literal[True] = Field(
+        description="The old gateway is off, or cannot reach the terminal server: a person has seen to that."
+    )
+
+
+@ROWS.post("/lines/{line_id}/take-over", Right.SETUP, leased=False)
+async def take_over_line(plant: Plant, line_id: LineId, take_over: TakeOverRequest) -> AnyLineInfo:
+    """Have a line that another gateway has had, because a person says so.
+
+    The terminal server throws the old gateway out as this one connects; all is proved as at each start.
+    What the old one had begun is followed as foreign, and is unknown until its position is read.
+    """
+    await taking_over.take_over(plant, line_id, take_over.old)
     return plant.info(line_id)
 
 

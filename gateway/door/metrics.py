@@ -159,6 +159,7 @@ class GatewayCollector(Collector):
         yield from self._of_requests()
         yield from self._of_events()
         yield from self._of_the_journal()
+        yield from self._of_the_membership()
         alarms = GaugeMetricFamily("motion_gateway_alarms", "Alarms that stand.", labels=("cause",))
         standing = Tally(alarm.cause for alarm in self._plant.alarms.standing())
         for cause in sorted({*self._plant.alarms.causes, *standing}):
@@ -191,6 +192,22 @@ class GatewayCollector(Collector):
         dropped.add_metric(("slow_consumer",), hub.slow_consumers)
         dropped.add_metric(("gap",), hub.gaps)
         yield dropped
+
+    def _of_the_membership(self) -> Iterator[Metric]:
+        membership = self._plant.membership
+        if membership is None:
+            return
+        yield GaugeMetricFamily(
+            "motion_gateway_plant_reached",
+            "Whether the servers of the plant take events.",
+            value=membership.trouble is None,
+        )
+        yield CounterMetricFamily(
+            "motion_gateway_plant_events", "Events that the plant has taken.", value=membership.forwarded
+        )
+        yield GaugeMetricFamily(
+            "motion_gateway_plant_behind", "Events that the plant has not taken yet.", value=membership.behind
+        )
 
     def _of_the_journal(self) -> Iterator[Metric]:
         journal = self._plant.journal

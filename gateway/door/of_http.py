@@ -23,7 +23,7 @@ FIGURES: Final = "it is the text that Prometheus reads"
 TICKET: Final = "it is for those who can send no header"
 STATUS: Final = "its status is the answer, for what watches processes over HTTP"
 
-_USABLE: Final = (LineState.READY, LineState.OUT_OF_STEP)
+_USABLE: Final = (LineState.READY, LineState.OUT_OF_STEP, LineState.STANDBY)
 _JOURNAL_TROUBLE: Final = (
     "The journal cannot be written: reads and stops are carried out, what else has an effect is refused and "
     "not sent. GET /alarms tells why, and what to do."

@@ -277,7 +277,8 @@ class Fics(Family):
 
     def stop_all(self, mode: StopMode) -> Awaitable[Stopped]:
         """Stop all robots."""
-        begun = all_of(partial(robot.stop, mode) for robot in self.robots())
+        own = [robot for robot in self.robots() if not robot.line.is_elsewhere()]
+        begun = all_of(partial(robot.stop, mode) for robot in own)
         return stopped("robots", asyncio.gather(*begun))
 
     # the end

@@ -521,7 +521,8 @@ class Rorze(Family):
 
     def stop_all(self, mode: StopMode) -> Awaitable[Stopped]:
         """Stop all bodies."""
-        return stopped("bodies", self.stops.stop(self.bodies(), mode))
+        own = [body for body in self.bodies() if not body.line.is_elsewhere()]
+        return stopped("bodies", self.stops.stop(own, mode))
 
     # news
 

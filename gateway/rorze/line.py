@@ -210,7 +210,9 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         return FrameSubject(b"%X" % number, frozenset((number, *self.groups.get(number, ()), *named)))
 
     def shows_silence(self, error: GatewayError) -> bool:
-        """Whether an error shows that a body does not answer, on a line that works."""
+        """Whether an error shows that a body does not answer, on a line that works or is another's."""
+        if self.state is LineState.STANDBY:
+            return True
         if self.state in (LineState.DOWN, LineState.SETTING_UP) or isinstance(error, GarbledReply):
             return False
         others = len(self.bodies) > 1

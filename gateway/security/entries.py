@@ -81,6 +81,7 @@ LINE_ADDED: Final = _row("line.added", "a line was written into the configuratio
 BODIES_ADDED: Final = _row(
     "bodies.added", "bodies were written into the configuration", "bodies", folds=False
 )
+LINE_TAKEN_OVER: Final = _row("line.taken_over", "a person has had this gateway take a line over", "old")
 POSITION_NAMED: Final = _row("position.named", "positions were named", "names")
 POWER_CYCLE_ACKNOWLEDGED: Final = _row("power_cycle.acknowledged", "a loss of power was acknowledged")
 ALARM_RESET: Final = _row("alarm.reset", "an alarm was reset", "alarm", "cause")

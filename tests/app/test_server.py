@@ -53,12 +53,12 @@ def test_nobody_waits_unheard_while_the_journal_is_looked_over(
 
 
 def test_a_port_that_another_takes_before_it_is_listened_on_is_told() -> None:
-    with server._bound(config_at(0).server) as listener, socket.socket() as other:
+    with server.bound(config_at(0).server) as listener, socket.socket() as other:
         other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         other.bind(listener.getsockname())
         other.listen()
         with pytest.raises(CannotListen, match=r"Address already in use. No line was opened\."):
-            server._listen(listener, config_at(0).server)
+            server.listen(listener, config_at(0).server)
 
 
 def config_at(port: int, host: str = "127.0.0.1") -> Config:

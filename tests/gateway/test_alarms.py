@@ -333,12 +333,13 @@ def test_every_cause_is_worded_in_both_languages_of_what_its_event_tells() -> No
 
 
 NEEDS_NOBODY: Final = {
-    "line": {"up", "strict", "message", "scan.running", "scan.finished", "scan.failed"},
+    "line": {"up", "owned", "strict", "message", "scan.running", "scan.finished", "scan.failed"},
     "gateway": {
         *("journal.recovered", "security.recovered", "shutting_down", "reloaded", "key.made", "key.revoked"),
         *("scan.finished", "scan.failed", "key.approved", "key.rotated", "key.expired"),
     },
     "stream": {"gap", "snapshot"},
+    "plant": {"reached"},
     "alarm": {"raised", "reset"},
     "io": {""},
     "body": {

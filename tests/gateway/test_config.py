@@ -13,6 +13,7 @@ from gateway.core.toml_files import ConfigError
 from gateway.families import FAMILIES
 from gateway.fics import config as fics
 from gateway.fics.config import Robot, RobotUnit
+from gateway.membership import PlantOfGateways
 from gateway.rorze.config import Body, Group, Line
 
 PLANT = """\
@@ -348,6 +349,7 @@ def test_the_robot_in_the_documentation_is_a_configuration() -> None:
         (Server, "[server]"),
         (Access, "[access]"),
         (Oidc, "[access.oidc]"),
+        (PlantOfGateways, "[plant]"),
         (tables.Line, "[[lines]]"),
         (Line, '[[lines]]` of protocol `"rorze"'),
         (fics.Line, '[[lines]]` of protocol `"fics"'),

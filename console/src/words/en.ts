@@ -168,6 +168,7 @@ export const en = {
     down: "down",
     silent: "silent",
     setting_up: "being set up",
+    standby: "another gateway has it",
     ready: "ready",
     out_of_step: "proving its replies",
   } as Record<string, string>,

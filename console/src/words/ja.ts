@@ -168,6 +168,7 @@ export const ja: typeof en = {
     down: "切断",
     silent: "応答なし",
     setting_up: "準備中",
+    standby: "他のゲートウェイが担当",
     ready: "使用可能",
     out_of_step: "応答の確認中",
   },

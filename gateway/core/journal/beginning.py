@@ -82,7 +82,7 @@ def begin(disk: Disk) -> Beginning:
 
 def left_in(
     disk: Disk,
-    most_events: int = 100_000,
+    most_events: int = 125_000,
     most_moves: int = 1000,
     most_alarms: int = 1000,
     most_works: int = 200,

@@ -27,7 +27,7 @@ class Retention:
 
     days: float = 30.0
     """Moves, intents, alarms and long work that are over; days in which gateways ran."""
-    events: int = 100_000
+    events: int = 125_000
     moves: int = 100_000
     keys_days: float = 1.0
     """Idempotency keys that were answered."""

@@ -164,6 +164,7 @@ POST      /lines                                         admin    plant
 POST      /lines/{line_id}/bodies                        admin    line
 GET       /lines/{line_id}                               view     line
 POST      /lines/{line_id}/scans                         setup    line
+POST      /lines/{line_id}/take-over                     setup    line
 GET       /lines/{line_id}/scans/{scan_id}               view     line
 POST      /commissionings                                admin    plant
 GET       /commissionings/{commissioning_id}             admin    plant

@@ -179,6 +179,7 @@ from motion_gateway_client.generated.types import (
     StoredPath,
     TableUpload,
     Taken,
+    TakeOverRequest,
     Ticket,
     Trace,
     Translations,
@@ -1446,6 +1447,22 @@ class AsyncOperations(Protocol):
     async def get_line(self, line_id: str) -> LineInfo | RobotLineInfo:
         """Tell the state of a line; nothing is sent."""
         answer: LineInfo | RobotLineInfo = await self.call("GET", filled("/lines/{line_id}", line_id=line_id))
+        return answer
+
+    async def take_over_line(
+        self, line_id: str, body: TakeOverRequest, /, *, idempotency_key: str | None = None
+    ) -> LineInfo | RobotLineInfo:
+        """Have a line that another gateway has had, because a person says so.
+
+        The terminal server throws the old gateway out as this one connects; all is proved as at each start.
+        What the old one had begun is followed as foreign, and is unknown until its position is read.
+        """
+        answer: LineInfo | RobotLineInfo = await self.call(
+            "POST",
+            filled("/lines/{line_id}/take-over", line_id=line_id),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
         return answer
 
     async def start_scan(

@@ -2348,6 +2348,8 @@ class EventList(TypedDict):
     events: list[
         LineUpEvent
         | LineDownEvent
+        | LineOwnedEvent
+        | LineTakenOverEvent
         | LineOrderViolatedEvent
         | GatewayJournalTroubleEvent
         | GatewayJournalRecoveredEvent
@@ -2379,6 +2381,8 @@ class EventList(TypedDict):
         | GatewayKeyEndsSoonEvent
         | GatewayKeyExpiredEvent
         | GatewayKeyRevokedEvent
+        | PlantUnreachableEvent
+        | PlantReachedEvent
         | StreamSnapshotEvent
         | BodyMoveQueuedEvent
         | BodyMoveSentEvent
@@ -3622,6 +3626,8 @@ class LineInfo(TypedDict):
     """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, live (values that somebody watches), probes (of the silent), fences, stops and set_up."""
     counters: dict[str, int]
     """What has happened on the line since the start."""
+    owner: NotRequired[OwnerInfo]
+    """Only of a line that another gateway may take over."""
     protocol: Literal["rorze"]
     controllers: str
     """What the link master answered to XID."""
@@ -3765,6 +3771,32 @@ class LineOrderViolatedEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: OrderViolated
+
+
+class LineOwnedEvent(TypedDict):
+    """A person has had this gateway take the line over; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.owned"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: LineOwner
+
+
+class LineOwner(TypedDict):
+    """Which gateway of a plant has a line now, and why."""
+
+    reason: str
+    owner: str | None
+    """Its name; null where nobody knows."""
+    epoch: int
+    """The number of take-overs so far, and one."""
 
 
 class LinePositions(TypedDict):
@@ -3984,6 +4016,22 @@ class LineStrictEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: Strictness
+
+
+class LineTakenOverEvent(TypedDict):
+    """Another gateway has the line, or may have it: this one does not open it again by itself; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.taken_over"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: LineOwner
 
 
 class LineUp(TypedDict):
@@ -4374,6 +4422,15 @@ class Overdue(TypedDict):
     request_id: str | None
 
 
+class OwnerInfo(TypedDict):
+    """Who has a line that may be taken over."""
+
+    gateway: str | None
+    """Its name in the plant; null where nobody knows."""
+    epoch: int
+    """The number of take-overs so far, and one; the header Owner-Epoch."""
+
+
 class PastWords(TypedDict):
     """An alarm whose cause is over, in both languages: nothing of it is told as so now."""
 
@@ -4526,6 +4583,44 @@ class PlannedScaraMove(TypedDict):
     """How long pulses would run, with the settings of now."""
     note: str | None
     """Why something is not known, or would be refused."""
+
+
+class PlantReachedEvent(TypedDict):
+    """The servers of the plant take this gateway's events again; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["plant.reached"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Nothing
+
+
+class PlantUnreachable(TypedDict):
+    """Why the servers of the plant do not take the gateway's events."""
+
+    reason: str
+
+
+class PlantUnreachableEvent(TypedDict):
+    """The servers of the plant do not take this gateway's events; they are sent later; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["plant.unreachable"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: PlantUnreachable
 
 
 class Port(TypedDict):
@@ -5596,6 +5691,8 @@ class RobotLineInfo(TypedDict):
     """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, live (values that somebody watches), probes (of the silent), fences, stops and set_up."""
     counters: dict[str, int]
     """What has happened on the line since the start."""
+    owner: NotRequired[OwnerInfo]
+    """Only of a line that another gateway may take over."""
     protocol: Literal["fics"]
     robot_id: str
     mode: int
@@ -7379,6 +7476,15 @@ class TableUpload(TypedDict):
     """As read back, once it has succeeded. Events leave them out: ask for the record."""
 
 
+class TakeOverRequest(TypedDict):
+    """What a person has done before a line is taken over."""
+
+    old: str
+    """The gateway that has had the line."""
+    has_cut: Literal[True]
+    """The old gateway is off, or cannot reach the terminal server: a person has seen to that."""
+
+
 class Taken(TypedDict):
     """A lease as its holder sees it."""
 
@@ -7646,7 +7752,7 @@ Effect: TypeAlias = Literal["read", "setting", "clearing", "motion", "stop", "ma
 JsonValue: TypeAlias = Any
 
 
-LineState: TypeAlias = Literal["down", "silent", "setting_up", "ready", "out_of_step"]
+LineState: TypeAlias = Literal["down", "silent", "standby", "setting_up", "ready", "out_of_step"]
 
 
 MoveStatus: TypeAlias = Literal[
@@ -7669,6 +7775,8 @@ WhenAnswered: TypeAlias = Literal["always", "on_completion", "at_once"]
 Event: TypeAlias = (
     LineUpEvent
     | LineDownEvent
+    | LineOwnedEvent
+    | LineTakenOverEvent
     | LineOrderViolatedEvent
     | GatewayJournalTroubleEvent
     | GatewayJournalRecoveredEvent
@@ -7700,6 +7808,8 @@ Event: TypeAlias = (
     | GatewayKeyEndsSoonEvent
     | GatewayKeyExpiredEvent
     | GatewayKeyRevokedEvent
+    | PlantUnreachableEvent
+    | PlantReachedEvent
     | StreamSnapshotEvent
     | BodyMoveQueuedEvent
     | BodyMoveSentEvent

@@ -1993,6 +1993,29 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/lines/{line_id}/take-over": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Take Over Line
+         * @description Have a line that another gateway has had, because a person says so.
+         *
+         *     The terminal server throws the old gateway out as this one connects; all is proved as at each start.
+         *     What the old one had begun is followed as foreign, and is unknown until its position is read.
+         */
+        post: operations["takeOverLine"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/lines/{line_id}/scans": {
         parameters: {
             query?: never;
@@ -9468,7 +9491,7 @@ export interface components {
          */
         EventList: {
             /** Events */
-            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["LineOrderViolatedEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["LineLeaseTakenEvent"] | components["schemas"]["LineLeaseReleasedEvent"] | components["schemas"]["LineLeaseExpiredEvent"] | components["schemas"]["LineLeaseTakenOverEvent"] | components["schemas"]["LineLeaseBrokenEvent"] | components["schemas"]["AlarmRaisedEvent"] | components["schemas"]["AlarmResetEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["GatewayReloadedEvent"] | components["schemas"]["GatewayReloadFailedEvent"] | components["schemas"]["GatewayScanFinishedEvent"] | components["schemas"]["GatewayScanFailedEvent"] | components["schemas"]["GatewayRecordingFinishedEvent"] | components["schemas"]["GatewayRecordingFailedEvent"] | components["schemas"]["GatewaySecurityTroubleEvent"] | components["schemas"]["GatewaySecurityRecoveredEvent"] | components["schemas"]["GatewayRefusalsBurstEvent"] | components["schemas"]["GatewayKeyMadeEvent"] | components["schemas"]["GatewayKeyApprovedEvent"] | components["schemas"]["GatewayKeyRotatedEvent"] | components["schemas"]["GatewayKeyEndsSoonEvent"] | components["schemas"]["GatewayKeyExpiredEvent"] | components["schemas"]["GatewayKeyRevokedEvent"] | components["schemas"]["StreamSnapshotEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyLeaseTakenEvent"] | components["schemas"]["BodyLeaseReleasedEvent"] | components["schemas"]["BodyLeaseExpiredEvent"] | components["schemas"]["BodyLeaseTakenOverEvent"] | components["schemas"]["BodyLeaseBrokenEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyBackupStartedEvent"] | components["schemas"]["BodyBackupProgressEvent"] | components["schemas"]["BodyBackupSucceededEvent"] | components["schemas"]["BodyBackupFailedEvent"] | components["schemas"]["BodyBackupCancelledEvent"] | components["schemas"]["BodyComparisonStartedEvent"] | components["schemas"]["BodyComparisonProgressEvent"] | components["schemas"]["BodyComparisonSucceededEvent"] | components["schemas"]["BodyComparisonFailedEvent"] | components["schemas"]["BodyComparisonCancelledEvent"] | components["schemas"]["BodyPositionReadingStartedEvent"] | components["schemas"]["BodyPositionReadingProgressEvent"] | components["schemas"]["BodyPositionReadingSucceededEvent"] | components["schemas"]["BodyPositionReadingFailedEvent"] | components["schemas"]["BodyPositionReadingCancelledEvent"] | components["schemas"]["BodyPositionUploadStartedEvent"] | components["schemas"]["BodyPositionUploadProgressEvent"] | components["schemas"]["BodyPositionUploadSucceededEvent"] | components["schemas"]["BodyPositionUploadFailedEvent"] | components["schemas"]["BodyPositionUploadCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineBackupStartedEvent"] | components["schemas"]["LineBackupProgressEvent"] | components["schemas"]["LineBackupSucceededEvent"] | components["schemas"]["LineBackupFailedEvent"] | components["schemas"]["LineBackupCancelledEvent"] | components["schemas"]["LineComparisonStartedEvent"] | components["schemas"]["LineComparisonProgressEvent"] | components["schemas"]["LineComparisonSucceededEvent"] | components["schemas"]["LineComparisonFailedEvent"] | components["schemas"]["LineComparisonCancelledEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupLeaseTakenEvent"] | components["schemas"]["GroupLeaseReleasedEvent"] | components["schemas"]["GroupLeaseExpiredEvent"] | components["schemas"]["GroupLeaseTakenOverEvent"] | components["schemas"]["GroupLeaseBrokenEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStopsUnconfirmedEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotLeaseTakenEvent"] | components["schemas"]["RobotLeaseReleasedEvent"] | components["schemas"]["RobotLeaseExpiredEvent"] | components["schemas"]["RobotLeaseTakenOverEvent"] | components["schemas"]["RobotLeaseBrokenEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotInputChangedEvent"] | components["schemas"]["RobotStatusChangedEvent"] | components["schemas"]["RobotSensorChangedEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotUnitMissingEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotBackupStartedEvent"] | components["schemas"]["RobotBackupProgressEvent"] | components["schemas"]["RobotBackupSucceededEvent"] | components["schemas"]["RobotBackupFailedEvent"] | components["schemas"]["RobotBackupCancelledEvent"] | components["schemas"]["RobotComparisonStartedEvent"] | components["schemas"]["RobotComparisonProgressEvent"] | components["schemas"]["RobotComparisonSucceededEvent"] | components["schemas"]["RobotComparisonFailedEvent"] | components["schemas"]["RobotComparisonCancelledEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
+            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["LineOwnedEvent"] | components["schemas"]["LineTakenOverEvent"] | components["schemas"]["LineOrderViolatedEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["LineLeaseTakenEvent"] | components["schemas"]["LineLeaseReleasedEvent"] | components["schemas"]["LineLeaseExpiredEvent"] | components["schemas"]["LineLeaseTakenOverEvent"] | components["schemas"]["LineLeaseBrokenEvent"] | components["schemas"]["AlarmRaisedEvent"] | components["schemas"]["AlarmResetEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["GatewayReloadedEvent"] | components["schemas"]["GatewayReloadFailedEvent"] | components["schemas"]["GatewayScanFinishedEvent"] | components["schemas"]["GatewayScanFailedEvent"] | components["schemas"]["GatewayRecordingFinishedEvent"] | components["schemas"]["GatewayRecordingFailedEvent"] | components["schemas"]["GatewaySecurityTroubleEvent"] | components["schemas"]["GatewaySecurityRecoveredEvent"] | components["schemas"]["GatewayRefusalsBurstEvent"] | components["schemas"]["GatewayKeyMadeEvent"] | components["schemas"]["GatewayKeyApprovedEvent"] | components["schemas"]["GatewayKeyRotatedEvent"] | components["schemas"]["GatewayKeyEndsSoonEvent"] | components["schemas"]["GatewayKeyExpiredEvent"] | components["schemas"]["GatewayKeyRevokedEvent"] | components["schemas"]["PlantUnreachableEvent"] | components["schemas"]["PlantReachedEvent"] | components["schemas"]["StreamSnapshotEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyLeaseTakenEvent"] | components["schemas"]["BodyLeaseReleasedEvent"] | components["schemas"]["BodyLeaseExpiredEvent"] | components["schemas"]["BodyLeaseTakenOverEvent"] | components["schemas"]["BodyLeaseBrokenEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyBackupStartedEvent"] | components["schemas"]["BodyBackupProgressEvent"] | components["schemas"]["BodyBackupSucceededEvent"] | components["schemas"]["BodyBackupFailedEvent"] | components["schemas"]["BodyBackupCancelledEvent"] | components["schemas"]["BodyComparisonStartedEvent"] | components["schemas"]["BodyComparisonProgressEvent"] | components["schemas"]["BodyComparisonSucceededEvent"] | components["schemas"]["BodyComparisonFailedEvent"] | components["schemas"]["BodyComparisonCancelledEvent"] | components["schemas"]["BodyPositionReadingStartedEvent"] | components["schemas"]["BodyPositionReadingProgressEvent"] | components["schemas"]["BodyPositionReadingSucceededEvent"] | components["schemas"]["BodyPositionReadingFailedEvent"] | components["schemas"]["BodyPositionReadingCancelledEvent"] | components["schemas"]["BodyPositionUploadStartedEvent"] | components["schemas"]["BodyPositionUploadProgressEvent"] | components["schemas"]["BodyPositionUploadSucceededEvent"] | components["schemas"]["BodyPositionUploadFailedEvent"] | components["schemas"]["BodyPositionUploadCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineBackupStartedEvent"] | components["schemas"]["LineBackupProgressEvent"] | components["schemas"]["LineBackupSucceededEvent"] | components["schemas"]["LineBackupFailedEvent"] | components["schemas"]["LineBackupCancelledEvent"] | components["schemas"]["LineComparisonStartedEvent"] | components["schemas"]["LineComparisonProgressEvent"] | components["schemas"]["LineComparisonSucceededEvent"] | components["schemas"]["LineComparisonFailedEvent"] | components["schemas"]["LineComparisonCancelledEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupLeaseTakenEvent"] | components["schemas"]["GroupLeaseReleasedEvent"] | components["schemas"]["GroupLeaseExpiredEvent"] | components["schemas"]["GroupLeaseTakenOverEvent"] | components["schemas"]["GroupLeaseBrokenEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStopsUnconfirmedEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotLeaseTakenEvent"] | components["schemas"]["RobotLeaseReleasedEvent"] | components["schemas"]["RobotLeaseExpiredEvent"] | components["schemas"]["RobotLeaseTakenOverEvent"] | components["schemas"]["RobotLeaseBrokenEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotInputChangedEvent"] | components["schemas"]["RobotStatusChangedEvent"] | components["schemas"]["RobotSensorChangedEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotUnitMissingEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotBackupStartedEvent"] | components["schemas"]["RobotBackupProgressEvent"] | components["schemas"]["RobotBackupSucceededEvent"] | components["schemas"]["RobotBackupFailedEvent"] | components["schemas"]["RobotBackupCancelledEvent"] | components["schemas"]["RobotComparisonStartedEvent"] | components["schemas"]["RobotComparisonProgressEvent"] | components["schemas"]["RobotComparisonSucceededEvent"] | components["schemas"]["RobotComparisonFailedEvent"] | components["schemas"]["RobotComparisonCancelledEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
             /** Cursor */
             cursor: string;
         };
@@ -12053,6 +12076,8 @@ export interface components {
             counters: {
                 [key: string]: number;
             };
+            /** @description Only of a line that another gateway may take over. */
+            owner?: components["schemas"]["OwnerInfo"];
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -12418,6 +12443,68 @@ export interface components {
             /** Correlationid */
             correlationid?: string | null;
             data: components["schemas"]["OrderViolated"];
+        };
+        /**
+         * LineOwnedEvent
+         * @description A person has had this gateway take the line over; about `/lines/{line_id}`.
+         */
+        LineOwnedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.owned";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["LineOwner"];
+        };
+        /**
+         * LineOwner
+         * @description Which gateway of a plant has a line now, and why.
+         */
+        LineOwner: {
+            /** Reason */
+            reason: string;
+            /**
+             * Owner
+             * @description Its name; null where nobody knows.
+             */
+            owner: string | null;
+            /**
+             * Epoch
+             * @description The number of take-overs so far, and one.
+             */
+            epoch: number;
         };
         /**
          * LinePositions
@@ -12872,7 +12959,7 @@ export interface components {
          * @description What a line can do for its users now.
          * @enum {string}
          */
-        LineState: "down" | "silent" | "setting_up" | "ready" | "out_of_step";
+        LineState: "down" | "silent" | "standby" | "setting_up" | "ready" | "out_of_step";
         /**
          * LineStatuses
          * @description The controller status of all bodies of a line.
@@ -12990,6 +13077,50 @@ export interface components {
             /** Correlationid */
             correlationid?: string | null;
             data: components["schemas"]["Strictness"];
+        };
+        /**
+         * LineTakenOverEvent
+         * @description Another gateway has the line, or may have it: this one does not open it again by itself; about `/lines/{line_id}`.
+         */
+        LineTakenOverEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.taken_over";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["LineOwner"];
         };
         /**
          * LineUp
@@ -13800,6 +13931,22 @@ export interface components {
             request_id: string | null;
         };
         /**
+         * OwnerInfo
+         * @description Who has a line that may be taken over.
+         */
+        OwnerInfo: {
+            /**
+             * Gateway
+             * @description Its name in the plant; null where nobody knows.
+             */
+            gateway: string | null;
+            /**
+             * Epoch
+             * @description The number of take-overs so far, and one; the header Owner-Epoch.
+             */
+            epoch: number;
+        };
+        /**
          * PastWords
          * @description An alarm whose cause is over, in both languages: nothing of it is told as so now.
          */
@@ -14127,6 +14274,102 @@ export interface components {
              * @description Why something is not known, or would be refused.
              */
             note: string | null;
+        };
+        /**
+         * PlantReachedEvent
+         * @description The servers of the plant take this gateway's events again; about `/gateway`.
+         */
+        PlantReachedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "plant.reached";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Nothing"];
+        };
+        /**
+         * PlantUnreachable
+         * @description Why the servers of the plant do not take the gateway's events.
+         */
+        PlantUnreachable: {
+            /** Reason */
+            reason: string;
+        };
+        /**
+         * PlantUnreachableEvent
+         * @description The servers of the plant do not take this gateway's events; they are sent later; about `/gateway`.
+         */
+        PlantUnreachableEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "plant.unreachable";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["PlantUnreachable"];
         };
         /**
          * Port
@@ -16745,6 +16988,8 @@ export interface components {
             counters: {
                 [key: string]: number;
             };
+            /** @description Only of a line that another gateway may take over. */
+            owner?: components["schemas"]["OwnerInfo"];
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -21061,6 +21306,27 @@ export interface components {
              * @description As read back, once it has succeeded. Events leave them out: ask for the record.
              */
             positions: components["schemas"]["NamedPosition"][] | null;
+        };
+        /**
+         * TakeOverRequest
+         * @description What a person has done before a line is taken over.
+         * @example {
+         *       "has_cut": true,
+         *       "old": "stocker1"
+         *     }
+         */
+        TakeOverRequest: {
+            /**
+             * Old
+             * @description The gateway that has had the line.
+             */
+            old: string;
+            /**
+             * Has Cut
+             * @description The old gateway is off, or cannot reach the terminal server: a person has seen to that.
+             * @constant
+             */
+            has_cut: true;
         };
         /**
          * Taken
@@ -26731,6 +26997,57 @@ export interface operations {
             cookie?: never;
         };
         requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LineInfo"] | components["schemas"]["RobotLineInfo"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    takeOverLine: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["TakeOverRequest"];
+            };
+        };
         responses: {
             /** @description Successful Response */
             200: {

@@ -1,0 +1,117 @@
+"""Who may see what of a plant: each gateway is asked with the caller's own key, the plant decides nothing."""
+
+import asyncio
+from collections.abc import Mapping
+from dataclasses import dataclass
+from time import monotonic
+from typing import Any, Final
+
+from fleet.feed import PlantEvent, Wanted
+from fleet.registry import Gateway, Registry
+from fleet.upstream import Caller, Upstream
+from gateway.access.errors import NotAuthenticated, NotPermitted
+from gateway.core.errors import GatewayError
+
+FRESH_S: Final = 5.0
+"""What a gateway says of a key counts for so long."""
+KEPT_S: Final = 3600.0
+"""Of a gateway that cannot be asked its last word counts for so long."""
+MOST: Final = 10_000
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a gateway says of a caller."""
+
+    sees: bool
+    scope: frozenset[str] | None
+    at: float
+
+
+class Callers:
+    """Asks the gateways who may see something; nothing is asked where the plant is open."""
+
+    def __init__(self, registry: Registry, upstream: Upstream, *, is_open: bool) -> None:
+        self._registry, self._upstream = registry, upstream
+        self._is_open = is_open
+        self._verdicts: dict[tuple[str, str], Verdict] = {}
+
+    def require_shown(self, caller: Caller) -> None:
+        """Refuse who shows nothing.
+
+        :raises NotAuthenticated: the plant takes keys, and none is shown.
+        """
+        if not self._is_open and not caller.authorization:
+            raise NotAuthenticated("A key is needed; nothing was sent.")
+
+    async def sight_of(self, caller: Caller) -> "Sight":
+        """Find out what a caller may see.
+
+        :raises NotAuthenticated, NotPermitted: no gateway takes the key, or none can be asked about it.
+        """
+        if self._is_open:
+            return Sight(None)
+        self.require_shown(caller)
+        gateways = self._registry.all()
+        verdicts = await asyncio.gather(*(self._verdict(caller, it) for it in gateways))
+        told = {it.name: verdict for it, verdict in zip(gateways, verdicts, strict=True)}
+        if any(it is not None and it.sees for it in verdicts):
+            return Sight(told)
+        if any(it is not None for it in verdicts):
+            raise NotAuthenticated("No gateway of the plant takes this key; nothing was sent.")
+        raise NotPermitted(
+            "No gateway of the plant can be asked whether this key is good; nothing was sent.",
+            "Use the console of a gateway itself; POST /stop goes to all of them nevertheless.",
+        )
+
+    async def _verdict(self, caller: Caller, gateway: Gateway) -> Verdict | None:
+        key = caller.id, gateway.name
+        known = self._verdicts.get(key)
+        if known is not None and monotonic() - known.at < FRESH_S:
+            return known
+        try:
+            answer = await self._upstream.ask(
+                gateway, "GET", "/system/identity", caller.headers, within_s=FRESH_S / 2
+            )
+        except GatewayError:
+            return known if known is not None and monotonic() - known.at < KEPT_S else None
+        told: Mapping[str, Any] = answer.json() if answer.is_success else {}
+        scope = told.get("scope")
+        verdict = Verdict(
+            "view" in told.get("rights", ()), None if scope is None else frozenset(scope), monotonic()
+        )
+        while len(self._verdicts) >= MOST:
+            del self._verdicts[next(iter(self._verdicts))]
+        self._verdicts.pop(key, None)
+        self._verdicts[key] = verdict
+        return verdict
+
+
+class Sight:
+    """What a caller may see of the events."""
+
+    def __init__(self, verdicts: Mapping[str, Verdict | None] | None) -> None:
+        self._verdicts = verdicts
+        known = [it for it in (verdicts or {}).values() if it is not None]
+        self._sees_unasked = all(it.sees and it.scope is None for it in known)
+        """A gateway that cannot be asked is seen by those whom all others let see everything."""
+
+    def sees(self, event: PlantEvent) -> bool:
+        """Whether an event is within it."""
+        if self._verdicts is None:
+            return True
+        verdict = self._verdicts.get(event.gateway)
+        if verdict is None:
+            return self._sees_unasked
+        return verdict.sees and (verdict.scope is None or _covers(verdict.scope, event.subject))
+
+    def within(self, wanted: Wanted) -> Wanted:
+        """Narrow what is wanted down to it."""
+        return lambda event: self.sees(event) and wanted(event)
+
+
+def _covers(scope: frozenset[str], subject: str) -> bool:
+    """Whether a scope covers what an event is about: a line all that is on it, a robot its units."""
+    _, _, address = subject.rpartition(":")
+    names = {address, address.partition(".")[0], address.partition("/")[0]}
+    return ":" in subject and not scope.isdisjoint(names)

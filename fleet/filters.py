@@ -1,0 +1,64 @@
+"""Which events a client of the plant wants."""
+
+import re
+from collections.abc import Callable
+
+from fleet.feed import PlantEvent, Wanted
+from gateway.core.errors import InvalidRequest
+from gateway.core.events import GAP
+from gateway.core.spelling import spelled
+
+_TYPE = re.compile(r"[a-z0-9_]+(?:\.[a-z0-9_]+)*(?:\.\*)?")
+_GATEWAY = re.compile(r"[a-z][a-z0-9-]{0,31}")
+
+
+def filter_of(bodies: str | None, types: str | None, gateways: str | None) -> Wanted:
+    """Read what is wanted: addresses, types such as `body.move.*`, gateways; a gap concerns everybody.
+
+    :raises InvalidRequest: one of them is none.
+    """
+    tests = [
+        *([_by_type(_split(types))] if types else ()),
+        *([_by_address(_split(bodies))] if bodies else ()),
+        *([_by_gateway(_split(gateways))] if gateways else ()),
+    ]
+    return lambda event: event.type == GAP or all(test(event) for test in tests)
+
+
+def _split(text: str) -> list[str]:
+    return [part.strip() for part in text.split(",")]
+
+
+def _by_type(types: list[str]) -> Callable[[PlantEvent], bool]:
+    for it in types:
+        if not _TYPE.fullmatch(it):
+            raise InvalidRequest(f"types: {it!r} is no type of events.", "Give types such as body.move.*")
+    exact = {it for it in types if not it.endswith("*")}
+    prefixes = tuple(it.removesuffix("*") for it in types if it.endswith("*"))
+    return lambda event: event.type in exact or event.type.startswith(prefixes)
+
+
+def _by_address(addresses: list[str]) -> Callable[[PlantEvent], bool]:
+    wanted = set()
+    for it in addresses:
+        gateway, colon, address = it.rpartition(":")
+        if (canonical := spelled(address)) is None or (colon and not _GATEWAY.fullmatch(gateway)):
+            raise InvalidRequest(
+                f"bodies: {it!r} is no address.", "Give addresses such as stocker1:line1.3F or 3F."
+            )
+        wanted.add((gateway, canonical))
+
+    def passes(event: PlantEvent) -> bool:
+        address = event.subject.rpartition(":")[2]
+        names = (address, address.rpartition(".")[2], address.partition("/")[0])
+        return any((gateway, name) in wanted for name in names for gateway in (event.gateway, ""))
+
+    return passes
+
+
+def _by_gateway(gateways: list[str]) -> Callable[[PlantEvent], bool]:
+    for it in gateways:
+        if not _GATEWAY.fullmatch(it):
+            raise InvalidRequest(f"gateways: {it!r} is no name of a gateway.", "GET /gateways lists them.")
+    wanted = set(gateways)
+    return lambda event: event.gateway in wanted

@@ -1,0 +1,117 @@
+"""Leases over several gateways: taken in one order, and given back together."""
+
+import json
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Annotated, Any, Final
+
+import httpx
+from pydantic import BaseModel, ConfigDict, Field
+
+from fleet.addresses import outward
+from fleet.registry import Gateway, Registry
+from fleet.upstream import Caller, Upstream
+from gateway.core.errors import GatewayError, InvalidRequest, NotFound
+
+JSON: Final = {"Content-Type": "application/json"}
+
+
+class PlantLeaseRequest(BaseModel):
+    """What to lease: one address of the plant, or several that are leased together."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    scope: str | None = None
+    scopes: Annotated[list[str], Field(max_length=32)] = []
+    ttl_s: float = 10.0
+    take_over: bool = False
+
+
+class Refusal(Exception):
+    """A gateway has refused a lease; those that were taken before are given back."""
+
+    def __init__(self, gateway: str, answer: httpx.Response) -> None:
+        super().__init__(f"{gateway}: status {answer.status_code}")
+        self.gateway, self.answer = gateway, answer
+
+
+class PlantLeases:
+    """Takes, renews and ends leases at the gateways that own what is leased."""
+
+    def __init__(self, registry: Registry, upstream: Upstream) -> None:
+        self._registry, self._upstream = registry, upstream
+
+    async def take(self, asked: PlantLeaseRequest, caller: Caller) -> dict[str, Any]:
+        """Take all leases in the order of their addresses, so that two callers never wait in a ring.
+
+        :raises Refusal: a gateway has refused; nothing is leased.
+        :raises GatewayError: a gateway was not reached, or there is no such thing; nothing is leased.
+        """
+        scopes = sorted({*asked.scopes, *([asked.scope] if asked.scope else [])})
+        if not scopes:
+            raise InvalidRequest("scope: it is missing; nothing was leased.", "Name what to lease.")
+        places = [self._place(scope) for scope in scopes]
+        taken: list[tuple[Gateway, Any]] = []
+        try:
+            for gateway, scope in places:
+                wanted = {"scope": scope, "ttl_s": asked.ttl_s, "take_over": asked.take_over}
+                taken.append((gateway, await self._take_one(gateway, wanted, caller)))
+        except BaseException:
+            await self._give_back(taken, caller)
+            raise
+        return _united([outward(gateway.name, it) for gateway, it in taken])
+
+    async def _take_one(self, gateway: Gateway, wanted: object, caller: Caller) -> Any:
+        content = json.dumps(wanted).encode()
+        answer = await self._upstream.ask(gateway, "POST", "/leases", {**caller.headers, **JSON}, content)
+        if not answer.is_success:
+            raise Refusal(gateway.name, answer)
+        return answer.json()
+
+    async def _give_back(self, taken: Sequence[tuple[Gateway, Any]], caller: Caller) -> None:
+        for gateway, lease in reversed(taken):
+            with suppress(GatewayError):  # it ends by itself
+                await self._upstream.ask(gateway, "DELETE", f"/leases/{lease['lease']}", caller.headers)
+
+    async def each(self, leases: str, action: str, tokens: str, caller: Caller) -> dict[str, Any]:
+        """Renew (`renew`), read (empty) or end (`DELETE`) leases that were taken together: ids with commas.
+
+        :raises Refusal: a gateway has refused one; of those that are ended the others are ended nevertheless.
+        """
+        from fleet.addresses import tokens_for
+
+        told, refusal = [], None
+        method = "DELETE" if action == "DELETE" else "POST" if action else "GET"
+        for gateway, lease in map(self._place, leases.split(",")):
+            path = f"/leases/{lease}{'/renew' if action == 'renew' else ''}"
+            shown = tokens_for(gateway.name, tokens)
+            headers = {**caller.headers, **({"Lease-Token": shown} if shown else {})}
+            answer = await self._upstream.ask(gateway, method, path, headers)
+            if not answer.is_success:
+                refusal = refusal or Refusal(gateway.name, answer)
+            else:
+                told.append(outward(gateway.name, answer.json()))
+        if refusal is not None:
+            raise refusal
+        return _united(told)
+
+    def _place(self, scope: str) -> tuple[Gateway, str]:
+        name, colon, own = scope.strip().partition(":")
+        gateway = self._registry.get(name)
+        if not (colon and own) or gateway is None:
+            raise NotFound(
+                f"There is no {scope[:80]} in the plant; nothing was leased.",
+                "Put the name of a gateway in front: stocker1:line1.3F. GET /gateways lists them.",
+            )
+        return gateway, own
+
+
+def _united(leases: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """One lease as it is; of several one document, whose id and token stand for all of them."""
+    if len(leases) == 1:
+        return dict(leases[0])
+    return {
+        "lease": ",".join(it["lease"] for it in leases),
+        **({"token": ",".join(it["token"] for it in leases)} if all("token" in it for it in leases) else {}),
+        "leases": list(leases),
+    }

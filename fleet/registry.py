@@ -1,0 +1,113 @@
+"""Which gateways there are, and when each was heard last; nobody is called dead."""
+
+import logging
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from time import monotonic
+from typing import Any, Final
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from gateway.core.tables import Slug
+from gateway.membership import check_gateway_url
+
+log = logging.getLogger(__name__)
+
+UNHEARD_S: Final = 10.0
+"""A gateway that was not heard for longer is `unheard`."""
+
+
+class Entry(BaseModel):
+    """What a gateway says of itself."""
+
+    model_config = ConfigDict(extra="ignore", frozen=True)
+
+    name: Slug
+    url: str
+    fingerprint: str | None = None
+    lines: list[str] = []
+    owners: dict[str, str] = {}
+    """Lines that another gateway has, with its name."""
+    version: str = ""
+    cursor: str = ""
+
+
+@dataclass
+class Gateway:
+    """A gateway of the plant, as far as it is known."""
+
+    name: str
+    url: str
+    lines: list[str] = field(default_factory=list)
+    owners: dict[str, str] = field(default_factory=dict)
+    version: str | None = None
+    cursor: str | None = None
+    fingerprint: str | None = None
+    heard_at: float | None = None
+
+
+class Registry:
+    """All gateways that were ever heard, and those that the configuration names with their addresses.
+
+    The key of a caller is shown at an address: so that of the configuration counts, and not another one that
+    somebody with stolen credentials has put into the registry.
+    """
+
+    def __init__(
+        self, named: Mapping[str, str] | None = None, clock: Callable[[], float] = monotonic
+    ) -> None:
+        self._named = dict(named or {})
+        self._clock = clock
+        self._gateways = {name: Gateway(name, url) for name, url in self._named.items()}
+
+    def note(self, subject: str, content: bytes) -> None:
+        """Take an entry of the registry; one in the place of another gateway, or without sense, is none."""
+        try:
+            entry = Entry.model_validate_json(content)
+            url = self._named.get(entry.name) or check_gateway_url(entry.url)
+        except (ValidationError, ValueError) as error:
+            log.warning("an entry of the registry is left unheeded (%s): %s", subject, error)
+            return
+        if subject.rpartition(".")[2] != entry.name:
+            log.warning("an entry of the registry is left unheeded (%s): it names %s", subject, entry.name)
+            return
+        known = self._gateways.setdefault(entry.name, Gateway(entry.name, url))
+        known.url, known.lines, known.version = url, entry.lines, entry.version
+        known.cursor, known.fingerprint, known.owners = entry.cursor, entry.fingerprint, entry.owners
+        known.heard_at = self._clock()
+
+    def heard(self, name: str) -> None:
+        """Take note that a gateway has answered."""
+        if name in self._gateways:
+            self._gateways[name].heard_at = self._clock()
+
+    def get(self, name: str) -> Gateway | None:
+        """Find one; None where there is none of this name."""
+        return self._gateways.get(name)
+
+    def all(self) -> list[Gateway]:
+        """All of them, by their names."""
+        return [self._gateways[name] for name in sorted(self._gateways)]
+
+    def age_s(self, gateway: Gateway) -> float | None:
+        """For how long it was not heard; None where it never was."""
+        return None if gateway.heard_at is None else max(0.0, self._clock() - gateway.heard_at)
+
+    def is_online(self, gateway: Gateway) -> bool:
+        """Whether it was heard within the last seconds."""
+        age_s = self.age_s(gateway)
+        return age_s is not None and age_s <= UNHEARD_S
+
+    def told(self, gateway: Gateway) -> dict[str, Any]:
+        """Tell of one, as `GET /gateways` does."""
+        age_s = self.age_s(gateway)
+        return {
+            "name": gateway.name,
+            "url": gateway.url,
+            "state": "online" if self.is_online(gateway) else "unheard",
+            "heard_age_s": None if age_s is None else round(age_s, 3),
+            "lines": gateway.lines,
+            "version": gateway.version,
+            "cursor": gateway.cursor,
+            "fingerprint": gateway.fingerprint,
+        }

@@ -1,0 +1,17 @@
+"""The message by which a plant is stopped besides HTTP."""
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class StopMessage(BaseModel):
+    """A stop of everything. Of the caller's key it has the hash, which is good for stops and no more."""
+
+    model_config = ConfigDict(extra="ignore", frozen=True)
+
+    mode: Literal["decelerate", "immediate"] = "decelerate"
+    request_id: str = Field(pattern="^[A-Za-z0-9]{1,64}$")
+    """What the reports of the gateways are told apart by."""
+    key_prefix: str = ""
+    key_sha256: str = ""

@@ -1,0 +1,50 @@
+"""The console of a plant, in a browser."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from tests.fleet.plants import Plant, needs_engine, plant_of
+
+pytestmark = needs_engine
+
+
+@pytest.fixture(scope="module")
+def plant(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Plant]:
+    with plant_of(Path(tmp_path_factory.mktemp("console"))) as plant:
+        yield plant
+
+
+@pytest.fixture
+def page(browser: Browser, plant: Plant) -> Page:
+    page = browser.new_context(locale="en-GB").new_page()
+    page.goto(plant.process.url)
+    return page
+
+
+def test_gateways_bodies_and_alarms_of_all_are_on_one_page(page: Page, plant: Plant) -> None:
+    expect(page.locator("#gateways li")).to_have_count(2)
+    expect(page.locator("#summary")).to_have_text("2 of 2 gateways online, 0 alarms")
+    expect(page.locator("#bodies tr")).to_have_count(4)
+    page.fill("#search", "stocker2 3f")
+    expect(page.locator("#bodies tr")).to_have_count(1)
+    expect(page.locator("#bodies td").first).to_have_text("stocker2:line1.3F")
+    link = page.get_by_role("link", name="console").first
+    expect(link).to_have_attribute("href", plant.gateways[0].url)
+    page.click("#language")
+    expect(page.get_by_role("button", name="全停止")).to_be_visible()
+
+
+def test_everything_is_stopped_with_one_tap_and_what_is_lost_is_struck_out(page: Page, plant: Plant) -> None:
+    expect(page.locator("#bodies tr")).to_have_count(4)
+    page.click("#stop")
+    expect(page.locator("#stopped")).to_have_text("Every controller of every gateway reports standstill.")
+    plant.gateways[1].kill()
+    page.click("#stop")
+    expect(page.locator("#stopped")).to_contain_text("stocker2 was not reached")
+    expect(page.locator("#stopped")).to_contain_text("hardware stop")
+    expect(page.locator("#gateways li.unheard")).to_contain_text("stocker2")
+    expect(page.locator("#bodies tr.unheard")).to_have_count(2)
+    plant.gateways[1].start()
