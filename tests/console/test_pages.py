@@ -362,6 +362,19 @@ def program_of(plant: Plant) -> str:
     return source
 
 
+def test_a_setting_of_a_robots_axis_is_read_in_words_and_changed(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/robot/r1")
+    console.page.locator("summary", has_text="Settings").click()
+    field = console.page.get_by_label("Acceleration time X", exact=True)
+    expect(field).to_have_value("200")
+    field.fill("250")
+    field.press("Enter")
+    console.shows("Acceleration time X: done.")
+    told = plant.gateway.get("/robots/r1/units/1/settings")
+    assert told["acceleration_time_ms"]["X"] == 250
+    expect(field).to_have_value("250")
+
+
 def test_the_wire_shows_what_a_frame_means_and_who_asked(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/wire/line1")
     plant.gateway.command("00", "get-information", comment_number=1)

@@ -10,7 +10,7 @@ const ABOUT: Record<string, About> = {
   homing_retries: ["Homing retries", "How often a failed origin search is tried again.", "原点復帰リトライ回数", "失敗した原点サーチをやり直す回数です。"],
   stall_sensor_interval: ["STALL sensor interval", "Period of the dogs of the STALL sensor.", "脱調センサ間隔", "脱調センサのドグの周期です。"],
   stall_sensor_detection: ["STALL sensor detection", "Whether a missing dog ends a move with a STALL error.", "脱調センサ検出", "ドグが来ないとき脱調エラーで停止するかどうかです。"],
-  start_speed_pps: ["Start speed", "Speed at which the standard ramps begin.", "起動速度", "標準の加減速が始まる速度です。"],
+  start_speed_pps: ["Start speed", "Speed at which ramps begin.", "起動速度", "加減速が始まる速度です。"],
   maximum_speed_pps: ["Maximum speed", "Top speed of moves with the standard ramps.", "最高速度", "標準の加減速での最高速度です。"],
   acceleration_pps_s: ["Acceleration", "How fast the speed rises and falls.", "加速度", "速度が上下する割合です。"],
   rising_percent: ["S-share at the beginning", "Part of a ramp in which the acceleration rises.", "立ち上がり S 字率", "加速度が増えていく区間の割合です。"],
@@ -44,11 +44,23 @@ const ABOUT: Record<string, About> = {
   position_index: ["Position index", "The number in the table of positions that stepping goes on from.", "位置番号", "位置テーブルを順に進む現在の番号です。"],
   comments: ["Comments", "Notes of up to 40 characters that the controller keeps.", "コメント", "コントローラが保持する 40 文字までのメモです。"],
   autostart: ["Autostart", "Whether the user program starts at power-on.", "自動起動", "電源投入時にプログラムを開始するかどうかです。"],
+  // of a unit of a robot (C-HOST manual 2)
+  smooth_acceleration: ["S-curve", "Speed rises and falls smoothly; of all axes of the unit.", "S 字加減速", "速度をなめらかに変えます。ユニットの全軸に共通です。"],
+  speed_percent: ["Speed", "Per cent of the maximum speed, 0.1-100; 100 after power-on.", "速度", "最高速度に対する百分率、0.1～100。電源投入後は 100 です。"],
+  maximum_speed: ["Maximum speed", "The speed that is 100 %.", "最高速度", "100 % にあたる速度です。"],
+  acceleration_time_ms: ["Acceleration time", "In ms, 1-9999.", "加速時間", "ms、1～9999。"],
+  deceleration_time_ms: ["Deceleration time", "In ms, 1-9999; a software stop takes so long.", "減速時間", "ms、1～9999。ソフトウェア停止にもこの時間がかかります。"],
+  upper_soft_limit: ["Upper soft limit", "Moves that would end beyond it are refused.", "ソフトリミット上限", "これを超えて終わる動作を拒否します。"],
+  lower_soft_limit: ["Lower soft limit", "Moves that would end below it are refused.", "ソフトリミット下限", "これを下回って終わる動作を拒否します。"],
+  homing_type: ["Homing type", "0 to 5: with which sensors the axis finds its origin.", "原点復帰タイプ", "0～5。どのセンサで原点を見つけるかです。"],
+  homing_offset: ["Homing offset", "From the origin found to the place that counts as 0.", "原点オフセット", "見つけた原点から 0 とする位置までの量です。"],
+  homing_speed: ["Homing speed", "The speed of the search for the sensor.", "原点復帰速度", "センサを探す速度です。"],
+  index_search_speed: ["Index search speed", "The slow speed of the last search.", "インデックス検索速度", "最後に探すときの低速です。"],
 };
 
 /** Its name and a sentence of help; the name of the interface where there is none. */
 export function aboutSetting(name: string, language: Language): { title: string; help: string } {
-  const found = ABOUT[name];
+  const found = ABOUT[name] ?? ABOUT[name.replace(/^motor_/, "")];
   if (!found) return { title: name, help: "" };
   const [en, enHelp, ja, jaHelp] = found;
   return language === "ja" ? { title: ja, help: jaHelp } : { title: en, help: enHelp };
