@@ -70,6 +70,10 @@ class State:
         """Why it is not online."""
         return "; ".join((*self._down.values(), *self._to_do)) or None
 
+    def is_up(self, side: str) -> bool:
+        """Whether a side is connected."""
+        return side not in self._down
+
     async def wait_for(self, side: str, *, connected: bool = True) -> None:
         """Wait until a side is connected, or is not."""
         while (side in self._down) is connected:

@@ -13,6 +13,7 @@ from bridges.common.process import Host, Kind
 from bridges.opcua.certificates import Trusted, own_certificate
 from bridges.opcua.checks import check
 from bridges.opcua.events import Events, is_end
+from bridges.opcua.locks import Locks
 from bridges.opcua.methods import Commands, PlantMethods
 from bridges.opcua.nodes import Space
 from bridges.opcua.plant import Axis, Plant
@@ -53,9 +54,10 @@ class Bridge:
         )
         self._space = Space(self._listener)
         commands = Commands(host.figures)
-        self._methods = PlantMethods(self._space, commands)
+        self._locks = Locks(self._space, commands, host.gateway)
+        self._methods = PlantMethods(self._space, commands, self._locks)
         self._plant = Plant(self._space, host.mirror, self._methods, file.opcua.good_for_s)
-        self._plant.is_connected = lambda: host.state.online or "gateway" not in (host.state.reason or "")
+        self._plant.is_connected = lambda: host.state.is_up("gateway")
         self._events = Events(self._space, self._server, commands)
         self._due: dict[str, None] = {}
         self._news = asyncio.Event()
@@ -93,6 +95,7 @@ class Bridge:
             self._follow_monitored(),
             self._read_limits(),
             self._judge_keys(),
+            self._locks.run(),
             self._work(),
         ]
 
@@ -130,6 +133,8 @@ class Bridge:
         """Tell what an event says; nothing is kept for clients that are away."""
         if is_end(event["type"]):
             await self._events.tell_move(event)
+        elif ".lease." in event["type"]:
+            self._locks.news.set()
         elif event["type"] in KEY_EVENTS:
             self._keys_due.set()
         self._host.figures.events.inc()

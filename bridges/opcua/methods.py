@@ -4,7 +4,7 @@ import asyncio
 import logging
 import re
 from collections.abc import Awaitable, Callable, Iterable, Sequence
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, Protocol
 from urllib.parse import quote
 
 from asyncua import ua
@@ -106,8 +106,9 @@ class Request(NamedTuple):
     """What the gateway is asked."""
 
     path: str
-    body: Any
+    body: Any = None
     key: str | None = None
+    method: str = "POST"
 
 
 def result(status: int, gives: Sequence[Argument], *values: Any) -> ua.CallMethodResult:
@@ -122,8 +123,13 @@ def status_of(answer: Answer) -> int:
     """Give the status of a refusal."""
     if answer.is_success:
         return Codes.Good
-    kind = str(answer.content.get("type", "")).removeprefix(PREFIX)
-    return KINDS.get(kind) or STATUSES.get(answer.status, Codes.BadUnexpectedError)
+    return KINDS.get(kind_of(answer)) or STATUSES.get(answer.status, Codes.BadUnexpectedError)
+
+
+def kind_of(answer: Answer) -> str:
+    """Give the kind of a refusal, as the gateway names it."""
+    content = answer.content if isinstance(answer.content, dict) else {}
+    return str(content.get("type", "refused")).removeprefix(PREFIX)
 
 
 def sentences(answer: Answer) -> tuple[str, str]:
@@ -148,7 +154,7 @@ class Commands:
                 401, {"detail": "Nobody is signed in; nothing was sent.", "remedy": "Sign in."}, False
             )
         try:
-            answer = await guest.ask("POST", request.path, request.body, request.key)
+            answer = await guest.ask(request.method, request.path, request.body, request.key)
         except NoAnswer as error:
             answer = Answer(
                 503 if error.moved == "no" else 504,
@@ -171,16 +177,24 @@ class Commands:
         elif answer.status == 504:
             outcome = "unknown"
         self._figures.command(outcome)
-        facts = {"who": guest.name, "path": request.path, "status": answer.status}
+        kind = None if answer.is_success else kind_of(answer)
+        facts = {"who": guest.name, "path": request.path, "status": answer.status, "kind": kind}
         say = log.info if answer.is_success or stops else log.warning
-        say("command %s: %s", outcome, sentences(answer)[0] or answer.status, extra={"facts": facts})
+        say("command %s", outcome, extra={"facts": facts})
+
+
+class Locks(Protocol):
+    """Adds the locks of the plant's nodes."""
+
+    def add(self, name: str, address: str, node: ua.NodeId) -> None:
+        """Add that of an axis, a line or a robot."""
 
 
 class PlantMethods:
     """Adds methods to nodes, and does what they say."""
 
-    def __init__(self, space: Space, commands: Commands) -> None:
-        self._space, self._commands = space, commands
+    def __init__(self, space: Space, commands: Commands, locks: Locks) -> None:
+        self._space, self._commands, self._locks = space, commands, locks
 
     # what there is
 
@@ -204,6 +218,7 @@ class PlantMethods:
                 MOVED,
                 self._moving(lambda key, within: _home(axis.path, key, within)),
             )
+        self._locks.add(name, address, node)
         self._add(node, name, "Jog", address, JOG, JOGGED, self._jogging(axis))
         jogs = f"{_owner(axis.path)}/jogs"
         for method, verb in (("Heartbeat", "heartbeat"), ("StopJog", "stop")):
@@ -232,7 +247,8 @@ class PlantMethods:
         self._add(node, name, "Stop", address, (), STOPPED, self._stopping([path]))
 
     def of_device(self, name: str, paths: list[str], address: str, node: ua.NodeId) -> None:
-        """Add the stop of a line or a robot."""
+        """Add the stop and the lock of a line or a robot."""
+        self._locks.add(name, address, node)
         self._add(node, name, "Stop", address, (), STOPPED, self._stopping(paths))
 
     def of_plant(self) -> None:
@@ -241,7 +257,7 @@ class PlantMethods:
             self._space.device_set,
             "Stop",
             ("Stop", self._space.own),
-            self._checked((), self._stopping([""])),
+            checked((), self._stopping([""])),
             "",
             gives=STOPPED,
         )
@@ -256,27 +272,9 @@ class PlantMethods:
         gives: Sequence[Argument],
         handler: Handler,
     ) -> None:
-        call = self._checked(takes, handler)
+        call = checked(takes, handler)
         browse = (method, self._space.own)
         self._space.method(node, f"{name}.{method}", browse, call, address, takes=takes, gives=gives)
-
-    def _checked(self, takes: Sequence[Argument], handler: Handler) -> Handler:
-        """Call a handler with arguments of the right number and kinds alone."""
-
-        async def call(_parent: ua.NodeId, *given: ua.Variant) -> ua.CallMethodResult:
-            if len(given) != len(takes):
-                few = len(given) < len(takes)
-                return _plain(Codes.BadArgumentsMissing if few else Codes.BadTooManyArguments)
-            fits = [_fits(it, argument) for it, argument in zip(given, takes, strict=True)]
-            if not all(fits):
-                answer = _plain(Codes.BadInvalidArgument)
-                answer.InputArgumentResults = [
-                    ua.StatusCode(Codes.Good if it else Codes.BadTypeMismatch) for it in fits
-                ]
-                return answer
-            return await handler(*(it.Value for it in given))
-
-        return call
 
     # what is done
 
@@ -289,8 +287,7 @@ class PlantMethods:
                 answer = self._commands.refuse(wrong)
             content = answer.content
             if not answer.is_success:
-                status = str(content.get("type", "refused")).removeprefix(PREFIX)
-                return result(status_of(answer), MOVED, "", status, False, *sentences(answer))
+                return result(status_of(answer), MOVED, "", kind_of(answer), False, *sentences(answer))
             error = content.get("error") or {}
             said = (str(error.get("detail") or ""), str(error.get("remedy") or ""))
             return result(Codes.Good, MOVED, content["id"], content["status"], answer.replayed, *said)
@@ -333,6 +330,25 @@ class PlantMethods:
             return result(status_of(answer), BEATEN, state, *sentences(answer))
 
         return beat
+
+
+def checked(takes: Sequence[Argument], handler: Handler) -> Handler:
+    """Call a handler with arguments of the right number and kinds alone."""
+
+    async def call(_parent: ua.NodeId, *given: ua.Variant) -> ua.CallMethodResult:
+        if len(given) != len(takes):
+            few = len(given) < len(takes)
+            return _plain(Codes.BadArgumentsMissing if few else Codes.BadTooManyArguments)
+        fits = [_fits(it, argument) for it, argument in zip(given, takes, strict=True)]
+        if not all(fits):
+            answer = _plain(Codes.BadInvalidArgument)
+            answer.InputArgumentResults = [
+                ua.StatusCode(Codes.Good if it else Codes.BadTypeMismatch) for it in fits
+            ]
+            return answer
+        return await handler(*(it.Value for it in given))
+
+    return call
 
 
 def _plain(status: int) -> ua.CallMethodResult:

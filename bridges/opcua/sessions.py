@@ -35,21 +35,29 @@ class Guest:
     language: str
     visible: frozenset[str] | None
     """Addresses that its key may see; None: all."""
-    tokens: dict[str, str] = field(default_factory=dict)
-    """Of the leases that this session has, by their addresses."""
+    leases: dict[str, tuple[str, str]] = field(default_factory=dict)
+    """Those that this session has taken, by their addresses: ids and tokens.
+
+    One that has run out stays until it is given back: what was meant to be done with it is refused.
+    """
 
     def sees(self, address: str | None) -> bool:
         """Whether its key may see what a node stands for; what is nothing of the plant everybody sees."""
         return address is None or self.visible is None or address in self.visible
 
-    async def ask(self, method: str, path: str, body: Any = None, key: str | None = None) -> Answer:
+    async def ask(
+        self,
+        method: str,
+        path: str,
+        body: Any = None,
+        key: str | None = None,
+    ) -> Answer:
         """Ask the gateway in its name, with the leases of its session.
 
         :raises NoAnswer: there is none.
         """
-        return await self.caller.ask(
-            method, path, body=body, idempotency_key=key, lease_tokens=self.tokens.values()
-        )
+        tokens = [token for _, token in self.leases.values()]
+        return await self.caller.ask(method, path, body=body, idempotency_key=key, lease_tokens=tokens)
 
     async def is_known(self) -> bool:
         """Whether its key is still good; unknown is taken for good: each call is judged anew anyhow."""

@@ -120,7 +120,7 @@ class Session(InternalSession):
         before, self.guest, self._admitted = self.guest, self._admitted, None
         if before is not None:
             if before.name == self.guest.name:
-                self.guest.tokens = before.tokens
+                self.guest.leases = before.leases
             self.iserver.soon(before.caller.aclose())
         return result
 
