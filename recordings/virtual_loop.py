@@ -10,7 +10,6 @@ from contextvars import Context
 from math import ceil
 from typing import Any, Final
 
-
 _A_SECOND: Final = 10_000_000
 _NOISE: Final = 1e-3
 
