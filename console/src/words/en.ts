@@ -84,6 +84,8 @@ export const en = {
     line: "Line",
     start: "Try by questions",
     save: "Save the report",
+    apply: "Write the proposed settings and serve the line so",
+    applied: "They are written, and the line is served so.",
     progress: (done: number, of: number) => `${done} of ${of} were tried.`,
     results: "Results",
     assumption: "Assumption",

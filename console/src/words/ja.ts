@@ -86,6 +86,8 @@ export const ja: typeof en = {
     line: "ライン",
     start: "問い合わせで確認",
     save: "報告書を保存",
+    apply: "提案された設定を書き込んで適用",
+    applied: "設定を書き込み、適用しました。",
     progress: (done, of) => `${of}件中${done}件を確認しました。`,
     results: "結果",
     assumption: "前提",
