@@ -42,6 +42,12 @@ class Commissioning(Record):
     started_at: datetime
     ended_at: datetime | None = None
 
+    def proposed(self) -> dict[str, JsonValue]:
+        """Other values of the line's settings, by their keys."""
+        results: Any = (self.report or {}).get("results", [])
+        settings = (it["setting"] for it in results if it["setting"] is not None)
+        return {it["key"]: it["proposed"] for it in settings if it["proposed"] is not None}
+
 
 Tell = Callable[[int, int, str], None]
 Walk = Callable[[Any, Callable[[str], Transport], Tell], Awaitable[dict[str, JsonValue]]]

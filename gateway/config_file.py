@@ -89,6 +89,13 @@ class ConfigFile:
         """
         return self._on_port(load(self.path))
 
+    def parsed(self, text: str) -> Config:
+        """Read what it is to say.
+
+        :raises ConfigError: it would be no configuration.
+        """
+        return self._on_port(parse(text, str(self.path)))
+
     def with_line(self, table: Mapping[str, Any], comment: str = "") -> tuple[str, Config]:
         """Give its text with one more line below a comment, and what that means.
 

@@ -42,7 +42,7 @@ def commission(
         Path | None, typer.Option(help="Write all results and frames to F.json, and F.md beside it.")
     ] = None,
     apply: Annotated[
-        bool, typer.Option("--apply", help="Write the proposed settings into the file of --config.")
+        bool, typer.Option("--apply", help="Write the proposed settings into the configuration file.")
     ] = False,
     url: Url = LOCAL,
     key_file: KeyFile = None,
@@ -57,8 +57,8 @@ def commission(
     if report is not None and report.suffix != ".json":
         raise Misuse(f"{report} is no name of a report: it ends with .json")
     if config is None:
-        _require_questions(levels, apply=apply)
-        found = _beside(Client.at(url, key_file), line)
+        _require_questions(levels)
+        found = _beside(Client.at(url, key_file), line, apply=apply)
     else:
         found = _alone(line, config, _terms(levels, yes or (), between))
     _write(found, report)
@@ -82,17 +82,17 @@ def _levels(allow: Sequence[str]) -> frozenset[Any]:
     return frozenset(map(Level, allow))
 
 
-def _require_questions(levels: frozenset[Any], *, apply: bool) -> None:
+def _require_questions(levels: frozenset[Any]) -> None:
     """Refuse to do beside a gateway what only somebody at the machine, with the port alone, may do."""
-    if levels or apply:
+    if levels:
         raise Misuse(
-            "--allow and --apply need --config FILE: end the gateway, or take the line out of its file, and "
+            "--allow needs --config FILE: end the gateway, or take the line out of its file, and "
             "stand at the machine"
         )
 
 
-def _beside(client: Client, line_id: str) -> "Report":
-    """Have a running gateway commission one of its lines; Ctrl-C cancels that."""
+def _beside(client: Client, line_id: str, *, apply: bool) -> "Report":
+    """Have a running gateway commission one of its lines, and write what follows; Ctrl-C cancels that."""
     from commissioning.report import Report
 
     record = client.request("POST", "/commissionings", {"line_id": line_id})
@@ -108,7 +108,11 @@ def _beside(client: Client, line_id: str) -> "Report":
         raise Failure(
             f"The commissioning of {line_id} was {record['status']}: {record['error']}", exits.REFUSED
         )
-    return Report.model_validate(record["report"])
+    found = Report.model_validate(record["report"])
+    if apply and found.changes():
+        client.request("POST", f"{path}/settings")
+        typer.echo(f"It is written into the file of the gateway, which serves {line_id} so.", err=True)
+    return found
 
 
 def _advise(found: "Report") -> None:
@@ -197,7 +201,7 @@ def _changes(found: "Report", report: Path | None) -> dict[str, Any]:
 
 def _propose(found: "Report", file: Path, changes: dict[str, Any], *, apply: bool) -> None:
     """Show the proposed change of the file, and make it where people ask for it."""
-    from commissioning.proposals import changed, diff
+    from gateway.config_edit import changed, diff
     from gateway.config_file import ConfigFile
     from gateway.core.errors import GatewayError
     from gateway.core.toml_files import ConfigError

@@ -6,10 +6,11 @@ from typing import Final
 from pydantic import Field
 
 from gateway.commissionings import Commissioning
-from gateway.core.errors import NotFound
+from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.operation import Rows, Wait
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
+from gateway.door.configuration import AT_ONCE, Reloaded, ReloadRequest, with_settings
 from gateway.plant import Plant
 
 ROWS: Final = Rows("lines")
@@ -51,6 +52,20 @@ async def cancel_commissioning(plant: Plant, commissioning_id: str) -> Commissio
     plant.commissionings.break_off(record)
     await plant.commissionings.wait(record, float("inf"))
     return record
+
+
+@ROWS.post("/commissionings/{commissioning_id}/settings", Right.ADMIN, whole_plant=True)
+async def apply_commissioning(
+    plant: Plant, commissioning_id: str, wanted: ReloadRequest = AT_ONCE
+) -> Reloaded:
+    """Write the settings that a commissioning proposes into the configuration file, and serve the line so."""
+    record = _find(plant, commissioning_id)
+    settings = record.proposed()
+    if not settings:
+        raise InvalidRequest(
+            f"Commissioning {record.id} proposes no settings; nothing was changed.", "Look at its report."
+        )
+    return await with_settings(plant, record.line_id, settings, dry_run=wanted.dry_run)
 
 
 def _find(plant: Plant, record_id: str) -> Commissioning:

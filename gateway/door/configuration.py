@@ -9,6 +9,7 @@ from pydantic import Field, JsonValue
 
 from gateway.access import principal
 from gateway.config import Config
+from gateway.config_edit import changed
 from gateway.config_file import Changes, ConfigFile, changes
 from gateway.core.errors import InvalidRequest, NotAllowed
 from gateway.core.operation import Rows
@@ -95,6 +96,21 @@ async def with_bodies(
             added = [str(body.get("id")) for body in bodies]
             await plant.security.keep(entries.BODIES_ADDED, line_id, bodies=added)
         return reloaded
+
+
+async def with_settings(
+    plant: Plant, line_id: str, settings: Mapping[str, Any], *, dry_run: bool
+) -> Reloaded:
+    """Write other values for keys of a line into the file, and serve it so; errors as of `add_line`."""
+    file = _file_of(plant)
+    async with file.turn:
+        text = await asyncio.to_thread(file.path.read_text, "utf-8-sig")
+        try:
+            new = changed(text, line_id, settings, str(file.path))
+            wanted = file.parsed(new)
+        except ConfigError as error:
+            raise _unusable(error, "Change it by hand, and reload it.") from None
+        return await _write_and_serve(plant, file, new, wanted, dry_run=dry_run)
 
 
 def _signed(comment: str) -> str:

@@ -1,7 +1,11 @@
 """Commissionings over HTTP: a record with progress, that is cancelled."""
 
+from tempfile import TemporaryDirectory
+
 from commissioning.run import ask_only
+from simulator.rorze.quirks import QUIRKS
 from tests.api.stand import BODIES, Stand, on_stand
+from tests.api.test_configuration import give_file
 
 
 @on_stand({"arm": BODIES})
@@ -40,3 +44,25 @@ async def test_a_gateway_that_cannot_says_so(stand: Stand) -> None:
     assert answer.status_code == 503
     assert "nothing was sent" in answer.json()["detail"]
     assert len(stand.port.written) == frames
+
+
+@on_stand({"arm": BODIES})
+async def test_what_is_proposed_is_written_and_served_without_a_restart(stand: Stand) -> None:
+    stand.plant.commissionings.walk = ask_only
+    QUIRKS["turnaround"](stand.port.machine)
+    with TemporaryDirectory() as folder:
+        file = give_file(stand, folder)
+        record = (await stand.post("/commissionings", {"line_id": "arm"})).json()
+        path = f"/commissionings/{record['id']}"
+        early = await stand.post(f"{path}/settings")
+        assert (early.status_code, "nothing was changed" in early.json()["detail"]) == (422, True)
+        while (await stand.get(f"{path}?wait=60")).json()["status"] == "running":
+            pass
+        keys = {"lines": [{"line_id": "arm", "change": "changed", "keys": ["reply_timeout_s"]}]}
+        told = (await stand.post(f"{path}/settings", {"dry_run": True})).json()
+        assert told == keys | {"needs_restart": [], "busy": [], "applied": False}
+        assert "reply_timeout_s" not in file.read_text()
+        assert (await stand.post(f"{path}/settings")).json()["applied"] is True
+        assert "reply_timeout_s = 1.2" in file.read_text()
+        assert "# the lift" in file.read_text()
+        assert stand.plant.config.lines[0].reply_timeout_s == 1.2

@@ -7,10 +7,10 @@ import pytest
 
 from commissioning import bench
 from commissioning.findings import Result
-from commissioning.proposals import changed
 from commissioning.report import Report
 from commissioning.run import commission
 from gateway.config import parse
+from gateway.config_edit import changed
 from simulator.fics.dpram_port import SimulatedDpram, serve_dpram
 from tests.commissioning.benches import QUESTIONS, fics, result_of, unlike
 

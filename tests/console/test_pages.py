@@ -20,15 +20,16 @@ Open = Callable[..., Console]
 PAGES = (
     *("#/", "#/axis/line1.3F", "#/robot/r1", "#/positions/line1.3F", "#/motion/line1.3F"),
     *("#/program/line1.3F", "#/settings/line1.3F", "#/events", "#/shift", "#/wire/line1", "#/system"),
+    "#/commission/line1",
 )
 TITLES = {
     "en": (
         *("Plant", "line1.3F", "r1", "Positions", "Motion"),
-        *("Program", "Settings", "Events", "Shift", "Wire", "System"),
+        *("Program", "Settings", "Events", "Shift", "Wire", "System", "First contact"),
     ),
     "ja": (
         *("設備", "line1.3F", "r1", "位置", "加減速"),
-        *("プログラム", "設定", "イベント", "シフト", "通信", "システム"),
+        *("プログラム", "設定", "イベント", "シフト", "通信", "システム", "初回確認"),
     ),
 }
 FAR = 2_000_000
@@ -63,6 +64,18 @@ def test_a_shift_is_summed_up_on_a_page_that_links_to_its_slowest_move(
     expect(row).to_be_visible()
     row.get_by_role("link").click()
     expect(console.page.get_by_role("heading", level=1)).to_contain_text("Why?")
+
+
+def test_a_line_is_commissioned_from_its_page(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/system")
+    console.page.get_by_role("link", name="line1", exact=True).click()
+    console.page.get_by_role("button", name="Try by questions").click()
+    results = console.page.get_by_role("region", name="Results")
+    row = results.get_by_role("row").filter(has_text="silent-xid")
+    expect(row).to_contain_text("XID is answered", timeout=LONGEST_WAIT_S * 1000)
+    expect(results).not_to_contain_text("contradicts")
+    expect(console.page.get_by_role("region", name="Frames")).to_be_visible()
+    until(lambda: plant.gateway.get("/lines/line1")["state"] == "ready", "the line serves again")
 
 
 def test_a_tile_follows_a_move_from_its_start_to_its_end(plant: Plant, open_console: Open) -> None:

@@ -5,6 +5,7 @@ from typing import Final
 
 import pytest
 
+from commissioning.assumptions import ASSUMPTIONS
 from gateway.access.posture import weakened
 from gateway.config import parse
 from gateway.event_types import EVENT_TYPES
@@ -18,6 +19,7 @@ PAGES: Final = sorted((CONSOLE / "src").rglob("*.svelte"))
 FULL_STOP: Final = re.compile(r".*\}\.(?:\s|<|\{|$)", re.MULTILINE)
 
 WEAKENINGS: Final = re.compile(r"^    weakenings: \{\n(.*?)^    \}", re.MULTILINE | re.DOTALL)
+ASSUMED: Final = re.compile(r"^    assumed: \{\n(.*?)^    \}", re.MULTILINE | re.DOTALL)
 ENDS: Final = re.compile(r"^    ends: \{\n(.*?)^    \}", re.MULTILINE | re.DOTALL)
 WEAK: Final = """
 [server]
@@ -43,6 +45,13 @@ host = "0.0.0.0"
 trusted_proxies = ["10.0.0.1"]
 allowed_origins = ["https://mes.example"]
 """
+
+
+@pytest.mark.parametrize("language", ["en", "ja"])
+def test_every_assumption_has_its_words(language: str) -> None:
+    found = ASSUMED.search((CONSOLE / "src" / "words" / f"{language}.ts").read_text("utf-8"))
+    assert found
+    assert sorted(re.findall(r'"([a-z-]+)": "(?=[^"])', found[1])) == sorted(it.slug for it in ASSUMPTIONS)
 
 
 @pytest.mark.parametrize("language", ["en", "ja"])

@@ -169,6 +169,7 @@ GET       /lines/{line_id}/scans/{scan_id}               view     line
 POST      /commissionings                                admin    plant
 GET       /commissionings/{commissioning_id}             admin    plant
 DELETE    /commissionings/{commissioning_id}             admin    plant
+POST      /commissionings/{commissioning_id}/settings    admin    plant
 GET       /lines/{line_id}/trace                         view     line
 GET       /lines/{line_id}/trace/stream                  view     line
 WEBSOCKET /lines/{line_id}/trace/stream                  view     line

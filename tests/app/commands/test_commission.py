@@ -170,6 +170,15 @@ def test_a_running_gateway_is_asked_to_commission(monkeypatch: pytest.MonkeyPatc
     assert json.loads((tmp_path / "F.json").read_text("utf-8"))["line"] == "robot"
 
 
+def test_a_running_gateway_writes_what_is_proposed(monkeypatch: pytest.MonkeyPatch) -> None:
+    over = RECORD | {"status": "finished", "report": REPORT, "error": None}
+    gateway = FakeGateway({"/commissionings": [(200, over)], "/commissionings/c/settings": [(200, {})]})
+    said = gateway.run(monkeypatch, "commission", "robot", "--apply")
+    assert said.exit_code == 1
+    assert gateway.paths == ["/commissionings", "/commissionings/c/settings"]
+    assert "serves robot so" in said.stderr
+
+
 def test_an_interruption_cancels_it(monkeypatch: pytest.MonkeyPatch) -> None:
     class Interrupted(FakeGateway):
         def request(self, method: str, url: str, **options: Any) -> httpx.Response:
@@ -190,10 +199,10 @@ def test_an_interruption_cancels_it(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [it.method for it in gateway.asked] == ["POST", "GET", "DELETE"]
 
 
-@pytest.mark.parametrize("words", [["--allow", "settings"], ["--allow", "motion"], ["--apply"]])
+@pytest.mark.parametrize("words", [["--allow", "settings"], ["--allow", "motion"]])
 def test_beside_a_gateway_only_questions_are_sent(monkeypatch: pytest.MonkeyPatch, words: list[str]) -> None:
     gateway = FakeGateway()
     said = gateway.run(monkeypatch, "commission", "robot", *words)
     assert said.exit_code == 2
-    assert "need --config FILE" in said.stderr
+    assert "needs --config FILE" in said.stderr
     assert gateway.asked == []

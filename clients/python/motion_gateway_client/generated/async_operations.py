@@ -1526,6 +1526,23 @@ class AsyncOperations(Protocol):
         )
         return answer
 
+    async def apply_commissioning(
+        self,
+        commissioning_id: str,
+        body: ReloadRequest | None = None,
+        /,
+        *,
+        idempotency_key: str | None = None,
+    ) -> Reloaded:
+        """Write the settings that a commissioning proposes into the configuration file, and serve the line so."""
+        answer: Reloaded = await self.call(
+            "POST",
+            filled("/commissionings/{commissioning_id}/settings", commissioning_id=commissioning_id),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
     async def start_body_backup(
         self, body_id: str, *, wait: float | None = None, idempotency_key: str | None = None
     ) -> Backup:

@@ -1498,6 +1498,23 @@ class Operations(Protocol):
         )
         return answer
 
+    def apply_commissioning(
+        self,
+        commissioning_id: str,
+        body: ReloadRequest | None = None,
+        /,
+        *,
+        idempotency_key: str | None = None,
+    ) -> Reloaded:
+        """Write the settings that a commissioning proposes into the configuration file, and serve the line so."""
+        answer: Reloaded = self.call(
+            "POST",
+            filled("/commissionings/{commissioning_id}/settings", commissioning_id=commissioning_id),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
     def start_body_backup(
         self, body_id: str, *, wait: float | None = None, idempotency_key: str | None = None
     ) -> Backup:

@@ -2105,6 +2105,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/commissionings/{commissioning_id}/settings": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Apply Commissioning
+         * @description Write the settings that a commissioning proposes into the configuration file, and serve the line so.
+         */
+        post: operations["applyCommissioning"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/bodies/{body_id}/backups": {
         parameters: {
             query?: never;
@@ -27306,6 +27326,53 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Commissioning"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    applyCommissioning: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                commissioning_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["ReloadRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Reloaded"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */

@@ -1,4 +1,4 @@
-"""Proposed settings as a change of the configuration file, shown as a diff."""
+"""Other values for keys of a line in the text of a configuration, whose comments stay; shown as a diff."""
 
 import tomllib
 from collections.abc import Mapping

@@ -1,0 +1,125 @@
+"""The fault simulator on lines that are otherwise than is assumed: never wrong, and right with the change.
+
+Each assumption has its quirk. With the change that `commission` proposes the seeds find nothing; without it
+the gateway is honest: what it tells is true, though it may not get on.
+"""
+
+import logging
+import re
+from collections.abc import Iterator, Mapping
+from itertools import count, islice
+from types import MappingProxyType
+from typing import Any, Final
+
+import pytest
+
+from gateway.config import Config
+from simulator.fics.quirks import QUIRKS as FICS_QUIRKS
+from simulator.rorze.quirks import QUIRKS as RC400_QUIRKS
+from tests.commissioning.test_quirks import CASES, DEEDS, Case
+from tests.fault_simulator.families import Family
+from tests.fault_simulator.seed import Seed, run
+
+SEEDS: Final = 50
+"""With the proposed change."""
+WANTED: Final = 50
+"""Commands that clients ask for in each."""
+HONEST_SEEDS: Final = 10
+"""Without it."""
+OF_TWO_LINES: Final = "silent-xid"
+"""An old link master knows neither groups nor the bodies beyond 0F that the seeds have."""
+
+SLOW: Final = frozenset({"I14"})
+"""It does not get on: nobody answers in time, or reads wait."""
+MAY: Final[Mapping[str, frozenset[str]]] = MappingProxyType(
+    {
+        "echo": SLOW,
+        "late-replies": SLOW,
+        "turnaround": SLOW,
+        "silent-xid": SLOW,
+        "robot-terminator": SLOW,
+        # told as unknown, and done as the robot does it
+        "numbers-as-set": frozenset({"I12"}),
+        # told as a loss of power that was none, and to be acknowledged
+        "homing-outlasts": frozenset({"I15"}),
+        # half a command is executed: these contradict the gateway, and nothing may be moved there
+        "half-command": frozenset({"I7"}),
+        "half-robot-command": frozenset({"I7"}),
+    }
+)
+"""What seeds may find on a line whose quirk no change makes up for yet."""
+STILL: Final[Mapping[str, frozenset[str]]] = MappingProxyType({"late-replies": SLOW, "turnaround": SLOW})
+"""What they may find with the change: a line on which each reply takes so long is slow."""
+
+ALL: Final = {(it.line_id, it.slug): it for it in (*CASES, *DEEDS)}
+
+pytestmark = [pytest.mark.prove, pytest.mark.long]
+
+
+@pytest.fixture(autouse=True)
+def _quiet(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.CRITICAL, "gateway")
+
+
+def seeds_of(case: Case) -> Iterator[int]:
+    """The seeds whose line is of the family of a case."""
+    wanted = (0, 1) if case.line_id == "robot" else (2, 3)
+    return (seed for seed in count() if seed % 4 in wanted)
+
+
+def with_changes(config: Config, changes: Mapping[str, Any]) -> Config:
+    """The configuration of a seed with what is proposed."""
+    document = config.model_dump(exclude_unset=True, serialize_as_any=True)
+    for key, value in changes.items():
+        *path, last = key.split(".")
+        table: Any = document["lines"][0]
+        for part in path:
+            in_array = isinstance(table, list | tuple)
+            table = next(it for it in table if it["id"] == part) if in_array else table[part]
+        table[last] = value
+    return Config.model_validate(document)
+
+
+def violations(
+    monkeypatch: pytest.MonkeyPatch, case: Case, seed: int, changes: Mapping[str, Any]
+) -> set[str]:
+    """What a seed finds, by the names of the rules."""
+    draw = Seed._draw_family
+
+    def drawn(self: Seed, number: int) -> Family:
+        family = draw(self, number)
+        quirks: Mapping[str, Any] = RC400_QUIRKS if case.line_id == "robot" else FICS_QUIRKS
+        quirks[case.slug](family.machine)
+        if changes:
+            family.config = with_changes(family.config, changes)
+        return family
+
+    monkeypatch.setattr(Seed, "_draw_family", drawn)
+    try:
+        found = run(seed, WANTED).violations
+    finally:
+        monkeypatch.setattr(Seed, "_draw_family", draw)
+    return {match[0] for it in found if (match := re.match(r"\w+", it))}
+
+
+@pytest.mark.parametrize("case", ALL.values(), ids=lambda it: f"{it.line_id}-{it.slug}")
+def test_without_the_change_the_gateway_is_honest(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = {seed: violations(monkeypatch, case, seed, {}) for seed in islice(seeds_of(case), HONEST_SEEDS)}
+    assert set().union(*found.values()) <= MAY.get(case.slug, frozenset()), found
+
+
+@pytest.mark.parametrize(
+    "case",
+    [it for it in ALL.values() if it.proposed and it.slug != OF_TWO_LINES],
+    ids=lambda it: f"{it.line_id}-{it.slug}",
+)
+def test_with_the_change_the_seeds_pass(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = {
+        seed: violations(monkeypatch, case, seed, case.proposed) for seed in islice(seeds_of(case), SEEDS)
+    }
+    assert set().union(*found.values()) <= STILL.get(case.slug, frozenset()), found
+
+
+def test_the_seeds_know_each_quirk() -> None:
+    known = {("robot", it) for it in RC400_QUIRKS} | {("cell", it) for it in FICS_QUIRKS}
+    assert known - ALL.keys() == {("cell", "jog-mode")}, "a JOG is not tried by commissioning"
