@@ -34,6 +34,7 @@ from gateway.core.lease_tokens import LeaseTokens
 from gateway.core.operation import Operation
 from gateway.core.origin import Origin, acting
 from gateway.door import configuration
+from gateway.door.state_log import note_states
 from gateway.memory import make_sense
 from gateway.plant import Plant
 from gateway.security import entries
@@ -108,6 +109,7 @@ async def serve(
             plant.on_lines()
         _listen(listener, config.server)
         await plant.start()
+        noting = asyncio.create_task(note_states(plant), name="states")
         try:
             with short_collections():
                 plant.watch.start()
@@ -127,6 +129,7 @@ async def serve(
                 await server.end_streams()
                 await server.end_requests(serving)
         finally:
+            noting.cancel()
             await plant.close()
             await access.stop()
             if sending is not None:
