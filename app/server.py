@@ -36,6 +36,7 @@ from gateway.core.origin import Origin, acting
 from gateway.core.toml_files import ConfigError
 from gateway.door import configuration
 from gateway.door.nightly import Nightly
+from gateway.door.state_log import note_states
 from gateway.memory import make_sense
 from gateway.plant import Plant
 from gateway.security import entries
@@ -124,6 +125,7 @@ async def serve(
             plant.on_lines()
         listen(listener, config.server)
         await plant.start()
+        noting = asyncio.create_task(note_states(plant), name="states")
         try:
             with short_collections():
                 plant.watch.start()
@@ -148,6 +150,7 @@ async def serve(
                 await server.end_streams()
                 await server.end_requests(serving)
         finally:
+            noting.cancel()
             await plant.close()
             await access.stop()
             if sending is not None:

@@ -46,7 +46,7 @@ from gateway.membership import Membership
 from gateway.memory import Memory
 from gateway.ownership import LOST, Ownership
 from gateway.port_scans import PortScans
-from gateway.recordings import REQUESTS_BYTES, Noted, RecordingInfo, Recordings, Taken
+from gateway.recordings import REQUESTS_BYTES, STATES_BYTES, Noted, RecordingInfo, Recordings, Taken
 from gateway.rorze.family import Rorze
 from gateway.rorze.position_uploads import TableUploads
 from gateway.rorze.positions import PositionReadings
@@ -135,6 +135,8 @@ class Plant:
         self.figures = Figures(self._line_of)
         self.requests: History[Noted] = History(REQUESTS_BYTES)
         """What was asked for, to be recorded."""
+        self.states: History[Noted] = History(STATES_BYTES)
+        """How everything was, to be recorded."""
         self.recordings = self._recordings()
         self.events.listeners += [self.figures.note, logbook.note, self.alarms.note, self.recordings.note]
         self.on_lines: Callable[[], None] = lambda: None
@@ -438,6 +440,7 @@ class Plant:
             events=self.events,
             recorders=self.recorders,
             requests=self.requests,
+            states=self.states,
             configuration=self._recorded_configuration,
             trajectories=lambda: (it for family in families for it in family.trajectories()),
             line_of=self._line_that_has,

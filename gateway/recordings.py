@@ -42,6 +42,9 @@ HISTORY: Final = 1000
 SPOOL_S: Final = 1.0
 """A recording under way is on the disk so long after it happened."""
 REQUESTS_BYTES: Final = 2_000_000
+STATES_BYTES: Final = 8_000_000
+STATES_REACH_S: Final = 60.0
+"""Every state is noted again after this time, though it is the same."""
 LONGEST_AFTER_ALARM_S: Final = 600.0
 """A recording that alarms begin again and again ends after this time."""
 FRAMES_BEFORE: Final = 4096
@@ -106,6 +109,7 @@ class Taken:
     events: EventHub
     recorders: Mapping[str, Recorder]
     requests: History[Noted]
+    states: History[Noted]
     configuration: Callable[[Sequence[str]], Mapping[str, Any]]
     """That of some lines."""
     trajectories: Callable[[], Iterable[Any]]
@@ -222,6 +226,8 @@ class Recordings(Works[RecordingInfo]):
         since_ns = clocks()[1] - int(last_s * 1e9)
         at = {form.line_member(it): recorder.history.before(since_ns) for it, recorder in chosen.items()}
         at[form.REQUESTS] = self._taken.requests.before(since_ns)
+        # The last that was noted of each is what holds at the beginning.
+        at[form.STATES] = self._taken.states.before(since_ns - int(STATES_REACH_S * 1e9))
         run = _Run(record, asyncio.get_running_loop().time() + for_s, dict(chosen), at)
         self._runs[record.id] = run
         self.begin(record, self._run(run), "recording")
@@ -331,6 +337,8 @@ class Recordings(Works[RecordingInfo]):
         """Write what is new."""
         for line_id, recorder in run.recorders.items():
             await self._append_new(run, part, form.line_member(line_id), recorder.history, _trace_line)
+        if run.record.whole_plant:
+            await self._append_new(run, part, form.STATES, self._taken.states, _noted_line)
         noted = _noted_line if run.record.whole_plant else partial(self._noted_of, run)
         await self._append_new(run, part, form.REQUESTS, self._taken.requests, noted)
 

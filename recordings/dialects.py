@@ -63,14 +63,16 @@ class Dialect(ABC):
         if caller in NUMBERED:
             numbers = (map(self.written_number, self.fence_number.findall(it)) for it in (then, now))
             pairs += zip(*numbers, strict=False)
-        self._drawn |= pairs
+        for drawn_then, drawn_now in pairs:
+            self._drawn.pop(drawn_then, None)
+            if drawn_then != drawn_now:
+                self._drawn[drawn_then] = drawn_now
 
     def of_now(self, reply: bytes) -> bytes:
         """A recorded reply with what was drawn in this life."""
-        for then, now in self._drawn.items():
-            if then in reply:
-                return reply.replace(then, now)
-        return reply
+        drawn = self._drawn
+        pattern = b"|".join(map(re.escape, drawn)) or None
+        return reply if pattern is None else re.sub(pattern, lambda it: drawn[it[0]], reply)
 
     def fitted(self, reply: bytes, now: bytes, caller: str | None) -> bytes:
         """A recorded reply as an answer to a frame of this life: with its marks, and a fence's number."""

@@ -103,7 +103,7 @@ class Recording:
 
         :raises NotARecording: a line cannot be read.
         """
-        for number, line in self._lines(member):
+        for number, line in self.lines(member):
             try:
                 row = json.loads(line)
             except ValueError as error:
@@ -114,7 +114,7 @@ class Recording:
 
     def entries(self, member: str) -> Iterator[tuple[int, TraceEntry]]:
         """Read the records of a line with their numbers; errors as of `rows`."""
-        for number, line in self._lines(member):
+        for number, line in self.lines(member):
             try:
                 yield number, TraceEntry.model_validate_json(line)
             except ValidationError as error:
@@ -124,9 +124,10 @@ class Recording:
 
     def text(self, member: str) -> str:
         """Read a whole member; empty where it is not there."""
-        return "\n".join(line.decode() for _, line in self._lines(member))
+        return "\n".join(line.decode() for _, line in self.lines(member))
 
-    def _lines(self, member: str) -> Iterator[tuple[int, bytes]]:
+    def lines(self, member: str) -> Iterator[tuple[int, bytes]]:
+        """Read the lines of a member with their numbers; errors as of `rows`."""
         if member not in self._zip.namelist():
             return
         try:

@@ -6,7 +6,7 @@ from bisect import bisect_left, bisect_right
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice, takewhile
+from itertools import accumulate, islice, takewhile
 from math import inf
 from operator import attrgetter
 from pathlib import PurePath
@@ -23,6 +23,8 @@ EARLY_S: Final = 0.05
 """A port may be opened, and an answer may be due, so much earlier than it was recorded."""
 OPENING_S: Final = 0.001
 """The same where all is written in the same order."""
+LONGEST_DRAWN: Final = 11
+"""Bytes of a mark."""
 DEPTH: Final = 5
 
 
@@ -162,6 +164,9 @@ class ExactPort(ReplayPort):
         self._records = records
         self._times = [(entry.monotonic_ns - began_ns) * NS for _, entry in records]
         self._next = 0
+        came = [entry.data if entry.kind == "rx" else b"" for _, entry in records]
+        self._heard = b"".join(came)
+        self._offsets = [0, *accumulate(map(len, came))]
 
     def _may_open(self) -> bool:
         """At the time of its record: what came and went before is over."""
@@ -185,17 +190,25 @@ class ExactPort(ReplayPort):
     def _go_on(self, anchor_s: float) -> None:
         """Let come what comes before the next frame is written."""
         shift_s = self.now_s - anchor_s
-        while self._next < len(self._records):
-            _, entry = self._records[self._next]
-            at_s = self._times[self._next] + shift_s
-            if entry.kind == "rx":
-                self._hear(at_s, self.line.dialect.of_now(entry.data))
-            elif entry.kind == "lost":
+        end = self._next
+        while end < len(self._records) and self._records[end][1].kind in ("rx", "lost"):
+            end += 1
+        coming = range(self._next, end)
+        self._next = end
+        for place in coming:
+            at_s = self._times[place] + shift_s
+            if self._records[place][1].kind == "rx":
+                self._hear(at_s, self._of_now(place))
+            else:
                 loop = asyncio.get_running_loop()
                 loop.call_at(max(self.began_at + at_s, loop.time()), self._lose)
-            else:
-                return
-            self._next += 1
+
+    def _of_now(self, place: int) -> bytes:
+        """What came then, with what is drawn now: that may have come in pieces, and is as long as it was."""
+        begin, end = self._offsets[place], self._offsets[place + 1]
+        first = max(begin - LONGEST_DRAWN, 0)
+        around = self.line.dialect.of_now(self._heard[first : end + LONGEST_DRAWN])
+        return around[begin - first : end - first]
 
     def _compare(self, data: bytes) -> None:
         place = self._next
@@ -292,12 +305,12 @@ class MatchingPort(ReplayPort):
             found = self._answer_of(key, target) if self.has_begun else None
             found = found or self._before.get(key) or self._before.get(_text(key))
         if found is not None:
-            dialect.note(found.frame, data, caller)
+            dialect.note(found.frame, data, None)
             for heard in found.heard:
                 reply = dialect.fitted(heard.data, data, caller)
                 self._hear(self.now_s + max(heard.after_s, len(data) * self.byte_time_s), reply)
-        elif (reply := dialect.reply_to(data, caller)) is not None:
-            self._hear(self.now_s + len(data) * self.byte_time_s, reply)
+        elif (told := dialect.reply_to(data, caller)) is not None:
+            self._hear(self.now_s + len(data) * self.byte_time_s, told)
         else:
             self.unanswered.add(data)
 

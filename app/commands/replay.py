@@ -35,9 +35,7 @@ def replay(
     times = _times(speed, by_itself=1.0 if serve else None)
     with reading(recording):
         if serve:
-            from recordings.serving import serve as serve_clients
-
-            serve_clients(recording, port, times or _FASTEST)
+            _serve(recording, port, _FASTEST if times is None else times)
         elif as_test:
             _write_dialogue(recording)
         else:
@@ -45,6 +43,8 @@ def replay(
 
 
 _FASTEST = 100.0
+"""`max` for clients, who want to see something."""
+_CONNECTIONS = 1000
 
 
 def _times(text: str | None, by_itself: float | None) -> float | None:
@@ -60,6 +60,46 @@ def _times(text: str | None, by_itself: float | None) -> float | None:
     if not 0.01 <= times <= 1000:
         raise typer.BadParameter(f"--speed is a number from 0.01 to 1000, or max, not {text!r}")
     return times
+
+
+def _serve(path: Path, port: int, speed: float) -> None:
+    import asyncio
+
+    with asyncio.Runner() as runner:
+        runner.run(_serving(path, port, speed))
+
+
+async def _serving(path: Path, port: int, speed: float) -> None:
+    import asyncio
+
+    import uvicorn
+
+    from api.front.protocols import protocols
+    from recordings.form import opened
+    from recordings.serving import Playback, ReplayApp
+
+    with opened(path) as recording:
+        playback = Playback(recording, speed)
+    config = uvicorn.Config(
+        ReplayApp(playback),
+        host="127.0.0.1",
+        port=port,
+        http=protocols(_CONNECTIONS),
+        ws="none",
+        lifespan="off",
+        access_log=False,
+        log_level="warning",
+        server_header=False,
+        timeout_graceful_shutdown=1,
+    )
+    playing = asyncio.create_task(playback.run(), name="playback")
+    typer.echo(f"{path} is replayed on http://127.0.0.1:{port}, {speed:g} times as fast.", err=True)
+    try:
+        await uvicorn.Server(config).serve()
+    finally:
+        playing.cancel()
+        playback.plant.events.close()
+        await asyncio.gather(playing, return_exceptions=True)
 
 
 def _compare(path: Path, speed: float | None) -> None:

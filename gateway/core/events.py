@@ -456,8 +456,7 @@ class EventHub:
     def publish(self, type_: str, subject: str, data: Data, correlation: str | None = None) -> Event:
         """Number an event and keep it; it can be read as soon as this returns."""
         event = self._event(self.last + 1, type_, subject, data, correlation)
-        self._ring.append(KeptEvent(type_, subject, event.json))
-        self.last = event.number
+        self._keep(event)
         for hear in self.listeners:
             try:
                 hear(event)
@@ -465,6 +464,15 @@ class EventHub:
                 log.exception("event %s has met a fault of the gateway itself", type_)
         self.turns.news()
         return event
+
+    def tell_again(self, type_: str, subject: str, text: str) -> None:
+        """Tell an event of another life as it was told then; its number is the next."""
+        self._keep(Event(self.epoch, self.last + 1, type_, subject, text))
+        self.turns.news()
+
+    def _keep(self, event: Event) -> None:
+        self._ring.append(KeptEvent(event.type, event.subject, event.json))
+        self.last = event.number
 
     def close(self) -> None:
         """End all subscriptions once they have read what there is: the gateway is shutting down."""

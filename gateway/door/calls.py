@@ -25,6 +25,7 @@ from transports.recorder import clocks
 __all__ = ["aside", "carry_out", "require_right", "twice"]
 
 _OF_LINES: Final = ("/bodies", "/groups", "/lines", "/robots", "/scaras")
+_BY_ITSELF: Final = "gateway"
 _OF_RECORDINGS: Final = ("/recordings", "/tickets")
 LONGEST_NOTED: Final = 65_536
 """A longer request, such as an upload, is not kept to be recorded."""
@@ -81,6 +82,8 @@ def _note(plant: Plant, operation: Operation, values: Mapping[str, Any]) -> None
         return
     at_ns, monotonic_ns = clocks()
     origin = ORIGIN.get()
+    if (origin.caller or "").startswith(_BY_ITSELF):
+        return
     told = {
         "at": datetime.fromtimestamp(at_ns / 1e9, UTC),
         "monotonic_ns": monotonic_ns,

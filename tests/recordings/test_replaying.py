@@ -14,7 +14,7 @@ from recordings.replaying import Replayed, Script, Speed, replay
 from tests.recordings.runs import BYTE_TIME_S, record_run
 from tests.recordings.taking import BOTH
 
-RUNS, TOGETHER, DRAWN = 1_000, 10, 30
+RUNS, TOGETHER, DRAWN = 1_000, 8, 24
 DIALOGUES = sorted((Path(__file__).parent / "dialogues").glob("*.dialogue"))
 SPEEDS: dict[str, Speed] = {"rorze": (10 / 9600, False), "fics": (10 / 19200, False)}
 OPTIONS = {"rorze": {}, "fics": {"baud": 19200}}

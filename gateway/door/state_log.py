@@ -1,0 +1,56 @@
+"""How everything was, every other second: what a recording serves when it is replayed to clients."""
+
+import asyncio
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from typing import Final
+
+from pydantic import BaseModel
+from pydantic_core import to_json
+
+from gateway.access.principal import EVERYBODY, asking
+from gateway.core.aside import aside
+from gateway.core.origin import POLL, acting
+from gateway.core.own_faults import carry_on
+from gateway.door.calls import carry_out
+from gateway.door.table import Operation, operations
+from gateway.plant import Plant
+from gateway.recordings import STATES_REACH_S
+from transports.recorder import clocks
+
+STATES_S: Final = 2.0
+LISTS: Final = ("/lines", "/bodies", "/groups", "/scaras", "/robots", "/alarms")
+"""What is noted: none of them asks a controller."""
+
+
+async def note_states(plant: Plant) -> None:
+    """Note what has changed, until it is cancelled."""
+    with asking(EVERYBODY), acting(POLL):
+        await carry_on("the notes of states", lambda: _note(plant))
+
+
+async def _note(plant: Plant) -> None:
+    rows = {it.path: it for it in operations() if it.verb == "GET" and it.path in LISTS}
+    told: dict[str, tuple[bytes, int]] = {}
+    while True:
+        for path, operation in rows.items():
+            await _note_one(plant, path, operation, told)
+        await asyncio.sleep(STATES_S)
+
+
+async def _note_one(
+    plant: Plant, path: str, operation: Operation, told: dict[str, tuple[bytes, int]]
+) -> None:
+    state = await carry_out(plant, operation, {})
+    text = await aside(_written, state)
+    at_ns, monotonic_ns = clocks()
+    last, last_ns = told.get(path, (b"", 0))
+    if text != last or monotonic_ns - last_ns > STATES_REACH_S / 2 * 1e9:
+        told[path] = text, monotonic_ns
+        head = {"at": datetime.fromtimestamp(at_ns / 1e9, UTC), "monotonic_ns": monotonic_ns, "path": path}
+        noted = to_json(head)[:-1] + b',"state":' + text + b"}"
+        plant.states.append((at_ns, monotonic_ns, noted.decode()))
+
+
+def _written(state: BaseModel | Mapping[str, object]) -> bytes:
+    return to_json(state)
