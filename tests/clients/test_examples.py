@@ -109,8 +109,9 @@ ELSEWHERE = (
     "docs/promises.md",
     "docs/configuration.md",
     "docs/simulator.md",
+    "docs/plant.md",
 )
-"""Pages whose commands install, or are of the simulator: these have tests of their own."""
+"""Pages whose commands install, or are of the simulator or a plant: these have tests of their own."""
 
 
 LONGEST_S = 240.0
