@@ -46,6 +46,7 @@ from protocols.rorze.programs import (
 from protocols.rorze.row import ModeName, RorzeCommand
 from protocols.rorze.status import (
     CONTROLLER_STATUS_BITS,
+    ClearControllerStatus,
     ControllerStatus,
     GetControllerStatus,
     SetUserComment,
@@ -502,6 +503,8 @@ class Body(Looked):
         self._note_preparation(command, certain=False)
 
     def _was_done(self, command: RorzeCommand[Any]) -> None:
+        if type(command) is ClearControllerStatus:
+            self._own_refusals.note_status(0)
         self.power.note_done(command)
         self.flash.note_done(command, certain=True)
         self.position_flash.note_done(command, certain=True)

@@ -20,7 +20,7 @@ from gateway.rorze.plans import PlannedMove
 from gateway.rorze.settings_document import BodySettingsChange
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.patterns import GetPattern
-from protocols.rorze.status import GetControllerStatus
+from protocols.rorze.status import ClearControllerStatus, GetControllerStatus
 from simulator.rorze.world import EMS
 from tests.plants import Rig, in_virtual_time, rig
 
@@ -152,6 +152,18 @@ async def test_two_who_look_at_once_leave_none() -> None:
     async with rig() as it:
         await known(it)
         await asyncio.gather(got(it, get_pattern), got(it, list_patterns))
+        assert await status(it) == 0
+
+
+@in_virtual_time
+async def test_what_a_caller_has_cleared_is_known_to_be_clear() -> None:
+    async with rig() as it:
+        target = it.plant.target("/bodies/line1.3F")
+        with pytest.raises(ControllerRefused):
+            await target.ask(GetPattern(pattern=20))
+        await known(it)
+        await target.ask(ClearControllerStatus())
+        await text_of(it.body())
         assert await status(it) == 0
 
 
