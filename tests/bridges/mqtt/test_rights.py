@@ -38,7 +38,7 @@ class DoorsInside(Doors):
         super().__init__(GatewayTable(url=f"http://{HOST}"))
         self._app = app
 
-    def open(self, key: str | None) -> AsyncGateway:
+    def open(self, key: str | None, language: str | None = None) -> AsyncGateway:
         transport = httpx.ASGITransport(self._app)
         return AsyncGateway(key=key, http=httpx.AsyncClient(transport=transport, base_url=f"http://{HOST}"))
 
