@@ -40,7 +40,9 @@ class DoorsInside(Doors):
 
     def open(self, key: str | None, language: str | None = None) -> AsyncGateway:
         transport = httpx.ASGITransport(self._app)
-        return AsyncGateway(key=key, http=httpx.AsyncClient(transport=transport, base_url=f"http://{HOST}"))
+        headers = {"Accept-Language": language} if language else None
+        http = httpx.AsyncClient(transport=transport, base_url=f"http://{HOST}", headers=headers)
+        return AsyncGateway(key=key, http=http)
 
 
 class Everybody(Callers):
