@@ -10,6 +10,7 @@ import aiomqtt
 from motion_gateway_client import GatewayError
 from paho.mqtt.subscribeoptions import SubscribeOptions
 
+from bridges.common.mirror import Document
 from bridges.common.process import Host, Kind
 from bridges.mqtt import operations
 from bridges.mqtt.broker import CLOUD_EVENT, Connection, new_client, will
@@ -19,6 +20,7 @@ from bridges.mqtt.operations import Operation, Operations
 from bridges.mqtt.outbox import Letter, Outbox, Send
 from bridges.mqtt.retained import Retained, clear_stale
 from bridges.mqtt.settings import MqttFile
+from bridges.mqtt.sparkplug import Node
 from bridges.mqtt.topics import COMMANDS, STATUS, now, topic_of_event, written
 
 log = logging.getLogger(__name__)
@@ -55,13 +57,17 @@ class Bridge:
         self._connection: Connection | None = None
         if file.mqtt.commands:
             host.state.begin(NO_COMMANDS)
-        host.state.on_change = self._status_news.set
+        self._node = Node(file, file.mqtt.sparkplug, host) if file.mqtt.sparkplug else None
+        host.state.on_change = self._status_changed
+        host.mirror.on_change = self._document_changed
 
     async def run(self) -> None:
         """Work until cancelled; then commands are answered, and the broker is told."""
         works = [self._host.feed.run(self._take), self._connect()]
         if self._file.mqtt.commands:
             works.append(self._read_operations())
+        if self._node:
+            works.append(self._node.run())
         if self._file.mqtt.positions:
             works.append(self._follow_positions())
         async with asyncio.TaskGroup() as group:
@@ -69,6 +75,16 @@ class Bridge:
                 group.create_task(work)
 
     # the gateway's side
+
+    def _status_changed(self) -> None:
+        self._status_news.set()
+        if self._node:
+            self._node.note("/lines/", None)
+
+    def _document_changed(self, path: str, document: Document | None) -> None:
+        self._retained.note(path, document)
+        if self._node:
+            self._node.note(path, document)
 
     async def _take(self, event: dict[str, Any]) -> None:
         """Hand an event to the outbox, which knows when it is delivered for good."""
@@ -120,7 +136,7 @@ class Bridge:
             begun_at = clock()
             try:
                 last_word = will(self._file, self._topic(STATUS), self._status("the bridge is gone"))
-                async with new_client(self._file, last_word) as client:
+                async with new_client(self._file, last_word, keep_s=self._file.mqtt.will_delay_s) as client:
                     await self._use(Connection(client, v5=self._v5))
             except* (aiomqtt.MqttError, OSError, ValueError) as group:
                 self._lost(group)

@@ -26,9 +26,9 @@ class Retained:
         self._root, self._mirror, self._figures = root, mirror, figures
         self._due: dict[str, None] = {}
         self._news = asyncio.Event()
-        mirror.on_change = self._note
 
-    def _note(self, path: str, _document: Document | None) -> None:
+    def note(self, path: str, _document: Document | None) -> None:
+        """Have a document told, or that it is gone."""
         self._due[path] = None
         self._news.set()
 

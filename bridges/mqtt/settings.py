@@ -34,6 +34,20 @@ def _positions(value: Any) -> tuple[str, ...]:
     return tuple(value)
 
 
+def _check_id(text: str) -> str:
+    if not text or set(text) & set("+/#\0"):
+        raise ValueError(f"must be a part of a topic, without +, / and #, not {text!r}")
+    return text
+
+
+class Sparkplug(Table):
+    """The node that the plant is besides, for hosts that speak Sparkplug B."""
+
+    group: Annotated[str, AfterValidator(_check_id)]
+    host: Annotated[str, AfterValidator(_check_id)] | None = None
+    """The primary host: while it is offline nothing is told."""
+
+
 class Mqtt(Table):
     """The broker, and what is published there."""
 
@@ -59,6 +73,8 @@ class Mqtt(Table):
     """Bodies and units whose positions are published live."""
     position_rate: float = Field(1.0, ge=0.1, le=50)
     """How many times a second at most, each."""
+
+    sparkplug: Sparkplug | None = None
 
     @model_validator(mode="after")
     def _fit_together(self) -> Self:
