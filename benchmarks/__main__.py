@@ -24,6 +24,7 @@ from benchmarks import (
     line_use,
     live_values,
     move_cost,
+    opcua,
     pages,
     plant,
     start,
@@ -58,6 +59,7 @@ class Benchmark(StrEnum):
     GARBAGE = "garbage"
     FLOODS = "floods"
     ECHOING_LINE = "echoing-line"
+    OPCUA = "opcua"
     PLANT = "plant"
 
 
@@ -83,6 +85,7 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.GARBAGE: garbage.run,
     Benchmark.FLOODS: under_flood.run,
     Benchmark.ECHOING_LINE: echoing_line.run,
+    Benchmark.OPCUA: opcua.run,
     Benchmark.PLANT: plant.run,
 }
 

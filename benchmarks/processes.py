@@ -65,7 +65,7 @@ async def gateway(config: Path, port: int, processors: set[int]) -> AsyncIterato
     """Run the gateway, which accepts connections at `port`, on some processors."""
     data = str(config.with_suffix(".data"))
     program = [*MOTION_GATEWAY, "serve", "--config", str(config), "--data", data]
-    async with _serving(program, port, processors) as process:
+    async with serving(program, port, processors) as process:
         yield process
 
 
@@ -74,12 +74,13 @@ async def module(
     name: str, port: int, *arguments: str, processors: set[int] | None = None
 ) -> AsyncIterator[Process]:
     """Run a module that accepts connections at `port`, on some processors if they are given."""
-    async with _serving(["-m", name, str(port), *arguments], port, processors) as process:
+    async with serving(["-m", name, str(port), *arguments], port, processors) as process:
         yield process
 
 
 @asynccontextmanager
-async def _serving(program: list[str], port: int, processors: set[int] | None) -> AsyncIterator[Process]:
+async def serving(program: list[str], port: int, processors: set[int] | None) -> AsyncIterator[Process]:
+    """Run a program that accepts connections at `port`, on some processors if they are given."""
     async with running(sys.executable, *program) as process:
         if processors:
             os.sched_setaffinity(process.pid, processors)
