@@ -331,11 +331,11 @@ FICS: Final = (
         "loss "
         "of power nothing jogs.",
         "`see_jogging` in `gateway/fics/power.py`",
-        "An axis jogs for a moment while its status is read (ACD).",
+        "It is not tried: a JOG has no end of its own.",
         "A JOG that goes on is not seen.",
-        "A robot that is homed, `--allow motion`, two places, and an answer for the robot.",
+        "Jog an axis from the console, with a person at the hardware stop, and see whether it is told as "
+        "JOG.",
         level=Level.MOTION,
-        motor="One axis jogs slowly between the places that are named.",
     ),
     Assumption(
         "positions-after-power",

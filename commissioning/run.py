@@ -118,7 +118,7 @@ async def _try(
     row: Assumption, bench: Bench, trial: Callable[[Assumption, Bench], Awaitable[Finding]] | None
 ) -> Finding:
     if trial is None:
-        return cannot_tell(row, "There is no trial for it.")
+        return cannot_tell(row, row.probe)
     if row.level is not Level.QUESTIONS and row.level not in bench.terms.allowed:
         return cannot_tell(row, f"Only questions were asked: it takes `--allow {row.level}`.")
     return await trial(row, bench)

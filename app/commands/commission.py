@@ -168,6 +168,12 @@ def _alone(line_id: str, file: Path, terms: "Terms") -> "Report":
             return asyncio.run(run(lambda place, of, slug: progress.say(f"{place} of {of}: {slug}")))
         except TransportError as error:
             raise Failure(f"{error} The line {line_id} was not commissioned.", exits.NOT_SENT) from None
+        except KeyboardInterrupt:
+            moving = "a motor that a trial had moved was stopped by software: look whether it stands. "
+            raise Failure(
+                f"It was broken off, and there is no report. What was set was set back; {moving}Begin anew.",
+                exits.REFUSED,
+            ) from None
 
 
 def _write(found: "Report", report: Path | None) -> None:

@@ -1,5 +1,6 @@
 """People decide what is done to a machine: nothing is set or moved that was not allowed and agreed to."""
 
+import asyncio
 from dataclasses import replace
 from typing import Any
 
@@ -8,18 +9,22 @@ import pytest
 from commissioning.assumptions import Level
 from commissioning.bench import Places, Terms
 from commissioning.findings import Result
+from commissioning.run import commission
+from gateway.config import parse
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.link import Request, RequestReader
 from protocols.table import Effect
+from simulator.fics.line import SimulatedFics
 from simulator.fics.quirks import QUIRKS as FICS_QUIRKS
 from simulator.rorze.quirks import QUIRKS as RC400_QUIRKS
-from tests.commissioning.benches import all_allowed, commissioned, fics, rc400, result_of
+from tests.commissioning.benches import CONFIG, Machine, all_allowed, commissioned, fics, rc400, result_of
 from tests.commissioning.test_quirks import away, homed, in_mode_3
 from tests.plants import in_virtual_time
 from tests.simulated_line import SimulatedCable
 
 MOVES = (b"LMA", b"LMI", b"JOG", b"JTE", b"POM", b"ORG", b"MMA", b"MMI")
 NEAR = Places(0, 200)
+PROTOCOLS: dict[Any, str] = {rc400: "rorze", fics: "fics"}
 
 
 def effects(cable: SimulatedCable) -> set[Effect]:
@@ -131,3 +136,37 @@ async def test_moves_stay_between_the_places() -> None:
     _, cable = await commissioned(machine, all_allowed(machine, NEAR))
     targets = {int(it[6:]) for it in cable.written if it[3:6] == b"2AM"}
     assert targets == {0, 200}
+
+
+@pytest.mark.parametrize(
+    ("make", "prepare", "places", "moves", "stop"),
+    [
+        (rc400, away, NEAR, b"2AM", b"5IS"),
+        (fics, homed, Places(140, 180), b"LMA", b"AES"),
+        (fics, in_mode_3, Places(140, 180), b"LMA", b"AES"),
+    ],
+)
+@in_virtual_time
+async def test_a_trial_that_is_broken_off_leaves_nothing_moving(
+    make: Any, prepare: Any, places: Places, moves: bytes, stop: bytes
+) -> None:
+    machine = make()
+    prepare(machine)
+    cable = SimulatedCable(machine)
+    line = next(it for it in parse(CONFIG, "gateway.toml").lines if it.protocol == PROTOCOLS[make])
+    terms = all_allowed(machine, places)
+    trying = asyncio.create_task(commission(line, terms, open_transport=lambda _: cable))
+    while not (trying.done() or any(moves in it for it in cable.written)):  # noqa: ASYNC110  # no event
+        await asyncio.sleep(0.01)
+    await asyncio.sleep(0.1)
+    assert is_moving(machine)
+    trying.cancel()
+    await asyncio.gather(trying, return_exceptions=True)
+    assert any(stop in it for it in cable.written)
+    assert not is_moving(machine)
+
+
+def is_moving(machine: Machine) -> bool:
+    if isinstance(machine, SimulatedFics):
+        return machine.robot.job is not None
+    return any(axis.motor.moving for axis in machine.axes.values())

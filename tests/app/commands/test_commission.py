@@ -206,3 +206,13 @@ def test_beside_a_gateway_only_questions_are_sent(monkeypatch: pytest.MonkeyPatc
     assert said.exit_code == 2
     assert "needs --config FILE" in said.stderr
     assert gateway.asked == []
+
+
+def test_ctrl_c_says_what_was_done_to_the_motor(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("commissioning.run.commission", interrupted)
+    said = run("commission", "robot", "--config", file)
+    assert said.exit_code == 1
+    assert "What was set was set back" in said.stderr
