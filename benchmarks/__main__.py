@@ -26,6 +26,7 @@ from benchmarks import (
     move_cost,
     pages,
     plant,
+    recording,
     start,
     stop_latency,
     tls_crowd,
@@ -59,6 +60,7 @@ class Benchmark(StrEnum):
     FLOODS = "floods"
     ECHOING_LINE = "echoing-line"
     PLANT = "plant"
+    RECORDING = "recording"
 
 
 RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
@@ -84,6 +86,7 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.FLOODS: under_flood.run,
     Benchmark.ECHOING_LINE: echoing_line.run,
     Benchmark.PLANT: plant.run,
+    Benchmark.RECORDING: recording.run,
 }
 
 

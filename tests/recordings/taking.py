@@ -51,7 +51,7 @@ def virtual_clocks() -> Iterator[None]:
 async def recorded(plant: Plant, folder: Path) -> Path:
     """Record all that a plant remembers."""
     plant.recordings.keep_in(folder)
-    record = plant.recordings.start(None, asyncio.get_running_loop().time(), 0)
+    record = plant.recordings.start(None, asyncio.get_running_loop().time() + 1, 0)
     await plant.recordings.wait(record, 60)
     assert record.status == "finished", record.error
     return plant.recordings.file_of(record)
