@@ -27,6 +27,7 @@ from benchmarks import (
     opcua,
     pages,
     plant,
+    recording,
     start,
     stop_latency,
     tls_crowd,
@@ -61,6 +62,7 @@ class Benchmark(StrEnum):
     ECHOING_LINE = "echoing-line"
     OPCUA = "opcua"
     PLANT = "plant"
+    RECORDING = "recording"
 
 
 RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
@@ -87,6 +89,7 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.ECHOING_LINE: echoing_line.run,
     Benchmark.OPCUA: opcua.run,
     Benchmark.PLANT: plant.run,
+    Benchmark.RECORDING: recording.run,
 }
 
 

@@ -51,7 +51,7 @@ def read(path: Path) -> tuple[Script, dict[str, Speed]]:
 
     :raises NotARecording: it is none, or a line of it cannot be read.
     """
-    head, *lines = path.read_text("utf-8").splitlines()
+    head, *lines = path.read_text("utf-8").splitlines() or [""]
     if head != HEAD:
         raise NotARecording(f"{path} is no dialogue of version 1.")
     number = 2

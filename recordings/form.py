@@ -22,7 +22,7 @@ STATES: Final = "states.jsonl"
 SUFFIX: Final = ".mgrec"
 SAMPLE_COLUMNS: Final = ("time", "body_id", "move_id", "time_s", "axis", "position")
 PIECE: Final = 65_536
-_LEVEL: Final = 3
+_LEVEL: Final = 1
 
 
 def line_member(line_id: str) -> str:

@@ -327,8 +327,14 @@ class MatchingPort(ReplayPort):
             self._done[target] = done + 1
             self._shift_s[target] = self.now_s - expected.at_s
             return expected
-        self._differs(*self._place_of(expected), data)
+        self._differs(*self._place_of(min(self._missing(expected), key=_number, default=expected)), data)
         return None
+
+    def _missing(self, expected: Exchange | None) -> list[Exchange]:
+        """What was written before the frame that is expected, and is not: a difference begins there."""
+        before = inf if expected is None else expected.number
+        missing = [*self._left(), *filter(self._is_strange, self._script.exchanges)]
+        return [it for it in missing if it.number <= before]
 
     def _said_again(self, deeds: Sequence[Exchange], done: int, key: bytes) -> int:
         """How many stops are next that were said again then, and are not now."""
@@ -360,8 +366,7 @@ class MatchingPort(ReplayPort):
 
     def end(self) -> None:
         """Look for what was done then and is not now, and for what was written then and cannot be now."""
-        missing = [*self._left(), *filter(self._is_strange, self._script.exchanges)]
-        first = min(missing, key=_number, default=None)
+        first = min(self._missing(None), key=_number, default=None)
         if self.difference is None and first is not None:
             self._differs(first.number, _as_written(first), None)
 

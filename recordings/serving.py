@@ -32,6 +32,8 @@ FLAG: Final = "Replay"
 SLOWEST, FASTEST = 0.01, 1000.0
 NEXT_S: Final = 0.05
 """What comes within this time is told together."""
+LEAD_S: Final = 1.0
+"""It begins so long before the first that there is."""
 CONTROL: Final = "/replay"
 _WHY: Final = "This is a replay of a recording: nothing is sent to a controller, and nothing is changed."
 _OWN: Final = re.compile(
@@ -105,7 +107,9 @@ class Playback:
         told = [*self._of_events(recording), *self._of_states(recording), *self._of_lines(recording)]
         self._told = sorted(told, key=lambda it: it.at_s)
         self._next = 0
-        self._at_s, self._since = 0.0, 0.0
+        # The gateway may have begun later than what was asked for.
+        self._at_s = max(self._told[0].at_s - LEAD_S, 0.0) if self._told else 0.0
+        self._since = 0.0
         self._woken = asyncio.Event()
         self._rewind()
 

@@ -50,13 +50,13 @@ def export(
 
 
 @contextmanager
-def reading(path: Path) -> Iterator[None]:
-    """Tell in one sentence why a recording could not be used."""
+def reading(path: Path, code: int = exits.USAGE) -> Iterator[None]:
+    """Tell in one sentence why a recording could not be used; `code` is for what is damaged."""
     from recordings.form import NotARecording
 
     try:
         yield
     except NotARecording as error:
-        raise Failure(str(error), exits.USAGE) from None
+        raise Failure(str(error), code) from None
     except OSError as error:
         raise Failure(f"{error.filename or path}: {error.strerror or error}.", exits.USAGE) from None

@@ -33,7 +33,7 @@ def replay(
     if lines + serve + as_test != 1:
         raise typer.BadParameter("say --lines, --serve or --as-test")
     times = _times(speed, by_itself=1.0 if serve else None)
-    with reading(recording):
+    with reading(recording, exits.REFUSED):
         if serve:
             _serve(recording, port, _FASTEST if times is None else times)
         elif as_test:

@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from datetime import datetime, tzinfo
 from pathlib import Path
 from typing import Any, Final
 from unittest.mock import patch
@@ -10,6 +11,7 @@ from unittest.mock import patch
 from httpx2 import ASGITransport, AsyncClient
 
 from api.app import create_app
+from gateway.door.state_log import note_states
 from gateway.plant import Plant
 from tests.api.stand import HOST
 from tests.fics_plants import fics_rig
@@ -18,7 +20,7 @@ from tests.recordings.scripts import BODIES, ROBOT, Step
 from tests.virtual_time import run_virtual
 
 BEGAN_NS: Final = 1_764_000_000_000_000_000
-SETTLED_S: Final = 30.0
+CLOCKS: Final = ("transports.recorder", "gateway.recordings", "gateway.door.calls", "gateway.door.state_log")
 
 
 def clocks() -> tuple[int, int]:
@@ -27,19 +29,29 @@ def clocks() -> tuple[int, int]:
     return BEGAN_NS + now, now
 
 
+class WallTime(datetime):
+    """A wall clock that goes as the running loop does."""
+
+    @classmethod
+    def now(cls, tz: tzinfo | None = None) -> "WallTime":
+        return cls.fromtimestamp(clocks()[0] / 1e9, tz)
+
+
 @contextmanager
 def virtual_clocks() -> Iterator[None]:
     """Let all that is recorded have the time of the loop."""
     with ExitStack() as stack:
-        for place in ("transports.recorder", "gateway.recordings", "gateway.door.calls"):
+        for place in CLOCKS:
             stack.enter_context(patch(f"{place}.clocks", clocks))
+        for place in ("gateway.core.events", "gateway.recordings"):
+            stack.enter_context(patch(f"{place}.datetime", WallTime))
         yield
 
 
 async def recorded(plant: Plant, folder: Path) -> Path:
     """Record all that a plant remembers."""
     plant.recordings.keep_in(folder)
-    record = plant.recordings.start(None, 1e5, 0)
+    record = plant.recordings.start(None, asyncio.get_running_loop().time() + 1, 0)
     await plant.recordings.wait(record, 60)
     assert record.status == "finished", record.error
     return plant.recordings.file_of(record)
@@ -47,6 +59,7 @@ async def recorded(plant: Plant, folder: Path) -> Path:
 
 async def play(plant: Plant, script: Sequence[Step]) -> None:
     """Send the requests of a script on time."""
+    noting = asyncio.create_task(note_states(plant))
     transport = ASGITransport(create_app(plant), raise_app_exceptions=False)
     async with AsyncClient(transport=transport, base_url=f"http://{HOST}") as client:
         requests = []
@@ -56,6 +69,8 @@ async def play(plant: Plant, script: Sequence[Step]) -> None:
             requests.append(asyncio.create_task(asked))
             await asyncio.sleep(step.then_s)
         await asyncio.wait(requests, timeout=60)
+    noting.cancel()
+    await asyncio.gather(noting, return_exceptions=True)
 
 
 def bodies_at_work(folder: Path, script: Sequence[Step] = BODIES, **options: Any) -> Path:
