@@ -48,6 +48,10 @@ class Stopped:
         self._machine = machine
         self.at: float | None = None
 
+    def first(self) -> float | None:
+        """When the first stop of the round has come."""
+        return self.at
+
     def receive(self, data: bytes, now: float) -> None:
         """Note a stop, and let the line work."""
         if self.at is None and any(code in data for code in STOP_CODES):
@@ -74,12 +78,25 @@ async def run(seconds: float) -> list[Figure]:
         plant = await plant_in(stack, folder, engine)
         await all_are_online(plant)
         idle = await _first_bytes_ms(plant, lines)
-        _say(f"stops: {sorted(round(it) for it in idle)} ms")
+        alone = await _alone_ms(urls, lines)
+        _say(f"stops of all: {_told(idle)}; of one gateway alone: {_told(alone)}")
         latencies = await _event_ms(plant, urls, seconds)
     of = f"{GATEWAYS} gateways of {len(BODIES)} bodies"
     return [
-        Figure(f"stop of a plant to first byte, {of}: p50", "ms", [_share(idle, 0.5)], [50.0], P99_MS),
-        Figure(f"stop of a plant to first byte, {of}: p99", "ms", [_share(idle, 0.99)], [50.0], P99_MS),
+        Figure(
+            f"stop of a plant to first byte, {of}: p50",
+            "ms",
+            [_share(idle, 0.5)],
+            [_share(alone, 0.5)],
+            P99_MS,
+        ),
+        Figure(
+            f"stop of a plant to first byte, {of}: p99",
+            "ms",
+            [_share(idle, 0.99)],
+            [_share(alone, 0.99)],
+            P99_MS,
+        ),
         Figure(f"event to plant stream, {of}: p50", "ms", [_share(latencies, 0.5)], [50.0], P99_MS),
         Figure(f"event to plant stream, {of}: p99", "ms", [_share(latencies, 0.99)], [50.0], P99_MS),
         Figure(f"{BACKLOG} events of one gateway that was away", "s", [whole_s], [30.0], WHOLE_S),
@@ -237,6 +254,23 @@ async def _first_bytes_ms(plant: str, lines: Sequence[Stopped]) -> list[float]:
     return taken
 
 
+async def _alone_ms(urls: Sequence[str], lines: Sequence[Stopped]) -> list[float]:
+    """The same of one gateway at a time, asked by HTTP without a plant: the yardstick."""
+    taken = []
+    async with httpx.AsyncClient(timeout=30) as http:
+        for url, line in zip(urls, lines, strict=True):
+            line.at = None
+            begin = monotonic()
+            await http.post(f"{url}/stop")
+            taken += [1000 * (at - begin) for at in (line.first(),) if at is not None]
+            await asyncio.sleep(1.0)
+    return taken
+
+
+def _told(milliseconds: Sequence[float]) -> str:
+    return f"p50 {_share(milliseconds, 0.5):.0f} ms, p99 {_share(milliseconds, 0.99):.0f} ms"
+
+
 async def _event_ms(plant: str, urls: Sequence[str], seconds: float) -> list[float]:
     """From an event's own time to its arrival at a client of the plant, at 200 events a second."""
     taken: list[float] = []
@@ -248,6 +282,7 @@ async def _event_ms(plant: str, urls: Sequence[str], seconds: float) -> list[flo
                 if ".lease." in event["type"]:
                     taken.append(1000 * (time() - datetime.fromisoformat(event["time"]).timestamp()))
 
+    await asyncio.sleep(5.0)  # events of the stops before are through
     listening = asyncio.create_task(listen())
     await asyncio.sleep(1.0)
     async with httpx.AsyncClient(timeout=10) as http:
