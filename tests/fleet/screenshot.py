@@ -22,10 +22,10 @@ async def main() -> None:
     async with AsyncExitStack() as stack:
         folder = Path(stack.enter_context(TemporaryDirectory()))
         engine = await stack.enter_async_context(engine_in(folder))
+        plant = await plant_in(stack, folder, engine)
         lost = await stack.enter_async_context(AsyncExitStack())
         _, urls = await gateways_in(stack, folder, engine)
         await gateways_in(lost, folder, engine, numbers=[len(urls) + 1])
-        plant = await plant_in(stack, folder, engine)
         await all_are_online(plant, len(urls) + 1)
         async with async_playwright() as playwright:
             browser = await playwright.chromium.launch(
@@ -38,6 +38,7 @@ async def main() -> None:
             await asyncio.sleep(LOST_S)
             await page.fill("#search", f"stocker{len(urls) + 1} line1.0")
             await asyncio.sleep(2.0)
+            await page.evaluate("scrollTo(0, 0)")
             await page.screenshot(path=PICTURE)
             await browser.close()
 
