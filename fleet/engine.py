@@ -38,6 +38,9 @@ PINGS: Final = 2
 ANSWER_S: Final = 5.0
 CLOSE_S: Final = 1.0
 LOOK_S: Final = 0.2
+NOBODY: Final = (
+    "the servers have no stream for it yet, which the plant process makes; or they are just starting"
+)
 KEEP_DAYS: Final = 30
 REGISTRY_TTL_S: Final = 10
 _NS: Final = 1_000_000_000
@@ -94,7 +97,7 @@ class Connection:
         try:
             return await self.nats.request(subject, payload, timeout=ANSWER_S, headers=headers)
         except NoRespondersError:
-            raise EngineTrouble(f"no server answers for {subject}") from None
+            raise EngineTrouble(NOBODY) from None
         except (Error, TimeoutError, OSError) as error:
             raise EngineTrouble(_why(error)) from error
 

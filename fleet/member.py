@@ -50,8 +50,10 @@ from gateway.wind_down import SUBJECT
 log = logging.getLogger(__name__)
 
 REGISTER_S: Final = 2.0
-BATCH: Final = 64
-"""Events that the stream takes, or refuses, together: few enough not to hold the event loop."""
+BATCH: Final = 500
+"""Events that the stream takes, or refuses, together; a server takes 1,000 at most."""
+AT_ONCE: Final = 32
+"""Of these so many are written before all else in the gateway has a turn."""
 AGAIN_S: Final = 1.0
 UNREACHABLE_S: Final = 5.0
 """A trouble that lasts so long is told."""
@@ -238,6 +240,8 @@ class Member:
         for number, (payload, headers) in enumerate(first, 1):
             numbered = {**batch, "Nats-Batch-Sequence": str(number), **(expected if number == 1 else {})}
             await connection.nats.publish(subject, payload, headers={**headers, **numbered})
+            if number % AT_ONCE == 0:
+                await asyncio.sleep(0)
         payload, headers = last
         if first:
             ending = {**batch, "Nats-Batch-Sequence": str(len(events)), "Nats-Batch-Commit": "1"}

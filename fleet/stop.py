@@ -106,11 +106,11 @@ class PlantStop:
             _take_report(attempts.setdefault(name, Attempt(name)), report)
 
         ways = [
+            self._again(_AllOf(attempts), partial(self._by_servers, message, note)),
             *(
                 self._again(it.done, partial(self._by_http, self._registry.get(name), it, headers, content))
                 for name, it in attempts.items()
             ),
-            self._again(_AllOf(attempts), partial(self._by_servers, message, note)),
         ]
         with suppress(TimeoutError):
             async with asyncio.timeout(GOES_ON_S):
