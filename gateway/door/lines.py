@@ -18,6 +18,7 @@ from gateway.rorze.family import Rorze
 from gateway.rorze.scans import Scan
 
 ROWS: Final = Rows("lines")
+TAKE_OVERS: Final = Rows("configuration")
 
 
 _INFOS: Any = Union[tuple(family.line_info for family in FAMILIES.values())]  # noqa: UP007
@@ -51,7 +52,7 @@ class TakeOverRequest(RequestModel, json_schema_extra=example(old="stocker1", ha
     )
 
 
-@ROWS.post("/lines/{line_id}/take-over", Right.SETUP, leased=False)
+@TAKE_OVERS.post("/lines/{line_id}/take-over", Right.SETUP, leased=False)
 async def take_over_line(plant: Plant, line_id: LineId, take_over: TakeOverRequest) -> AnyLineInfo:
     """Have a line that another gateway has had, because a person says so.
 

@@ -90,6 +90,7 @@ SECTIONS: Final = (
     access_keys.SESSIONS,
     system.ROWS,
     lines.ROWS,
+    lines.TAKE_OVERS,
     commissionings.ROWS,
     backups.ROWS,
     nightly.ROWS,

@@ -5,8 +5,8 @@ import pytest
 from benchmarks.trace_calls import CallTrace, first_move
 from tests.api.robots.cell import Cell, in_cell
 
-ABOVE_THE_LINE = 318
-IN_ALL = 910
+ABOVE_THE_LINE = 326
+IN_ALL = 940
 
 
 @pytest.mark.parametrize("mode", [2, 3])

@@ -110,8 +110,11 @@ ELSEWHERE = (
     "docs/configuration.md",
     "docs/simulator.md",
     "docs/plant.md",
+    "docs/mqtt.md",
+    "docs/opcua.md",
+    "docs/recordings.md",
 )
-"""Pages whose commands install, or are of the simulator or a plant: these have tests of their own."""
+"""Their commands install, or are of the simulator, a plant, a bridge or recordings: others test these."""
 
 
 LONGEST_S = 240.0

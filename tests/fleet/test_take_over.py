@@ -45,10 +45,10 @@ class Pair:
         return tuple(it.get("/lines/line1")["state"] for it in (self.old, self.spare))
 
 
-@pytest.fixture(scope="module")
-def pair(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Pair]:
+@pytest.fixture
+def pair(tmp_path: Path) -> Iterator[Pair]:
     with ExitStack() as stack:
-        yield Pair(tmp_path_factory.mktemp("pair"), stack)
+        yield Pair(tmp_path, stack)
 
 
 def take_over(gateway: Member, old: str) -> str:
@@ -58,7 +58,7 @@ def take_over(gateway: Member, old: str) -> str:
     return done.output
 
 
-def test_the_first_owner_opens_the_line_and_the_spare_stands_by(pair: Pair) -> None:
+def the_first_owner_opens_the_line_and_the_spare_stands_by(pair: Pair) -> None:
     until(lambda: pair.states() == ("ready", "standby"), "stocker1 has the line")
     assert pair.old.get("/lines/line1")["owner"] == {"gateway": "stocker1", "epoch": 1}
     assert pair.spare.get("/lines/line1")["owner"] == {"gateway": "stocker1", "epoch": 1}
@@ -68,7 +68,7 @@ def test_the_first_owner_opens_the_line_and_the_spare_stands_by(pair: Pair) -> N
     assert pair.process.http.post("/stop").status_code == 200
 
 
-def test_a_take_over_in_the_middle_of_a_move_throws_the_old_owner_out_for_good(pair: Pair) -> None:
+def a_take_over_in_the_middle_of_a_move_throws_the_old_owner_out_for_good(pair: Pair) -> None:
     begun = pair.old.http.post("/bodies/3F/moves", json=LONG, headers={"Owner-Epoch": "1"})
     assert begun.is_success, begun.text
     assert "epoch 2" in take_over(pair.spare, "stocker1")
@@ -88,7 +88,7 @@ def test_a_take_over_in_the_middle_of_a_move_throws_the_old_owner_out_for_good(p
     until(lambda: pair.old.get(own)["status"] == "lost", "stocker1 says that it does not know how it ends")
 
 
-def test_a_command_with_another_epoch_is_refused_and_nothing_is_sent(pair: Pair) -> None:
+def a_command_with_another_epoch_is_refused_and_nothing_is_sent(pair: Pair) -> None:
     until(lambda: not pair.spare.get("/bodies/3F")["moving"], "the motor stands still")
     pair.line.begin_anew()
     for epoch, status in (("1", 409), ("x", 422)):
@@ -97,7 +97,7 @@ def test_a_command_with_another_epoch_is_refused_and_nothing_is_sent(pair: Pair)
     assert not pair.line.executed("1+M")
 
 
-def test_the_old_owner_does_not_come_back_by_itself_not_even_after_a_restart(pair: Pair) -> None:
+def the_old_owner_does_not_come_back_by_itself_not_even_after_a_restart(pair: Pair) -> None:
     pair.old.end()
     pair.old.start()
     until(lambda: pair.states() == ("standby", "ready"), "stocker1 stands by")
@@ -106,3 +106,10 @@ def test_the_old_owner_does_not_come_back_by_itself_not_even_after_a_restart(pai
     pair.engine.kill()
     assert "epoch 4" in take_over(pair.spare, "stocker1")
     until(lambda: pair.states() == ("standby", "ready"), "a person needs no engine")
+
+
+def test_a_line_is_taken_over_by_a_person_and_by_nobody_else(pair: Pair) -> None:
+    the_first_owner_opens_the_line_and_the_spare_stands_by(pair)
+    a_take_over_in_the_middle_of_a_move_throws_the_old_owner_out_for_good(pair)
+    a_command_with_another_epoch_is_refused_and_nothing_is_sent(pair)
+    the_old_owner_does_not_come_back_by_itself_not_even_after_a_restart(pair)

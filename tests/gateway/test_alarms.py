@@ -337,6 +337,7 @@ NEEDS_NOBODY: Final = {
     "gateway": {
         *("journal.recovered", "security.recovered", "shutting_down", "reloaded", "key.made", "key.revoked"),
         *("scan.finished", "scan.failed", "key.approved", "key.rotated", "key.expired"),
+        *("recording.finished", "recording.failed"),
     },
     "stream": {"gap", "snapshot"},
     "plant": {"reached"},

@@ -101,7 +101,7 @@ async def test_changes_that_do_not_suit_the_speed_sets_can_be_cleared(stand: Sta
 @on_stand()
 async def test_changes_that_no_move_could_make_are_refused_before_anything_is_sent(stand: Stand) -> None:
     await teach(stand)
-    frames = set_by(stand.frames())
+    frames = [frame for frame in set_by(stand.frames()) if frame != "9CS"]
     for changes, said in (
         ([{"point": 0, "begin": 100, "speed_pps": 10_000}], "are reached only at pulse"),
         (
@@ -114,7 +114,7 @@ async def test_changes_that_no_move_could_make_are_refused_before_anything_is_se
         assert said in answer.json()["detail"]
     other = {"acceleration_set": 1, "deceleration_set": 2, "changes": SLOW_AT_THE_SENSOR}
     assert (await stand.client.put("/bodies/01/patterns/3", json=other)).status_code == 422
-    assert set_by(stand.frames()) == frames
+    assert [frame for frame in set_by(stand.frames()) if frame != "9CS"] == frames
 
 
 @on_stand()

@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from app.cli import app
+from gateway.plant import Plant
 from recordings import replaying
 from tests.recordings.scripts import BODIES
 from tests.recordings.taking import bodies_at_work
@@ -18,9 +19,7 @@ from tests.recordings.taking import bodies_at_work
 @pytest.fixture(autouse=True)
 def _slow_wire() -> Iterator[None]:
     """The recorded cable was one of 9600 baud, which its made-up address does not say."""
-    with patch.object(
-        replaying.Replay.__init__, "__defaults__", (lambda *_: (10 / 9600, False), replaying.Plant)
-    ):
+    with patch.object(replaying.Replay.__init__, "__defaults__", (lambda *_: (10 / 9600, False), Plant)):
         yield
     logging.disable(logging.NOTSET)
 

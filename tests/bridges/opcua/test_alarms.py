@@ -71,12 +71,18 @@ def test_the_reset_of_a_client_is_the_gateways(cell: tuple[Plant, Bridge], tmp_p
         limit = {"first": 50, "last": 1_000_000}
         plant.line.tell("PATCH", "/bodies/3F/mechanics", cw_limit=limit)
         client.move("line1.3F", 500)
-        lasting = client.event(lambda it: it["ConditionName"] == "body.limit_error")
+        told: dict[str, Any] = {}
+
+        def has_told_both(event: Any) -> bool:
+            told[event["ConditionName"]] = event
+            return told.keys() >= {"body.limit_error", "body.move.failed"}
+
+        client.event(has_told_both)
+        lasting, raised = told["body.limit_error"], told["body.move.failed"]
         assert (
             client.tell("call", object=lasting["ConditionId"], method="i=18199")["status"]
             == "BadInvalidState"
         )
-        raised = client.event(lambda it: it["ConditionName"] == "body.move.failed")
         assert (raised["SourceName"], raised["Retain"]) == ("line1.3F", True)
         id_ = raised["ConditionId"].rpartition("alarm.")[2]
         assert plant.get(f"/alarms/{id_}")["cause"] == raised["ConditionName"]

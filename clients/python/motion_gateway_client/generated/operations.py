@@ -1421,22 +1421,6 @@ class Operations(Protocol):
         answer: LineInfo | RobotLineInfo = self.call("GET", filled("/lines/{line_id}", line_id=line_id))
         return answer
 
-    def take_over_line(
-        self, line_id: str, body: TakeOverRequest, /, *, idempotency_key: str | None = None
-    ) -> LineInfo | RobotLineInfo:
-        """Have a line that another gateway has had, because a person says so.
-
-        The terminal server throws the old gateway out as this one connects; all is proved as at each start.
-        What the old one had begun is followed as foreign, and is unknown until its position is read.
-        """
-        answer: LineInfo | RobotLineInfo = self.call(
-            "POST",
-            filled("/lines/{line_id}/take-over", line_id=line_id),
-            body=body,
-            idempotency_key=idempotency_key,
-        )
-        return answer
-
     def start_scan(
         self, line_id: str, *, wait: float | None = None, idempotency_key: str | None = None
     ) -> Scan:
@@ -1458,6 +1442,22 @@ class Operations(Protocol):
             "GET",
             filled("/lines/{line_id}/scans/{scan_id}", line_id=line_id, scan_id=scan_id),
             query={"wait": wait},
+        )
+        return answer
+
+    def take_over_line(
+        self, line_id: str, body: TakeOverRequest, /, *, idempotency_key: str | None = None
+    ) -> LineInfo | RobotLineInfo:
+        """Have a line that another gateway has had, because a person says so.
+
+        The terminal server throws the old gateway out as this one connects; all is proved as at each start.
+        What the old one had begun is followed as foreign, and is unknown until its position is read.
+        """
+        answer: LineInfo | RobotLineInfo = self.call(
+            "POST",
+            filled("/lines/{line_id}/take-over", line_id=line_id),
+            body=body,
+            idempotency_key=idempotency_key,
         )
         return answer
 

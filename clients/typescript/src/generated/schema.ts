@@ -1993,29 +1993,6 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/lines/{line_id}/take-over": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Take Over Line
-         * @description Have a line that another gateway has had, because a person says so.
-         *
-         *     The terminal server throws the old gateway out as this one connects; all is proved as at each start.
-         *     What the old one had begun is followed as foreign, and is unknown until its position is read.
-         */
-        post: operations["takeOverLine"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
     "/lines/{line_id}/scans": {
         parameters: {
             query?: never;
@@ -2052,6 +2029,29 @@ export interface paths {
         get: operations["getScan"];
         put?: never;
         post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/take-over": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Take Over Line
+         * @description Have a line that another gateway has had, because a person says so.
+         *
+         *     The terminal server throws the old gateway out as this one connects; all is proved as at each start.
+         *     What the old one had begun is followed as foreign, and is unknown until its position is read.
+         */
+        post: operations["takeOverLine"];
         delete?: never;
         options?: never;
         head?: never;
@@ -27047,57 +27047,6 @@ export interface operations {
             };
         };
     };
-    takeOverLine: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                /**
-                 * @description The line's id.
-                 * @example line1
-                 */
-                line_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["TakeOverRequest"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["LineInfo"] | components["schemas"]["RobotLineInfo"];
-                };
-            };
-            /** @description Nothing was sent, and nothing will be: it may be asked again. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
     startScan: {
         parameters: {
             query?: {
@@ -27183,6 +27132,57 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Scan"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    takeOverLine: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["TakeOverRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LineInfo"] | components["schemas"]["RobotLineInfo"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
