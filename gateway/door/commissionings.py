@@ -13,7 +13,7 @@ from gateway.core.rights import Right
 from gateway.door.configuration import AT_ONCE, Reloaded, ReloadRequest, with_settings
 from gateway.plant import Plant
 
-ROWS: Final = Rows("lines")
+ROWS: Final = Rows("configuration")
 
 
 class CommissioningRequest(RequestModel, json_schema_extra=example(line_id="arm")):
