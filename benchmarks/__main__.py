@@ -24,6 +24,7 @@ from benchmarks import (
     line_use,
     live_values,
     move_cost,
+    mqtt_bridge,
     pages,
     plant,
     start,
@@ -59,6 +60,7 @@ class Benchmark(StrEnum):
     FLOODS = "floods"
     ECHOING_LINE = "echoing-line"
     PLANT = "plant"
+    MQTT_BRIDGE = "mqtt-bridge"
 
 
 RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
@@ -84,6 +86,7 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.FLOODS: under_flood.run,
     Benchmark.ECHOING_LINE: echoing_line.run,
     Benchmark.PLANT: plant.run,
+    Benchmark.MQTT_BRIDGE: mqtt_bridge.run,
 }
 
 
