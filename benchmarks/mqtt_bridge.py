@@ -8,6 +8,7 @@ import json
 import shutil
 import sys
 import time
+from asyncio.subprocess import Process
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
 from pathlib import Path
@@ -23,7 +24,9 @@ from websockets.asyncio.client import connect
 
 from benchmarks.figures import Figure, Target
 from benchmarks.gateways import gateway_on_line
+from benchmarks.http_client import Door
 from benchmarks.processes import MOTION_GATEWAY, free_port, running, set_apart
+from benchmarks.stop_latency import full_gateway, stops_ms
 from bridges.common.mirror import Mirror
 from bridges.common.state import Figures
 from bridges.mqtt.broker import NO_DELAY, Connection
@@ -34,6 +37,7 @@ MOVERS = BODIES[:7]
 STOPPED = "07"
 MANY = 1200
 START_S = 60.0
+WARM_S = 3.0
 ROOT = "motion/bench"
 MOVE = {"kind": "relative", "direction": "cw", "distance": {"value": 10, "unit": "pulse"}}
 WAYS = ("p50", 0.5), ("p99", 0.99)
@@ -50,16 +54,15 @@ async def run(seconds: float) -> list[Figure]:
             http = await stack.enter_async_context(
                 httpx.AsyncClient(base_url=f"http://127.0.0.1:{web}", timeout=60)
             )
-            async with _moving(http):
-                alone = await _stops_ms(lambda: _stop_by_http(http), seconds / 4)
             await stack.enter_async_context(_bridge(web, broker))
             async with _moving(http), _Client(broker) as client:
-                by_socket, by_mqtt = await _arrivals(web, broker, seconds / 4)
-                with_bridge = await _stops_ms(lambda: _stop_by_http(http), seconds / 4)
-                by_command = await _stops_ms(client.stop, seconds / 4)
+                by_socket, by_mqtt = await _arrivals(web, broker, seconds / 5)
+                by_http = await _stops_ms(lambda: _stop_by_http(http), seconds / 5)
+                by_command = await _stops_ms(client.stop, seconds / 5)
             states_s = await _states_s(broker)
+    alone, held_alone, beside, held_beside = await _stops_to_the_line(2 * seconds / 5)
     later = sorted(1e3 * (by_mqtt[it] - by_socket[it]) for it in by_mqtt.keys() & by_socket.keys())
-    rate = len(later) / (seconds / 4)
+    rate = len(later) / (seconds / 5)
     behind = zip(WAYS, (5.0, 20.0), strict=True)
     return [
         *(
@@ -76,18 +79,50 @@ async def run(seconds: float) -> list[Figure]:
             "MQTT: stop by it over one by HTTP: p99",
             "ms",
             [_at(by_command, 0.99)],
-            [_at(with_bridge, 0.99)],
+            [_at(by_http, 0.99)],
             Target("ratio", "<=", 1.2),
         ),
         Figure(
-            "MQTT: stop by HTTP beside a bridge: p99",
+            "MQTT: stop to the line beside a bridge: p99",
             "ms",
-            [_at(with_bridge, 0.99)],
+            [_at(beside, 0.99)],
             [_at(alone, 0.99)],
             Target("ratio", "<=", 1.1),
         ),
+        Figure(
+            "MQTT: the gateway's loop held longest beside a bridge",
+            "ms",
+            [max(held_beside, default=0.0)],
+            [max(held_alone, default=0.0)],
+            Target("figure", "<=", 10.0),
+        ),
         Figure(f"MQTT: {MANY} states after a connect", "s", [states_s], [1.0], Target("figure", "<=", 1.0)),
     ]
+
+
+async def _stops_to_the_line(seconds: float) -> tuple[list[float], list[float], list[float], list[float]]:
+    """Stop moving bodies, without a bridge and beside one; and how long the gateway's loop was held."""
+    held: list[float] = []
+
+    async def watch(process: Process) -> None:
+        assert process.stdout
+        while said := await process.stdout.readline():
+            held.append(float(said.split()[1]))
+
+    async with full_gateway(program="benchmarks.watched_loop") as (line, web, process):
+        watching = asyncio.create_task(watch(process))
+        await stops_ms(line, Door(web), WARM_S)  # models and routes are built when they are used first
+        held.clear()
+        alone = await stops_ms(line, Door(web), seconds / 2)
+        held_alone = [*held]
+        async with _broker() as broker, _bridge(web, broker):
+            await asyncio.sleep(WARM_S)
+            held.clear()
+            beside = await stops_ms(line, Door(web), seconds / 2)
+            held_beside = [*held]
+        watching.cancel()
+        await asyncio.gather(watching, return_exceptions=True)
+    return alone, held_alone, beside, held_beside
 
 
 def _at(values: list[float], share: float) -> float:
