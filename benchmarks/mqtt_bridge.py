@@ -102,24 +102,25 @@ async def run(seconds: float) -> list[Figure]:
 
 async def _stops_to_the_line(seconds: float) -> tuple[list[float], list[float], list[float], list[float]]:
     """Stop moving bodies, without a bridge and beside one; and how long the gateway's loop was held."""
-    held: list[float] = []
+    held: list[tuple[float, float]] = []
 
     async def watch(process: Process) -> None:
         assert process.stdout
         while said := await process.stdout.readline():
-            held.append(float(said.split()[1]))
+            at, held_ms = map(float, said.split())
+            held.append((at, held_ms))
+
+    async def stop_and_watch() -> tuple[list[float], list[float]]:
+        begun_at = time.monotonic()
+        stops = await stops_ms(line, Door(web), seconds / 2)
+        return stops, [held_ms for at, held_ms in held if at >= begun_at]
 
     async with full_gateway(program="benchmarks.watched_loop") as (line, web, process):
         watching = asyncio.create_task(watch(process))
         await stops_ms(line, Door(web), WARM_S)  # models and routes are built when they are used first
-        held.clear()
-        alone = await stops_ms(line, Door(web), seconds / 2)
-        held_alone = [*held]
+        alone, held_alone = await stop_and_watch()
         async with _broker() as broker, _bridge(web, broker):
-            await asyncio.sleep(WARM_S)
-            held.clear()
-            beside = await stops_ms(line, Door(web), seconds / 2)
-            held_beside = [*held]
+            beside, held_beside = await stop_and_watch()
         watching.cancel()
         await asyncio.gather(watching, return_exceptions=True)
     return alone, held_alone, beside, held_beside
