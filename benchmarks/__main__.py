@@ -24,6 +24,7 @@ from benchmarks import (
     line_use,
     live_values,
     move_cost,
+    mqtt_bridge,
     opcua,
     pages,
     plant,
@@ -63,6 +64,7 @@ class Benchmark(StrEnum):
     OPCUA = "opcua"
     PLANT = "plant"
     RECORDING = "recording"
+    MQTT_BRIDGE = "mqtt-bridge"
 
 
 RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
@@ -90,6 +92,7 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.OPCUA: opcua.run,
     Benchmark.PLANT: plant.run,
     Benchmark.RECORDING: recording.run,
+    Benchmark.MQTT_BRIDGE: mqtt_bridge.run,
 }
 
 
