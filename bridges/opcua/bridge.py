@@ -18,7 +18,7 @@ from bridges.opcua.checks import check
 from bridges.opcua.events import Events, is_end
 from bridges.opcua.locks import Locks
 from bridges.opcua.methods import Commands, PlantMethods
-from bridges.opcua.nodes import Space
+from bridges.opcua.nodes import Space, share_constants
 from bridges.opcua.plant import Axis, Plant
 from bridges.opcua.sessions import sign_in
 from bridges.opcua.settings import OpcuaFile
@@ -39,7 +39,7 @@ KEY_EVENTS: Final = frozenset({"gateway.key.revoked", "gateway.key.expired"})
 READ_WITHIN_S: Final = 2.0
 """A client that asks for new values gets those that were read by then."""
 READERS: Final = 4
-NEWEST_S: Final = 0.5
+NEWEST_S: Final = 0.05
 """Values that are younger are not read again."""
 
 
@@ -76,6 +76,7 @@ class Bridge:
         await self._host.mirror.known.wait()
         with _building():
             await self._tell_due()
+            share_constants(self._server.aspace)
         port = await self._listener.listen()
         host, _ = self._file.place
         log.info(
@@ -109,6 +110,7 @@ class Bridge:
         certificate, key = own_certificate(self._folder, self._file.opcua.application_uri)
         await self._listener.init()
         forget_sources()
+        share_constants(self._server.aspace)
         await self._listener.load_certificate(certificate)
         await self._listener.load_private_key(key)
         await self._space.load()

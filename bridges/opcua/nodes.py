@@ -16,6 +16,27 @@ NODESETS: Final = ("Opc.Ua.Di.NodeSet2.xml", "Opc.Ua.Robotics.NodeSet2.xml")
 DEVICE_SET: Final = 5001
 """Of DI: the folder of all devices."""
 
+CONSTANTS: Final = frozenset(
+    getattr(ua.AttributeIds, name)
+    for name in (
+        "NodeClass",
+        "WriteMask",
+        "UserWriteMask",
+        "IsAbstract",
+        "Symmetric",
+        "ContainsNoLoops",
+        "Historizing",
+        "MinimumSamplingInterval",
+        "DataType",
+        "ValueRank",
+        "AccessLevel",
+        "UserAccessLevel",
+        "Executable",
+        "UserExecutable",
+    )
+)
+"""Attributes that stay as a node was made with them."""
+
 Type = ua.VariantType
 Method = Callable[..., Awaitable[ua.CallMethodResult]]
 GOOD: Final = ua.StatusCode(ua.StatusCodes.Good)
@@ -306,3 +327,18 @@ def text(value: str) -> ua.Variant:
 def string(value: str) -> ua.Variant:
     """Make a string."""
     return ua.Variant(value, Type.String)
+
+
+def share_constants(aspace: Any) -> None:
+    """Let nodes share what is the same in thousands of them, and never written: a third of their memory."""
+    known: dict[tuple[ua.AttributeIds, Any], Any] = {}
+    for node in list(aspace.keys()):
+        attributes = aspace[node].attributes
+        for attribute in CONSTANTS & attributes.keys():
+            its = attributes[attribute]
+            variant = its.value.Value if its.value is not None else None
+            if variant is None or its.datachange_callbacks:
+                continue
+            key = (attribute, variant.Value if not isinstance(variant.Value, list) else None)
+            if key[1] is not None:
+                attributes[attribute] = known.setdefault(key, its)

@@ -295,6 +295,11 @@ class Processor(UaProcessor):
         self._transport.write(uatcp_to_binary(ua.MessageType.Error, error))
         return False
 
+    def send_response(self, *arguments: Any, **named: Any) -> None:
+        """Send what a client waits for; one that has gone asks for it again when it is back (Republish)."""
+        if not self._transport.is_closing():
+            super().send_response(*arguments, **named)
+
     def open_secure_channel(self, algohdr: Any, seqhdr: Any, body: Any) -> None:
         """Open a channel for a trusted client; one without encryption serves discovery alone."""
         if algohdr.SenderCertificate:

@@ -164,6 +164,7 @@ class Client:
                     serialization.Encoding.DER
                 )
             )
+        self._heard: list[Any] = []
         self._log = (self._folder / "client.log").open("wb")
         self._process = subprocess.Popen(  # noqa: S603  # our own
             [node(), str(CLIENT), str(self._folder / "pki"), str(certificate), str(key)],
@@ -222,7 +223,11 @@ class Client:
         """Wait for an event, and give it; those before it are dropped."""
 
         def look() -> Any:
-            return next((it for it in self.tell("events") if which(it)), None)
+            self._heard += self.tell("events")
+            while self._heard:
+                if which(event := self._heard.pop(0)):
+                    return event
+            return None
 
         return until(look, "an event")
 

@@ -11,7 +11,7 @@ from tests.e2e.processes import simulated_line, until
 
 FIELDS = ["EventType", "SourceName", "ConditionName", "Message", "Severity", "Retain", "ActiveState.Id"]
 REFRESH_START, REFRESH_END, OFF_NORMAL = "ns=0;i=2787", "ns=0;i=2788", "ns=0;i=10637"
-ALARMS = "i=2915"
+ALARMS, RESET = "i=2915", "i=18199"
 
 
 @pytest.fixture
@@ -71,23 +71,20 @@ def test_the_reset_of_a_client_is_the_gateways(cell: tuple[Plant, Bridge], tmp_p
         limit = {"first": 50, "last": 1_000_000}
         plant.line.tell("PATCH", "/bodies/3F/mechanics", cw_limit=limit)
         client.move("line1.3F", 500)
-        told: dict[str, Any] = {}
+        both: dict[str, Any] = {}
 
-        def has_told_both(event: Any) -> bool:
-            told[event["ConditionName"]] = event
-            return told.keys() >= {"body.limit_error", "body.move.failed"}
+        def has_both() -> bool:
+            both.update((it["ConditionName"], it) for it in client.tell("events"))
+            return both.keys() >= {"body.limit_error", "body.move.failed"}
 
-        client.event(has_told_both)
-        lasting, raised = told["body.limit_error"], told["body.move.failed"]
-        assert (
-            client.tell("call", object=lasting["ConditionId"], method="i=18199")["status"]
-            == "BadInvalidState"
-        )
+        until(has_both, "both alarms")
+        lasting, raised = both["body.limit_error"], both["body.move.failed"]
+        assert client.tell("call", object=lasting["ConditionId"], method=RESET)["status"] == "BadInvalidState"
         assert (raised["SourceName"], raised["Retain"]) == ("line1.3F", True)
         id_ = raised["ConditionId"].rpartition("alarm.")[2]
         assert plant.get(f"/alarms/{id_}")["cause"] == raised["ConditionName"]
 
-        assert client.tell("call", object=raised["ConditionId"], method="i=18199")["status"] == "Good"
+        assert client.tell("call", object=raised["ConditionId"], method=RESET)["status"] == "Good"
 
         gone = client.event(lambda it: it["ConditionId"] == raised["ConditionId"])
         assert gone["Retain"] is False
@@ -111,5 +108,5 @@ def test_only_the_subscriber_may_refresh_and_only_an_operator_reset(
         assert other.tell("refresh", subscription=number) == "BadSubscriptionIdInvalid"
         plant.line.tell("PUT", "/bodies/3F/power", on=False)
         raised = client.event(lambda it: it["ConditionName"] == "body.offline")
-        refused = client.tell("call", object=raised["ConditionId"], method="i=18199")
+        refused = client.tell("call", object=raised["ConditionId"], method=RESET)
         assert refused["status"] == "BadUserAccessDenied"
