@@ -138,7 +138,8 @@ class Plant:
         self.states: History[Noted] = History(STATES_BYTES)
         """How everything was, to be recorded."""
         self.recordings = self._recordings()
-        self.events.listeners += [self.figures.note, logbook.note, self.alarms.note, self.recordings.note]
+        self.events.listeners += [self.figures.note, logbook.note, self.alarms.note]
+        self.events.listeners += [self.recordings.note] if self.recordings.takes_alarms else []
         self.on_lines: Callable[[], None] = lambda: None
         """Called when other lines are served."""
         self._open_transport = open_transport

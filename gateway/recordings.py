@@ -176,10 +176,11 @@ class Recordings(Works[RecordingInfo]):
     async def _salvage(self, parts: Sequence[Path]) -> None:
         for part in parts:
             try:
+                until = _last_write(part)
                 await asyncio.to_thread(_cut_to_whole_lines, part)
                 manifest = form.Manifest.model_validate_json((part / form.MANIFEST).read_bytes())
                 record = _record(part.stem, manifest)
-                record.complete, record.until = False, _last_write(part)
+                record.complete, record.until, record.ended_at = False, until, until
                 await self._finish(record, part, manifest)
             except (OSError, ValueError):
                 log.exception("%s cannot be made a recording, and is removed", part)
@@ -235,9 +236,14 @@ class Recordings(Works[RecordingInfo]):
         self.begin(record, self._run(run), "recording")
         return record
 
+    @property
+    def takes_alarms(self) -> bool:
+        """Whether an alarm begins a recording."""
+        return bool(self._before_s or self._after_s)
+
     def note(self, event: Event) -> None:
         """Begin a recording where an alarm is raised, or let the one that another has begun go on."""
-        if event.type != "alarm.raised" or not (self._before_s or self._after_s) or self._folder is None:
+        if event.type != "alarm.raised" or self._folder is None:
             return
         loop = asyncio.get_running_loop()
         for run in self._runs.values():

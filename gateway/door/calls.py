@@ -1,9 +1,11 @@
 """Operations carried out for their callers: rights and leases first, then what the path leads to."""
 
+import logging
+import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AsyncExitStack
 from datetime import UTC, datetime
-from functools import cache, partial
+from functools import cache
 from typing import Any, Final
 
 from pydantic_core import to_json
@@ -13,20 +15,21 @@ from gateway.core.aside import aside
 from gateway.core.family import Family
 from gateway.core.operation import EXPECTS, KEYED, Expectation, Operation, names_in
 from gateway.core.origin import ORIGIN
-from gateway.core.own_faults import survived, twice
+from gateway.core.own_faults import twice
 from gateway.core.rights import Right
 from gateway.core.targets import Looked, Target
 from gateway.door.caller import require
 from gateway.families import FAMILIES
 from gateway.plant import Plant
 from protocols.table import Effect
-from transports.recorder import clocks
 
 __all__ = ["aside", "carry_out", "require_right", "twice"]
 
 _OF_LINES: Final = ("/bodies", "/groups", "/lines", "/robots", "/scaras")
 _BY_ITSELF: Final = "gateway"
 _OF_RECORDINGS: Final = ("/recordings", "/tickets")
+log = logging.getLogger(__name__)
+
 LONGEST_NOTED: Final = 65_536
 """A longer request, such as an upload, is not kept to be recorded."""
 Finder = Callable[[Plant, Mapping[str, str]], Any]
@@ -52,7 +55,10 @@ async def carry_out(
     before = ORIGIN.set(ORIGIN.get())
     try:
         _admit(plant, operation, values)
-        survived("the record of a request", partial(_note, plant, operation, values))
+        try:
+            _note(plant, operation, values)
+        except Exception:  # whatever is asked is done, recorded or not
+            log.exception("the record of a request has met a fault of the gateway itself")
         taken = {name: values[name] for name in operation.parameters if name in values}
         if (request := operation.request_name) is not None and request in values:
             taken[request] = values[request]
@@ -95,6 +101,11 @@ def _note(plant: Plant, operation: Operation, values: Mapping[str, Any]) -> None
     text = to_json(told, exclude_none=False, fallback=str)
     if len(text) <= LONGEST_NOTED:
         plant.requests.append((at_ns, monotonic_ns, text.decode()))
+
+
+def clocks() -> tuple[int, int]:
+    """Read the wall clock and the one that never jumps, in nanoseconds."""
+    return time.time_ns(), time.monotonic_ns()
 
 
 def require_right(plant: Plant, operation: Operation, values: Mapping[str, Any]) -> None:

@@ -10,6 +10,8 @@ from typing import Any
 import pytest
 
 from gateway.access.roles import Role
+from gateway.config import Config
+from gateway.plant import Plant
 from gateway.recordings import FOLDER
 from recordings import form
 from tests.api.access.guarded import Keys, guarded
@@ -171,6 +173,7 @@ def test_an_alarm_begins_a_recording_and_another_lets_it_go_on(tmp_path: Path) -
     async def story(stand: Stand) -> None:
         recordings = stand.plant.recordings
         recordings._before_s, recordings._after_s = 60.0, 10.0
+        stand.plant.events.listeners.append(recordings.note)
         stand.port.unplug()
         await asyncio.sleep(15)
         (alarm,) = (await stand.get("/alarms")).json()["alarms"]
@@ -183,6 +186,13 @@ def test_an_alarm_begins_a_recording_and_another_lets_it_go_on(tmp_path: Path) -
             assert "alarm.raised" in [row["type"] for _, row in recording.rows("events.jsonl")]
 
     story()
+
+
+@pytest.mark.parametrize("seconds", [{"before_alarm_s": 60.0}, {"after_alarm_s": 30.0}, {}])
+def test_alarms_begin_recordings_where_that_is_configured(seconds: dict[str, float]) -> None:
+    tables = {"lines": [{"id": "arm", "address": "tcp://127.0.0.1:1", "bodies": [{"id": "3F"}]}]}
+    plant = Plant(Config.model_validate({**tables, "recordings": seconds}))
+    assert (plant.recordings.note in plant.events.listeners) is bool(seconds)
 
 
 def test_what_a_killed_gateway_had_on_the_disk_is_a_recording_afterwards(tmp_path: Path) -> None:
@@ -199,6 +209,7 @@ def test_what_a_killed_gateway_had_on_the_disk_is_a_recording_afterwards(tmp_pat
         await asyncio.sleep(1)
         (record,) = (await stand.get("/recordings")).json()["recordings"]
         assert (record["status"], record["complete"]) == ("finished", False)
+        assert record["until"] == record["ended_at"] > record["since"]
         with form.opened(stand.plant.recordings.file_of(stand.plant.recordings.list()[0])) as recording:
             assert not recording.manifest.complete
             assert len([it for _, it in recording.entries("lines/arm.jsonl")]) > 20
