@@ -122,6 +122,7 @@ async function refreshGateways() {
   try {
     const told = await read("gateways");
     [gateways, servers, away] = [told.gateways, told.servers.followed, false];
+    gateways.sort((one, other) => one.name.localeCompare(other.name, "en", { numeric: true }));
   } catch {
     away = true;
   }
