@@ -88,9 +88,10 @@ def plant(tmp_path: Path) -> Iterator[Plant]:
 )
 @pytest.mark.timeout(3000)
 def test_every_event_arrives_in_order_and_no_command_is_carried_out_twice(
-    kills: int, plant: Plant, tmp_path: Path
+    kills: int, plant: Plant, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     broker, dice = Broker(tmp_path), Random(kills)
+    request.addfinalizer(broker.kill)
     with at(broker, f"{ROOT}/events/#") as subscriber, bridging(tmp_path, plant, broker) as bridge:
         bridge.wait_until_online()
         begin = plant.get("/events?limit=1000")["cursor"]
@@ -112,7 +113,6 @@ def test_every_event_arrives_in_order_and_no_command_is_carried_out_twice(
     )
     assert kills / 2 < starts <= len(asked)
     assert starts <= len({it["correlationid"] for it in happened if it["type"].startswith("body.move.")})
-    broker.kill()
 
 
 def _victims(kills: int, dice: Random) -> Iterator[str]:
