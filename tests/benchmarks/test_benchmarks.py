@@ -35,6 +35,15 @@ ROW = re.compile(r"(?P<name>.+?)  .*(ratio|figure) (>=|<=) \S+ +(reached|MISSED)
         ),
         ("start", ["start to /readyz: processor", "memory when ready"]),
         (
+            "opcua",
+            [
+                "OPC UA, 120 axes: start to ready",
+                "OPC UA, 120 axes: memory",
+                "OPC UA, 1200 items, 1200/s: p99",
+                "OPC UA, 1200 changes/s: processor",
+            ],
+        ),
+        (
             "http-read",
             [
                 "HTTP read, 1 client: p50",
