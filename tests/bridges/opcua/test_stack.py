@@ -94,7 +94,7 @@ def test_what_is_made_by_a_type_is_of_its_supertypes_and_a_missing_field_is_none
             FilterOperator=ua.FilterOperator.OfType,
             FilterOperands=[ua.LiteralOperand(Value=ua.Variant(wanted))],
         )
-        return Where(None, aspace, ua.ContentFilter(Elements=[element])).eval(event)
+        return bool(Where(None, aspace, ua.ContentFilter(Elements=[element])).eval(event))
 
     assert [judged(it) for it in (made, above, ua.NodeId(3, 1))] == [True, True, False]
     missing = ua.SimpleAttributeOperand(BrowsePath=[ua.QualifiedName("Missing")])
