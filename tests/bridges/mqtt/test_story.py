@@ -1,6 +1,7 @@
 """The bridge to a real mosquitto, as an MES sees it: states, events, alarms, positions and commands."""
 
 import json
+from typing import Any
 
 from tests.bridges.mqtt.stand import MES, Bridge, Client, Plant, relative
 from tests.e2e.processes import until
