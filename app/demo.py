@@ -85,5 +85,7 @@ def welcome(url: str, command: str) -> str:
   4  Look at the API, and try it:  {url}/docs
   5  See it over MQTT:  sudo apt install mosquitto mosquitto-clients; .venv/bin/pip install 'aiomqtt<3'
      {command} bridge mqtt --config examples/bridge.toml, and what to ask it:  docs/mqtt.md
-  6  Serve a line of your own:  {command} init --port /dev/ttyUSB0 --out gateway.toml
+  6  See it over OPC UA:  .venv/bin/pip install 'asyncua<3'
+     {command} bridge opcua --config examples/opcua.toml, and what to browse:  docs/opcua.md
+  7  Serve a line of your own:  {command} init --port /dev/ttyUSB0 --out gateway.toml
 """

@@ -3,7 +3,7 @@
 import asyncio
 import signal
 from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Iterable, Iterator
-from contextlib import AbstractAsyncContextManager, asynccontextmanager, contextmanager, suppress
+from contextlib import AbstractAsyncContextManager, asynccontextmanager, contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -145,8 +145,10 @@ async def _until(ending: asyncio.Event, *works: Awaitable[None]) -> None:
     done, others = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
     for task in others:
         task.cancel()
-    with suppress(TimeoutError):
-        async with asyncio.timeout(ENDS_WITHIN_S):
-            await asyncio.gather(*others, return_exceptions=True)
+    # Not gather(), which waits for all: a group of tasks hears one cancellation, and a library may lose it.
+    ended, _ = await asyncio.wait(others, timeout=ENDS_WITHIN_S)
+    for task in ended:
+        if not task.cancelled():
+            task.exception()  # it is known here that all is to end
     for task in done:
         task.result()

@@ -36,7 +36,7 @@ def test_who_has_the_lock_moves_and_others_do_not(bridge: Bridge, plant: Plant, 
         until(is_locked, "the lock is told")
         assert lock(one, "RenewLock") == ("Good", 0)
         assert lock(one, "ExitLock") == ("Good", 0)
-        assert other.move("line1.3F", 10)["status"] == "Good"
+        until(lambda: other.move("line1.3F", 10)["status"] == "Good", "the move of the other")
         until(lambda: other.read(f"{LOCK}.Locked")[0]["value"] is False, "it is free")
 
 
