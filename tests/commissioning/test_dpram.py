@@ -57,6 +57,7 @@ async def test_a_robot_that_answers_there_agrees(tmp_path: Path) -> None:
     assert result_of(report, "dpram-times").result is Result.AGREES
 
 
+@pytest.mark.prove
 async def test_a_robot_that_takes_its_time_gets_it(tmp_path: Path) -> None:
     text = LINE.format(path=tmp_path / "ram")
     ram = served(tmp_path / "ram", SLOW_S)

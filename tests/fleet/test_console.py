@@ -37,6 +37,7 @@ def test_gateways_bodies_and_alarms_of_all_are_on_one_page(page: Page, plant: Pl
     expect(page.get_by_role("button", name="全停止")).to_be_visible()
 
 
+@pytest.mark.prove
 def test_everything_is_stopped_with_one_tap_and_what_is_lost_is_struck_out(page: Page, plant: Plant) -> None:
     expect(page.locator("#bodies tr")).to_have_count(4)
     page.click("#stop")

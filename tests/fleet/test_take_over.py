@@ -77,7 +77,9 @@ def test_the_first_owner_opens_the_line_and_the_spare_stands_by(pair: Pair) -> N
     assert pair.process.http.post("/stop").status_code == 200
 
 
+@pytest.mark.prove
 def test_a_take_over_in_the_middle_of_a_move_throws_the_old_owner_out_for_good(pair: Pair) -> None:
+    until(lambda: pair.states() == ("ready", "standby"), "stocker1 has the line")
     begun = pair.old.http.post("/bodies/3F/moves", json=LONG, headers={"Owner-Epoch": "1"})
     assert begun.is_success, begun.text
     assert "epoch 2" in take_over(pair.spare, "stocker1")

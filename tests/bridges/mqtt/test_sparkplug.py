@@ -60,6 +60,7 @@ def rebirth(client: Client, *more: Metric, topic: str = "NCMD") -> None:
     client._client.publish(NODE_ID.format(topic), encode(asked, 1, None), 0)
 
 
+@pytest.mark.prove
 def test_births_data_and_deaths_are_as_the_library_of_others_reads_them(
     plant: Plant, broker: Broker, tmp_path: Path
 ) -> None:

@@ -33,6 +33,7 @@ def checked(config: Path) -> tuple[int, str]:
     return result.exit_code, result.output
 
 
+@pytest.mark.prove
 def test_a_user_name_and_a_password_from_a_file(plant: Plant, brokers: list[Broker], tmp_path: Path) -> None:
     passwords, secret = tmp_path / "passwords", tmp_path / "password"
     mosquitto_passwd = shutil.which("mosquitto_passwd")
@@ -54,6 +55,7 @@ def test_a_user_name_and_a_password_from_a_file(plant: Plant, brokers: list[Brok
     assert "wrong" not in said
 
 
+@pytest.mark.prove
 @pytest.mark.parametrize("scheme", ["mqtts", "wss"])
 def test_certificates_of_both_sides(scheme: str, plant: Plant, brokers: list[Broker], tmp_path: Path) -> None:
     authority = write_certificate(tmp_path, "authority", file="authority")
@@ -104,6 +106,7 @@ def test_an_old_broker_gets_the_same_and_commands_come_in_envelopes(
         assert client.last("status", lambda it: it["state"] == "offline")["reason"] == "the bridge is gone"
 
 
+@pytest.mark.prove
 def test_a_short_absence_is_not_told_where_the_will_is_delayed(
     plant: Plant, brokers: list[Broker], tmp_path: Path
 ) -> None:

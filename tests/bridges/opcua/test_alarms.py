@@ -100,6 +100,7 @@ def _refreshed(events: list[Any]) -> bool:
     return REFRESH_START in types and REFRESH_END in types[types.index(REFRESH_START) :]
 
 
+@pytest.mark.prove
 def test_only_the_subscriber_may_refresh_and_only_an_operator_reset(
     cell: tuple[Plant, Bridge], tmp_path: Path
 ) -> None:

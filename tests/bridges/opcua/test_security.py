@@ -107,6 +107,7 @@ def test_a_revoked_key_ends_its_session(bridge: Bridge, client: Client, plant: P
     assert _ends(client)
 
 
+@pytest.mark.prove
 def test_an_expired_key_ends_its_session_and_moves_nothing_before(
     bridge: Bridge, client: Client, plant: Plant
 ) -> None:
