@@ -1,5 +1,6 @@
 """Who gets in, and what each may: the gateway's verdict, in OPC UA's words."""
 
+import re
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -47,14 +48,19 @@ def test_all_else_does_not(bridge: Bridge, client: Client, told: dict[str, Any],
         client.tell("connect", url=bridge.url, **given)
 
 
+def turned_away(bridge: Bridge) -> set[Path]:
+    """The certificates that the log says how to trust."""
+    return set(map(Path, re.findall(r"if you trust it: cp (\S+) ", bridge.program.words)))
+
+
 def test_a_client_that_is_not_trusted_is_turned_away_and_can_be_trusted_then(
     bridge: Bridge, tmp_path: Path
 ) -> None:
+    before = turned_away(bridge)
     with client_of(tmp_path, None) as stranger:
         with pytest.raises(ClientError):
             stranger.connect(bridge)
-        said = bridge.program.said(r"if you trust it: cp (\S+) ")
-        rejected = Path(said[1])
+        (rejected,) = until(lambda: turned_away(bridge) - before, "the way to trust it")
         (bridge.trusted / rejected.name).write_bytes(rejected.read_bytes())
         stranger.connect(bridge)
 
