@@ -50,7 +50,7 @@ def test_all_else_does_not(bridge: Bridge, client: Client, told: dict[str, Any],
 
 def turned_away(bridge: Bridge) -> set[Path]:
     """The certificates that the log says how to trust."""
-    return set(map(Path, re.findall(r"if you trust it: cp (\S+) ", bridge.program.words)))
+    return set(map(Path, re.findall(r"if you trust it: cp (\S+) ", bridge.program.words())))
 
 
 def test_a_client_that_is_not_trusted_is_turned_away_and_can_be_trusted_then(
