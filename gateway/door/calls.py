@@ -30,7 +30,7 @@ _BY_ITSELF: Final = "gateway"
 _OF_RECORDINGS: Final = ("/recordings", "/tickets")
 log = logging.getLogger(__name__)
 
-LONGEST_NOTED: Final = 65_536
+LONGEST_NOTED: Final = 4096
 """A longer request, such as an upload, is not kept to be recorded."""
 Finder = Callable[[Plant, Mapping[str, str]], Any]
 
