@@ -9,14 +9,14 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Final, TypeVar
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
 from gateway.access.principal import EVERYBODY, asking
 from gateway.config import Config
 from gateway.core.errors import GatewayError
 from gateway.core.origin import Origin, acting
 from gateway.door.calls import carry_out
-from gateway.door.table import Operation, operations
+from gateway.door.table import Operation, adapter_of, operations
 from gateway.plant import Plant
 from recordings.dialects import DIALECTS, NUMBERED, Dialect
 from recordings.form import REQUESTS, Manifest, Recording, before_member, line_member
@@ -227,7 +227,7 @@ def _values(operation: Operation, told: Mapping[str, Any]) -> dict[str, Any]:
     for name, kind in kinds.items():
         if name in values:
             with suppress(ValidationError):
-                values[name] = TypeAdapter(kind).validate_json(json.dumps(values[name]))
+                values[name] = adapter_of(kind).validate_json(json.dumps(values[name]))
     return values
 
 

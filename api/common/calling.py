@@ -9,16 +9,14 @@ from copy import deepcopy
 from functools import cached_property
 from inspect import Parameter, signature
 from typing import Annotated, Any, Final, Literal, get_args, get_origin
-from warnings import catch_warnings, simplefilter
 
 from fastapi import Request
 from fastapi.params import Body, Header, Query
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
-from pydantic.warnings import UnsupportedFieldAttributeWarning
 
 from api.common.faults import InvalidParts, kinds_of
-from gateway.door.table import names_in
+from gateway.door.table import adapter_of, names_in
 
 NOTHING: Final = object()
 """Stands for what a request does not have."""
@@ -40,11 +38,7 @@ class Part:
     @cached_property
     def adapter(self) -> TypeAdapter[Any]:
         """Its type, ready to be used."""
-        with catch_warnings():  # of words for the document alone, such as `deprecated`
-            simplefilter("ignore", UnsupportedFieldAttributeWarning)
-            made = TypeAdapter(self.annotation)
-            made.rebuild()
-        return made
+        return adapter_of(self.annotation)
 
     def read(self, given: object, errors: list[Any]) -> object:
         """Read what a request has; what is wrong with it comes to the errors."""

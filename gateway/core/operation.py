@@ -4,8 +4,10 @@ from collections.abc import Awaitable, Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from inspect import Parameter, Signature, getdoc, signature
 from typing import Annotated, Any, Final, Literal, TypeVar, get_origin
+from warnings import catch_warnings, simplefilter
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, TypeAdapter
+from pydantic.warnings import UnsupportedFieldAttributeWarning
 
 from gateway.core.rights import Right
 from protocols.table import Effect
@@ -170,6 +172,15 @@ def taking(run: Run, **annotations: Any) -> Run:
         ]
     )
     return run
+
+
+def adapter_of(annotation: Any) -> TypeAdapter[Any]:
+    """Make what reads a parameter of this type; words for documents alone are passed over."""
+    with catch_warnings():
+        simplefilter("ignore", UnsupportedFieldAttributeWarning)
+        adapter = TypeAdapter[Any](annotation)
+        adapter.rebuild()
+    return adapter
 
 
 def names_in(path: str) -> list[str]:

@@ -5,7 +5,7 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any, Final
 
-from pydantic import BaseModel, TypeAdapter, ValidationError
+from pydantic import BaseModel, ValidationError
 from pydantic_core import from_json, to_jsonable_python
 
 from gateway.access.credentials import Credentials
@@ -17,7 +17,7 @@ from gateway.config_file import ConfigFile
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.journal.opening import open_journal
 from gateway.core.lease_tokens import LeaseTokens
-from gateway.core.operation import Operation, Text, Written
+from gateway.core.operation import Operation, Text, Written, adapter_of
 from gateway.core.origin import Origin, acting, new_request_id
 from gateway.core.rights import Right
 from gateway.core.targets import Result
@@ -150,7 +150,7 @@ def _values(operation: Operation, arguments: Mapping[str, Any], request: Any) ->
 
 def _valid(name: str, kind: Any, given: Any) -> Any:
     try:
-        return TypeAdapter(kind).validate_python(given)
+        return adapter_of(kind).validate_python(given)
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(str(part) for part in first["loc"]) or name

@@ -5,7 +5,16 @@ from functools import cache
 from typing import Final
 
 from gateway.core.family import Family
-from gateway.core.operation import LEASED, MAX_WAIT_S, Expectation, Operation, Text, Written, names_in
+from gateway.core.operation import (
+    LEASED,
+    MAX_WAIT_S,
+    Expectation,
+    Operation,
+    Text,
+    Written,
+    adapter_of,
+    names_in,
+)
 from gateway.core.rights import Right
 from gateway.door import (
     access_keys,
@@ -55,6 +64,7 @@ __all__ = [
     "Right",
     "Text",
     "Written",
+    "adapter_of",
     "names_in",
     "operations",
     "operations_of",

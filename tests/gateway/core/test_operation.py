@@ -5,7 +5,7 @@ from typing import Annotated
 import pytest
 from pydantic import BaseModel, Field
 
-from gateway.core.operation import Expectation, Rows, Wait, in_camel_case, names_in, taking
+from gateway.core.operation import Expectation, Rows, Wait, adapter_of, in_camel_case, names_in, taking
 from gateway.core.rights import Right
 from protocols.table import Effect
 
@@ -96,3 +96,8 @@ def test_names() -> None:
     assert names_in("/robots/{robot_id}/units/{unit}") == ["robot_id", "unit"]
     assert names_in("/stop") == []
     assert in_camel_case("start_body_jog") == "startBodyJog"
+
+
+def test_a_parameter_with_words_for_the_documents_alone_is_read_without_a_warning() -> None:
+    kept = Annotated[int | None, Field(ge=1, deprecated=True)]  # warnings are errors here
+    assert adapter_of(kept).validate_python("3") == 3
