@@ -94,7 +94,6 @@ async def serve(
     :raises InUse, TooNew: the journal in `data` belongs to another gateway; no line was opened.
     """
     from api.app import create_app
-    from commissioning.run import ask_only
 
     require_no_links(data)
     sys.setswitchinterval(SWITCH_S)
@@ -116,7 +115,7 @@ async def serve(
         plant.names.keep_in(data)
         plant.recordings.keep_in(data)
         nightly = Nightly(plant, data / "backups")
-        plant.commissionings.walk = ask_only
+        plant.commissionings.walk = _ask_only
         app = create_app(plant, access.credentials, special.rows)
         server = _Server(_uvicorn_config(app, config.server, access.certificate))
         signals.concern(plant, server)
@@ -187,6 +186,13 @@ def _membership_maker(config: Config) -> "Callable[[Plant, str, Certificate | No
         return member
 
     return make
+
+
+async def _ask_only(*given: Any) -> dict[str, Any]:
+    """Try a line with questions; what that takes is loaded when somebody asks for it."""
+    from commissioning.run import ask_only
+
+    return await ask_only(*given)
 
 
 def _sending(config: Config, security: SecurityLog) -> Syslog | None:

@@ -6,13 +6,13 @@ was lost to somebody else is not opened again by itself, for that would throw th
 
 import json
 import logging
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Final
 
 from gateway.core.errors import NotSent
+from gateway.core.whole_files import write_whole
 
 log = logging.getLogger(__name__)
 
@@ -148,10 +148,4 @@ class Ownership:
     def _write(self) -> None:
         if self._path is None:
             return
-        self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        new = self._path.with_suffix(".new")
-        with new.open("w", encoding="utf-8") as file:
-            json.dump({line: asdict(it) for line, it in self._owners.items()}, file)
-            file.flush()
-            os.fsync(file.fileno())
-        new.replace(self._path)
+        write_whole(self._path, json.dumps({line: asdict(it) for line, it in self._owners.items()}))

@@ -41,10 +41,11 @@ class _Selector(selectors.SelectSelector):
         return ready
 
 
-class _Inline(ThreadPoolExecutor):
-    """Does at once what would go to a thread: the clock does not wait for threads."""
+class Inline(ThreadPoolExecutor):
+    """Does at once what would go to a thread: virtual time does not wait for threads."""
 
     def submit(self, deed: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
+        """Do it, and give what came of it."""
         future: Future[Any] = Future()
         try:
             future.set_result(deed(*args, **kwargs))
@@ -79,7 +80,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self._set = 0
         self._moving = _Selector(speed)
         super().__init__(self._moving)
-        self.set_default_executor(_Inline())
+        self.set_default_executor(Inline())
 
     def call_at(  # type: ignore[override]  # what it takes is not looked at
         self, when: float, callback: Callable[..., Any], *args: Any, context: Context | None = None

@@ -2,10 +2,11 @@
 
 import asyncio
 import selectors
-from collections.abc import Callable, Coroutine
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Coroutine
 from math import inf
 from typing import Any, TypeVar
+
+from recordings.virtual_loop import Inline
 
 T = TypeVar("T")
 
@@ -54,18 +55,6 @@ class _JumpingSelector(selectors.SelectSelector):
         return []
 
 
-class _Inline(ThreadPoolExecutor):
-    """Does at once what would go to a thread: virtual time does not wait for threads."""
-
-    def submit(self, deed: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
-        future: Future[Any] = Future()
-        try:
-            future.set_result(deed(*args, **kwargs))
-        except Exception as error:  # as a thread would hand it over
-            future.set_exception(error)
-        return future
-
-
 class VirtualLoop(asyncio.SelectorEventLoop):
     """Runs timers in their order without waiting for them. For in-memory transports only.
 
@@ -75,7 +64,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     def __init__(self, turn_s: float = 0.0) -> None:
         self._jumping = _JumpingSelector(turn_s)
         super().__init__(self._jumping)
-        self.set_default_executor(_Inline())
+        self.set_default_executor(Inline())
 
     def time(self) -> float:
         return self._jumping.now

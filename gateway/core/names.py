@@ -3,7 +3,6 @@
 import asyncio
 import json
 import logging
-import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Final
@@ -12,6 +11,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from gateway.core.errors import GatewayError
 from gateway.core.tables import Name
+from gateway.core.whole_files import write_whole
 
 log = logging.getLogger(__name__)
 
@@ -76,11 +76,4 @@ class Names:
 
 
 def _write(file: Path, names: Mapping[str, Mapping[int, str]]) -> None:
-    """Write all of it beside the file, and put it in its place: a loss of power leaves one or the other."""
-    file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    new = file.with_suffix(".new")
-    with new.open("w", encoding="utf-8") as stream:
-        json.dump(names, stream, ensure_ascii=False, indent=1, sort_keys=True)
-        stream.flush()
-        os.fsync(stream.fileno())
-    new.replace(file)
+    write_whole(file, json.dumps(names, ensure_ascii=False, indent=1, sort_keys=True))

@@ -12,7 +12,7 @@ from pydantic import AwareDatetime, BaseModel, Field
 
 from gateway.core.aside import aside
 from gateway.core.errors import NotFound
-from gateway.core.journal.journal import JournalUnavailable
+from gateway.core.journal.journal import Journal, JournalUnavailable
 from gateway.core.journal.writes import Value
 from gateway.core.operation import Rows
 from gateway.core.records import Record
@@ -92,11 +92,19 @@ async def deeds(plant: Plant, wanted: Wanted, limit: int) -> Sequence[Deed]:
         raise NotFound("This gateway has no journal, so nobody knows who did what.")
     condition, values = replace(wanted, target=address_of(plant, wanted.target)).condition()
     sql = f"SELECT {', '.join(_COLUMNS)} FROM intents WHERE {condition} ORDER BY id DESC LIMIT ?"  # noqa: S608  # no input
+    rows = await asyncio.to_thread(read_beside, plant.journal, sql, [*values, limit])
+    return await aside(_deeds, rows)
+
+
+def read_beside(journal: Journal, sql: str, values: Sequence[Value]) -> list[tuple[Any, ...]]:
+    """Read rows of the journal beside its writer, in a thread: that may take long.
+
+    :raises JournalUnavailable: it cannot be read.
+    """
     try:
-        rows = await asyncio.to_thread(plant.journal.disk.read_apart, sql, [*values, limit])
+        return journal.disk.read_apart(sql, values)
     except sqlite3.Error as error:
         raise JournalUnavailable(str(error)) from None
-    return await aside(_deeds, rows)
 
 
 def address_of(plant: Plant, given: str | None) -> str | None:

@@ -1,7 +1,6 @@
 """Operations carried out for their callers: rights and leases first, then what the path leads to."""
 
 import logging
-import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AsyncExitStack
 from datetime import UTC, datetime
@@ -22,6 +21,7 @@ from gateway.door.caller import require
 from gateway.families import FAMILIES
 from gateway.plant import Plant
 from protocols.table import Effect
+from transports.recorder import clocks
 
 __all__ = ["aside", "carry_out", "require_right", "twice"]
 
@@ -101,11 +101,6 @@ def _note(plant: Plant, operation: Operation, values: Mapping[str, Any]) -> None
     text = to_json(told, exclude_none=False, fallback=str)
     if len(text) <= LONGEST_NOTED:
         plant.requests.append((at_ns, monotonic_ns, text.decode()))
-
-
-def clocks() -> tuple[int, int]:
-    """Read the wall clock and the one that never jumps, in nanoseconds."""
-    return time.time_ns(), time.monotonic_ns()
 
 
 def require_right(plant: Plant, operation: Operation, values: Mapping[str, Any]) -> None:

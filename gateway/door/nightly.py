@@ -2,7 +2,6 @@
 
 import asyncio
 import logging
-import os
 from datetime import datetime, time, timedelta
 from difflib import unified_diff
 from pathlib import Path
@@ -14,6 +13,7 @@ from gateway.core.errors import GatewayError, NotFound
 from gateway.core.operation import Rows, Text
 from gateway.core.origin import Origin, acting
 from gateway.core.own_faults import carry_on
+from gateway.core.whole_files import write_whole
 from gateway.door.backups import AS_TEXT, Reading, of_line, of_robot
 from gateway.fics.family import Fics
 from gateway.plant import Plant
@@ -139,23 +139,13 @@ def keep(folder: Path, target: str, night: str, text: str) -> None:
     :raises OSError: it was not written.
     """
     own = folder / target
-    own.mkdir(mode=0o700, parents=True, exist_ok=True)
     before = max((it for it in own.glob(f"*{ENDING}") if it.stem < night), default=None)
     if before is not None:
         changes = unified_diff(
             before.read_text("utf-8").splitlines(True), text.splitlines(True), before.stem, night, n=1
         )
-        _write(own / f"{night}.diff", "".join(changes))
-    _write(own / f"{night}{ENDING}", text)
-
-
-def _write(file: Path, text: str) -> None:
-    new = file.with_suffix(".new")
-    with new.open("w", encoding="utf-8") as stream:
-        stream.write(text)
-        stream.flush()
-        os.fsync(stream.fileno())
-    new.replace(file)
+        write_whole(own / f"{night}.diff", "".join(changes))
+    write_whole(own / f"{night}{ENDING}", text)
 
 
 def kept(folder: Path) -> list[NightlyBackup]:

@@ -1,7 +1,6 @@
 """A shift on one page: what has moved, how it ended and for whom, as the journal has it."""
 
 import asyncio
-import sqlite3
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime, timedelta
 from itertools import pairwise
@@ -10,11 +9,11 @@ from typing import Annotated, Any, Final, TypeVar
 from pydantic import AwareDatetime, BaseModel, Field
 
 from gateway.core.errors import InvalidRequest, NotFound
-from gateway.core.journal.journal import Journal, JournalUnavailable
+from gateway.core.journal.journal import Journal
 from gateway.core.journal.writes import Value
 from gateway.core.operation import Rows, Text
 from gateway.core.rights import Right
-from gateway.door.audit import Wanted, address_of
+from gateway.door.audit import Wanted, address_of, read_beside
 from gateway.door.caller import require
 from gateway.door.csv_tables import CSV, csv_of
 from gateway.plant import Plant
@@ -175,10 +174,7 @@ def _summed_up(journal: Journal, wanted: Wanted) -> Shift:
     condition, values = wanted.condition()
 
     def read(sql: str, given: Sequence[Value] = values) -> list[tuple[Any, ...]]:
-        try:
-            return journal.disk.read_apart(sql.format(wanted=condition), given)
-        except sqlite3.Error as error:
-            raise JournalUnavailable(str(error)) from None
+        return read_beside(journal, sql.format(wanted=condition), given)
 
     assert wanted.since is not None  # noqa: S101  # for mypy: a shift has both
     assert wanted.until is not None  # noqa: S101  # as above
