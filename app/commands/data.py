@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
-from shutil import rmtree
+from shutil import copyfileobj, rmtree
 from tempfile import TemporaryDirectory, mkdtemp
 from typing import Annotated, BinaryIO, Final
 
@@ -101,7 +101,8 @@ def restore(source: Kept, data: Data = None) -> None:
 def _unpack(source: Path, folder: Path) -> None:
     """Write all that a file holds; what is no copy of a data directory is refused."""
     with tarfile.open(source, "r:gz") as archive:
-        archive.extractall(folder, filter="data")
+        for member in archive:
+            _extract(archive, member, folder)
     for path in (folder, *folder.rglob("*")):
         path.chmod(_PRIVATE_FOLDER if path.is_dir() else _PRIVATE_FILE)
     if not (folder / FILE).is_file():
@@ -110,6 +111,25 @@ def _unpack(source: Path, folder: Path) -> None:
         raise Failure(
             f"The journal in {source} is not sound: {complaint} Nothing was changed.", exits.REFUSED
         )
+
+
+def _extract(archive: tarfile.TarFile, member: tarfile.TarInfo, folder: Path) -> None:
+    """Write one member: the filters of `tarfile` came with Python 3.11.4, and Debian 12 has 3.11.2.
+
+    :raises TarError: it is no file or folder, or lies elsewhere; nothing of it was written.
+    """
+    path = (folder / member.name).resolve()
+    if not path.is_relative_to(folder.resolve()):
+        raise tarfile.ExtractError(f"{member.name!r} would be extracted outside the destination")
+    content = archive.extractfile(member) if member.isfile() else None
+    if member.isdir():
+        path.mkdir(parents=True, exist_ok=True)
+    elif content is None:
+        raise tarfile.ExtractError(f"{member.name!r} is neither a file nor a folder")
+    else:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with content, path.open("wb") as file:
+            copyfileobj(content, file)
 
 
 @contextmanager

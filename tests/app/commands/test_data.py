@@ -100,6 +100,18 @@ def test_what_is_no_copy_is_refused_and_leaves_nothing(
     assert list(place.iterdir()) == []
 
 
+@pytest.mark.parametrize("kind", [tarfile.SYMTYPE, tarfile.LNKTYPE, tarfile.FIFOTYPE])
+def test_a_copy_holds_files_and_folders_alone(kind: bytes, tmp_path: Path) -> None:
+    place = tmp_path / "place"
+    with tarfile.open(tmp_path / "odd", "w:gz") as made:
+        member = tarfile.TarInfo("keys.json")
+        member.type, member.linkname = kind, "/etc/passwd"
+        made.addfile(member)
+    said = run("restore", tmp_path / "odd", "--data", place / "data")
+    assert (said.exit_code, "keys.json" in said.stderr) == (2, True)
+    assert list(place.iterdir()) == []
+
+
 @pytest.mark.parametrize("cut", [0, 20, 200])
 def test_a_file_that_was_cut_off_is_refused(copied: Path, cut: int, tmp_path: Path) -> None:
     copied.write_bytes(copied.read_bytes()[:cut])
