@@ -25,7 +25,7 @@ from websockets.asyncio.client import connect
 from benchmarks.figures import Figure, Target
 from benchmarks.gateways import gateway_on_line
 from benchmarks.http_client import Door
-from benchmarks.processes import MOTION_GATEWAY, free_port, running, set_apart
+from benchmarks.processes import MOTION_GATEWAY, accepts, free_port, running, set_apart
 from benchmarks.stop_latency import full_gateway, stops_ms
 from bridges.common.mirror import Mirror
 from bridges.common.state import Figures
@@ -140,17 +140,8 @@ async def _broker() -> AsyncIterator[int]:
         config = Path(folder) / "mosquitto.conf"
         config.write_text(f"listener {port} 127.0.0.1\nallow_anonymous true\nset_tcp_nodelay true\n")
         async with running(program, "-c", str(config)):
-            await _until(lambda: _is_open(port))
+            await _until(lambda: accepts(port))
             yield port
-
-
-async def _is_open(port: int) -> bool:
-    try:
-        _, writer = await asyncio.open_connection("127.0.0.1", port)
-    except OSError:
-        return False
-    writer.close()
-    return True
 
 
 async def _until(look: Callable[[], Awaitable[bool]]) -> None:

@@ -3,22 +3,19 @@
 import asyncio
 import sys
 import time
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from pathlib import Path
 from statistics import quantiles
 from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 from asyncua import Client, ua
-from asyncua.crypto.cert_gen import dump_private_key_as_pem, generate_private_key
 from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256
-from cryptography import x509
-from cryptography.hazmat.primitives import hashes, serialization
-from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from benchmarks.figures import Figure, Target
 from benchmarks.opcua_gateway import CHANGES_PER_S, addresses
 from benchmarks.processes import MOTION_GATEWAY, cpu_s, free_port, module, resident_mib, serving
+from tests.bridges.opcua.stand import URI, make_certificate
 
 ROUNDS: Final = 3
 ITEMS: Final = (
@@ -34,7 +31,6 @@ ITEMS: Final = (
     "Lock.RemainingLockTime",
 )
 PUBLISHING_MS: Final = 100
-URI: Final = "urn:benchmark:client"
 SETTLE_S: Final = 2.0
 
 
@@ -132,25 +128,7 @@ def _client(url: str) -> Client:
 
 def _certificate(folder: Path) -> tuple[Path, Path]:
     """Make a client's certificate, which the bridge trusts, and its key."""
-    key = generate_private_key()
-    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "benchmark")])
-    now = datetime.now(UTC)
-    certificate = (
-        x509.CertificateBuilder()
-        .subject_name(name)
-        .issuer_name(name)
-        .public_key(key.public_key())
-        .serial_number(x509.random_serial_number())
-        .not_valid_before(now - timedelta(hours=1))
-        .not_valid_after(now + timedelta(days=1))
-        .add_extension(x509.SubjectAlternativeName([x509.UniformResourceIdentifier(URI)]), critical=False)
-        .add_extension(x509.ExtendedKeyUsage([ExtendedKeyUsageOID.CLIENT_AUTH]), critical=False)
-        .sign(key, hashes.SHA256())
-    )
     trusted = folder / "trusted"
     trusted.mkdir()
-    file = trusted / "client.der"
-    file.write_bytes(certificate.public_bytes(serialization.Encoding.DER))
-    secret = folder / "client.pem"
-    secret.write_bytes(dump_private_key_as_pem(key))
-    return file, secret
+    certificate, key = make_certificate(folder)
+    return certificate.replace(trusted / certificate.name), key

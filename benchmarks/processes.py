@@ -85,7 +85,7 @@ async def serving(program: list[str], port: int, processors: set[int] | None) ->
         if processors:
             os.sched_setaffinity(process.pid, processors)
         async with asyncio.timeout(START_S):
-            while not await _accepts(port):
+            while not await accepts(port):
                 if process.returncode is not None:
                     raise RuntimeError(f"{program[-1]} did not start; its error stands above.")
                 await asyncio.sleep(0.05)
@@ -109,7 +109,8 @@ async def running(*program: str) -> AsyncIterator[Process]:
             await process.wait()
 
 
-async def _accepts(port: int) -> bool:
+async def accepts(port: int) -> bool:
+    """Whether somebody listens at a port of this machine."""
     try:
         _, writer = await asyncio.open_connection("127.0.0.1", port)
     except OSError:

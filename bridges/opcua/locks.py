@@ -8,7 +8,7 @@ from typing import Any, Final
 from urllib.parse import quote
 
 from asyncua import ua
-from motion_gateway_client import AsyncGateway, GatewayError
+from motion_gateway_client import Answer, AsyncGateway, GatewayError
 
 from bridges.opcua.methods import Commands, Request, checked, result, status_of
 from bridges.opcua.nodes import Argument, Space, Type, told
@@ -34,6 +34,19 @@ CONTEXT: Final = (Argument("Context", Type.String, "Whatever helps others to kno
 
 def _status(name: str) -> tuple[Argument]:
     return (Argument(f"{name}Status", Type.Int32, "0: done; -1: it is locked already, or is not locked"),)
+
+
+def _lease_of(scope: str) -> str | None:
+    """The lease that who asks has on something, as paths have it."""
+    guest = GUEST.get()
+    lease = None if guest is None else guest.leases.get(scope)
+    return None if lease is None else quote(lease[0], safe="")
+
+
+def _done(name: str, answer: Answer | None) -> ua.CallMethodResult:
+    """Tell whether the gateway has done it; None: it was not asked, for there was no lease."""
+    is_done = answer is not None and answer.is_success
+    return result(ua.StatusCodes.Good, _status(name), DONE if is_done else NOT)
 
 
 class Locks:
@@ -102,23 +115,16 @@ class Locks:
         return result(ua.StatusCodes.Good, gives, DONE)
 
     async def _renew(self, scope: str) -> ua.CallMethodResult:
-        gives = _status("RenewLock")
-        guest = GUEST.get()
-        if guest is None or scope not in guest.leases:
-            return result(ua.StatusCodes.Good, gives, NOT)
-        id_ = quote(guest.leases[scope][0], safe="")
-        answer = await self._commands.ask(Request(f"/leases/{id_}/renew"))
-        return result(ua.StatusCodes.Good, gives, DONE if answer.is_success else NOT)
+        id_ = _lease_of(scope)
+        answer = None if id_ is None else await self._commands.ask(Request(f"/leases/{id_}/renew"))
+        return _done("RenewLock", answer)
 
     async def _exit(self, scope: str) -> ua.CallMethodResult:
-        gives = _status("ExitLock")
-        guest = GUEST.get()
-        if guest is None or scope not in guest.leases:
-            return result(ua.StatusCodes.Good, gives, NOT)
-        id_ = quote(guest.leases[scope][0], safe="")
-        answer = await self._commands.ask(Request(f"/leases/{id_}", method="DELETE"))
-        del guest.leases[scope]
-        return result(ua.StatusCodes.Good, gives, DONE if answer.is_success else NOT)
+        id_, guest = _lease_of(scope), GUEST.get()
+        answer = None if id_ is None else await self._commands.ask(Request(f"/leases/{id_}", method="DELETE"))
+        if guest is not None:
+            guest.leases.pop(scope, None)
+        return _done("ExitLock", answer)
 
     async def _break(self, scope: str) -> ua.CallMethodResult:
         """End the lease of anybody: an admin may."""

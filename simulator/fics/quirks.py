@@ -5,20 +5,10 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, Final
 
-from simulator.faults import Direction, Fault, Switch
 from simulator.fics.line import SimulatedFics
-
-LATE_S, SLOW_S, COPIED_S = 3.0, 0.4, 3.0
-"""A reply later than is waited for, one that takes most of its time, and a copy that nobody expects."""
+from simulator.quirks import LATE_S, SLOW_S, with_late_copies, with_settings
 
 Quirk = Callable[[SimulatedFics], None]
-
-
-def _line(**switches: Any) -> Quirk:
-    def turn(line: SimulatedFics) -> None:
-        line.settings = replace(line.settings, **switches)
-
-    return turn
 
 
 def _robot(**switches: Any) -> Quirk:
@@ -28,17 +18,13 @@ def _robot(**switches: Any) -> Quirk:
     return turn
 
 
-def _copies(line: SimulatedFics) -> None:
-    line.faults.set(Switch(Fault.DOUBLED, Direction.REPLIES, probability=0.1, delay_s=COPIED_S))
-
-
 QUIRKS: Final[Mapping[str, Quirk]] = MappingProxyType(
     {
-        "echo": _line(echoes=True),
-        "late-replies": _line(reply_delay_s=LATE_S),
-        "turnaround": _line(reply_delay_s=SLOW_S),
-        "half-robot-command": _line(half_commands="executed"),
-        "robot-terminator": _line(hears="crlf"),
+        "echo": with_settings(echoes=True),
+        "late-replies": with_settings(reply_delay_s=LATE_S),
+        "turnaround": with_settings(reply_delay_s=SLOW_S),
+        "half-robot-command": with_settings(half_commands="executed"),
+        "robot-terminator": with_settings(hears="crlf"),
         "robot-decimals": _robot(displayed_decimals=4),
         "status-bits": _robot(status_bits=("moving", "alarm", "origin_done", "servo_ready")),
         "hidden-positions": _robot(hidden_positions="at_rest", origin_bit="lasting"),
@@ -46,11 +32,11 @@ QUIRKS: Final[Mapping[str, Quirk]] = MappingProxyType(
         "homing-outlasts": _robot(homing="lost_by_moves"),
         "por-end": _robot(download_end="skips_holes"),
         "displayed-hundredths": _robot(displayed_decimals=1),
-        "power-loss-read": _line(boot_s=0.0),
-        "power-loss-motion": _line(boot_s=0.0),
+        "power-loss-read": with_settings(boot_s=0.0),
+        "power-loss-motion": with_settings(boot_s=0.0),
         "jog-mode": _robot(jog_mode="move"),
         "positions-after-power": _robot(positions_after_power="kept"),
-        "copies-of-answers": _copies,
+        "copies-of-answers": with_late_copies,
         "numbers-as-set": _robot(numbers="whole"),
         "pos-left-out": _robot(left_out="kept"),
         "error-after-power": _robot(error_after_power="kept"),

@@ -1,0 +1,38 @@
+"""What lines of all families can be otherwise in than the gateway believes."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Final, Protocol
+
+from simulator.faults import Direction, Fault, Faults, Switch
+
+LATE_S: Final = 3.0
+"""A reply later than is waited for."""
+SLOW_S: Final = 0.4
+"""A reply that takes most of the time that it has."""
+COPIED_S: Final = 3.0
+"""A copy comes so late that nobody expects it."""
+
+
+class Line(Protocol):
+    """A simulated line, with its settings and its faults."""
+
+    settings: Any
+
+    @property
+    def faults(self) -> Faults:
+        """What befalls its frames."""
+
+
+def with_settings(**switches: Any) -> Callable[[Line], None]:
+    """Make a quirk of other settings."""
+
+    def turn(line: Line) -> None:
+        line.settings = replace(line.settings, **switches)
+
+    return turn
+
+
+def with_late_copies(line: Line) -> None:
+    """Have some replies come once more."""
+    line.faults.set(Switch(Fault.DOUBLED, Direction.REPLIES, probability=0.1, delay_s=COPIED_S))
