@@ -20,11 +20,17 @@ def test_each_command_of_a_first_move_is_written_out_once(mode: int) -> None:
     story()
 
 
-@in_cell()
-async def test_few_calls_of_a_first_move_go_to_another_file(cell: Cell) -> None:
-    trace = await first_move(cell)
-    assert 100 < trace.passes_above_the_line().total() < ABOVE_THE_LINE
-    assert trace.passes().total() < IN_ALL
+def test_few_calls_of_a_first_move_go_to_another_file() -> None:
+    traces: list[CallTrace] = []
+
+    @in_cell()
+    async def story(cell: Cell) -> None:
+        traces.append(await first_move(cell))
+
+    story()  # what a process learns once is learned, whichever test came before
+    story()
+    assert 100 < traces[-1].passes_above_the_line().total() < ABOVE_THE_LINE
+    assert traces[-1].passes().total() < IN_ALL
 
 
 @in_cell()
