@@ -21,6 +21,7 @@ from gateway.plant import Plant
 ROWS: Final = Rows("audit")
 SHIFT: Final = timedelta(hours=8)
 LONGEST: Final = timedelta(days=31)
+_FIRST: Final = datetime.min.replace(tzinfo=UTC)
 M = TypeVar("M", bound=BaseModel)
 FAILED: Final = ("failed", "lost", "unknown", "rejected")
 """The ends of moves that somebody has to look into; a stopped or cancelled one was wanted so."""
@@ -143,8 +144,8 @@ async def get_shift(
     if plant.journal is None:
         raise NotFound("This gateway has no journal, so nobody knows what has moved.")
     end = until or datetime.now(UTC)
-    begin = since or end - SHIFT
-    if not begin < end <= begin + LONGEST:
+    begin = since or end - min(SHIFT, end - _FIRST)
+    if not timedelta(0) < end - begin <= LONGEST:
         raise InvalidRequest("A shift ends after it begins, and within 31 days; nothing was sent.")
     wanted = Wanted(target=address_of(plant, target), since=begin, until=end)
     return await asyncio.to_thread(_summed_up, plant.journal, wanted)

@@ -142,7 +142,14 @@ async def test_its_axes_are_a_table_for_others(tmp_path: Path) -> None:
 async def test_a_time_that_is_none_is_refused(tmp_path: Path) -> None:
     now = datetime.now(UTC)
     async with working(tmp_path) as (plant, _):
-        for since, until in ((now, now - timedelta(hours=1)), (now - timedelta(days=40), now)):
+        first, last = (it.replace(tzinfo=UTC) for it in (datetime.min, datetime.max))
+        wrong = (
+            (now, now - timedelta(hours=1)),
+            (now - timedelta(days=40), now),
+            (None, first),
+            (last - timedelta(days=40), last),
+        )
+        for since, until in wrong:
             with pytest.raises(InvalidRequest, match="within 31 days"):
                 await get_shift(plant, since=since, until=until)
 
