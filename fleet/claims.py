@@ -1,13 +1,15 @@
-"""What gateways say of the lines that several of them may have: each says it of itself."""
+"""What gateways say of the lines that several of them may have, and of the moves there: each of itself."""
 
 import asyncio
 import json
 import logging
+from collections.abc import Coroutine
 
 from nats.aio.msg import Msg
 
 from fleet.engine import OWNERS, Connection, EngineTrouble, claim_of
-from gateway.ownership import Ownership
+from gateway.core.events import Event
+from gateway.plant import Plant
 
 log = logging.getLogger(__name__)
 
@@ -15,8 +17,11 @@ log = logging.getLogger(__name__)
 class Claims:
     """Hears the claims of others, and makes those of this gateway, over one connection at a time."""
 
-    def __init__(self, ownership: Ownership) -> None:
-        self._ownership = ownership
+    def __init__(self, plant: Plant) -> None:
+        self._plant, self._ownership = plant, plant.ownership
+        self._connection: Connection | None = None
+        self._news: set[str] = set()
+        """Lines with moves that others have not heard of."""
         self._sending: set[asyncio.Task[None]] = set()
 
     async def agree(self, connection: Connection) -> None:
@@ -33,13 +38,29 @@ class Claims:
                 self._note(gateway, line, await self._asked(connection, gateway, line))
         for line, epoch in self._ownership.held().items():
             await self._claim(connection, line, epoch)
-        self._ownership.on_claim = lambda line, epoch: self._claim_soon(connection, line, epoch)
+        self._connection = connection
+        self._ownership.on_claim = lambda line, epoch: self._soon(self._claim(connection, line, epoch))
         self._ownership.is_current = True
 
     def note_end(self) -> None:
         """The connection has ended: what others say is not heard any more."""
+        self._connection = None
         self._ownership.is_current = False
         self._ownership.on_claim = lambda _line, _epoch: None
+
+    def note_event(self, event: Event) -> None:
+        """Have others hear which moves are under way now: whoever takes the line over goes on with them."""
+        if self._connection is None or not self._ownership.owners or ".move." not in event.type:
+            return
+        line = self._plant.line_of(event.subject)
+        if line in self._ownership.held() and line not in self._news:
+            self._news.add(line)
+            self._soon(self._tell_news(self._connection, line))
+
+    async def _tell_news(self, connection: Connection, line: str) -> None:
+        self._news.discard(line)
+        if (epoch := self._ownership.held().get(line)) is not None:
+            await self._claim(connection, line, epoch)
 
     async def _asked(self, connection: Connection, gateway: str, line: str) -> bytes:
         told = await connection.request(f"$JS.API.DIRECT.GET.KV_{OWNERS}.{claim_of(gateway, line)}")
@@ -58,17 +79,26 @@ class Claims:
         if not content:
             return
         try:
-            epoch = int(json.loads(content)["epoch"])
+            told = json.loads(content)
+            epoch, moves = int(told["epoch"]), [dict(it) for it in told.get("moves", ())]
         except (ValueError, KeyError, TypeError) as error:
             log.warning("a claim of %s for line %s cannot be read: %s", gateway, line, error)
             return
+        self._ownership.note_left(line, gateway, moves)
         self._ownership.note_claim(line, gateway, epoch)
 
-    def _claim_soon(self, connection: Connection, line: str, epoch: int) -> None:
-        task = asyncio.get_running_loop().create_task(self._claim(connection, line, epoch), name="claim")
+    def _soon(self, saying: Coroutine[None, None, None]) -> None:
+        task = asyncio.get_running_loop().create_task(self._said(saying), name="claim")
         self._sending.add(task)
         task.add_done_callback(self._sending.discard)
 
+    async def _said(self, saying: Coroutine[None, None, None]) -> None:
+        try:
+            await saying
+        except EngineTrouble as trouble:  # all is said again over the next connection
+            log.info("nobody hears what this gateway says of its lines: %s", trouble)
+
     async def _claim(self, connection: Connection, line: str, epoch: int) -> None:
         subject = claim_of(self._ownership.name, line)
-        await connection.request(subject, {"epoch": epoch})
+        moves = [it.model_dump(mode="json") for it in self._plant.moves_under_way(line)]
+        await connection.request(subject, {"epoch": epoch, "moves": moves})

@@ -82,7 +82,7 @@ class Member:
     ) -> None:
         self._settings, self._plant, self._membership = settings, plant, membership
         self._url, self._fingerprint = settings.url or url, fingerprint
-        self._claims = Claims(plant.ownership)
+        self._claims = Claims(plant)
         self._connection: Connection | None = None
         self._news = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
@@ -99,8 +99,9 @@ class Member:
         if self._task is not None:
             await end([self._task])
 
-    def _note_event(self, _event: Event) -> None:
+    def _note_event(self, event: Event) -> None:
         self._news.set()
+        self._claims.note_event(event)
 
     async def _run(self) -> None:
         self._troubled_since = monotonic()

@@ -53,6 +53,11 @@ def _facts_of_crash(crash: Facts) -> Facts:
     }
 
 
+def _is_anothers(line: AnyLine) -> bool:
+    """Whether another gateway may have it: it is not in trouble, and not open here."""
+    return line.stands_by() is not None
+
+
 LINES: Final[Sequence[Kind[AnyLine]]] = (
     Kind(
         LINE_DOWN,
@@ -61,12 +66,14 @@ LINES: Final[Sequence[Kind[AnyLine]]] = (
         lambda line: line.state in UNUSABLE,
         facts=_facts_of_line,
         applies=lambda event: event["reason"] != CONFIGURED_ANEW,
+        is_told=_is_anothers,
+        disproved=_is_anothers,
     ),
     Kind(
         "line.taken_over",
         "RC-420 manual 10.2; C-HOST manual 1-1",
         next=(LINE_STATE,),
-        lasts=lambda line: line.state is LineState.STANDBY,
+        lasts=_is_anothers,
         latches=False,
     ),
     Kind(

@@ -9,7 +9,7 @@ import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from gateway.core.errors import NotSent
 from gateway.core.whole_files import write_whole
@@ -49,6 +49,7 @@ class Ownership:
         self._owners = {line: Owner(owners[0]) for line, owners in self.owners.items()}
         self._forced: set[str] = set()
         """Lines that a person has taken over here: nobody else is asked about them."""
+        self._left: dict[tuple[str, str], Sequence[Mapping[str, Any]]] = {}
         self.is_current = False
         """Whether what other gateways say of themselves is heard now."""
         self.on_claim: Callable[[str, int], object] = lambda _line, _epoch: None
@@ -123,6 +124,14 @@ class Ownership:
             self._write()
         except OSError as error:
             log.warning("the owner of line %s cannot be written down: %s", line_id, error)
+
+    def note_left(self, line_id: str, gateway: str, moves: Sequence[Mapping[str, Any]]) -> None:
+        """Hear the records of the moves that another gateway has under way on a line."""
+        self._left[line_id, gateway] = moves
+
+    def left_by(self, line_id: str, gateway: str) -> Sequence[Mapping[str, Any]]:
+        """The moves that a gateway had under way on a line when it was heard last."""
+        return self._left.get((line_id, gateway), ())
 
     def note_claim(self, line_id: str, gateway: str, epoch: int) -> None:
         """Hear that another gateway has a line; what is older than what is known means nothing."""

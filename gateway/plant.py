@@ -35,6 +35,7 @@ from gateway.core.kept_works import KeptWorks
 from gateway.core.lease_tokens import LeaseTokens
 from gateway.core.leases import End, Lease, Leases, Tokens
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
+from gateway.core.move_record import MoveRecord
 from gateway.core.names import Names
 from gateway.core.origin import POLL, Origin, acting
 from gateway.core.own_faults import all_of, carry_on, insist, once_more, seen_to, survived, twice
@@ -132,7 +133,7 @@ class Plant:
         self.comparisons = Comparisons(partial(self._publish_reading, "comparison"))
         self.position_readings = PositionReadings(partial(self._publish_reading, "position_reading"))
         self.position_uploads = TableUploads(partial(self._publish_reading, "position_upload"))
-        self.figures = Figures(self._line_of)
+        self.figures = Figures(self.line_of)
         self.requests: History[Noted] = History(REQUESTS_BYTES)
         """What was asked for, to be recorded."""
         self.states: History[Noted] = History(STATES_BYTES)
@@ -343,12 +344,27 @@ class Plant:
         :raises NotSent: that cannot be written down; nothing has changed.
         """
         epoch = self.ownership.take(line_id)
+        survived(f"the moves that {old} has begun", partial(self._go_on_with_moves, line_id, old))
         told = {
             "reason": f"a person has taken it over from {old}",
             "owner": self.ownership.name,
             "epoch": epoch,
         }
         self.events.publish("line.owned", f"/lines/{line_id}", told)
+
+    def moves_under_way(self, line_id: str) -> list[MoveRecord]:
+        """The moves on a line that are not over."""
+        logs = self._family_of(line_id).move_logs()
+        return [it for log in logs for it in log.under_way() if self._part(it.body_id).line_id == line_id]
+
+    def _go_on_with_moves(self, line_id: str, old: str) -> None:
+        """Follow what the last owner has begun, as after a restart."""
+        family, moves = self._family_of(line_id), self.ownership.left_by(line_id, old)
+        known = tuple(family.move_logs())
+        new = [it for it in moves if self._part(it["body_id"]).line_id == line_id]
+        new = [it for it in new if not any(it["id"] in log for log in known)]
+        since = f"gateway {self.ownership.name} took the line over from {old}"
+        family.resume(new, {it["id"] for it in new}, since)
 
     def _port_lost(self, line_id: str) -> None:
         """A line with a spare is not opened again by itself: who has taken it over would be thrown out."""
@@ -506,7 +522,7 @@ class Plant:
             told["owner"] = {"gateway": owner.gateway, "epoch": owner.epoch}
         return told
 
-    def _line_of(self, subject: str) -> str:
+    def line_of(self, subject: str) -> str:
         """The line of what events are about, by their subject."""
         return self._part(subject.split("/")[2]).line_id
 

@@ -56,7 +56,7 @@ def reset(
             typer.echo(str(failure), err=True)
             codes.append(failure.code)
         else:
-            typer.echo(f"{alarm['id']}  {alarm['cause']}  of {alarm['subject']} is reset.")
+            typer.echo(f"{_who(alarm)}  {alarm['cause']} is reset ({alarm['id']}).")
     raise typer.Exit(exits.worst(*codes))
 
 
@@ -79,7 +79,12 @@ def _told(alarm: dict[str, Any]) -> str:
     state = f"reset {alarm['reset_at']}" if alarm["reset_at"] else f"over {over}" if over else "stands now"
     if alarm.get("part_of"):
         state += f"  (part of {alarm['part_of']})"
-    facts = (alarm["id"], alarm["raised_at"], alarm["cause"], alarm["subject"], state)
+    facts = (_who(alarm), alarm["cause"], f"since {alarm['raised_at']}", state, f"({alarm['id']})")
     sentences = filter(None, (words["happened"], words["motor"], words["remedy"]))
     calls = (f"{call['method']} {call['path']} ({call['right']}): {call['en']}" for call in alarm["next"])
     return "\n".join(["  ".join(facts), *(f"    {said}" for said in (*sentences, *calls))])
+
+
+def _who(alarm: dict[str, Any]) -> str:
+    """What it is about, as people call it: `line1.3F` for `/bodies/line1.3F`."""
+    return str(alarm["subject"]).rpartition("/")[2]

@@ -20,7 +20,7 @@ from gateway.core.known import Known
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
 from gateway.core.move_log import MoveLog
-from gateway.core.move_record import MoveRecord
+from gateway.core.move_record import RESTARTED, MoveRecord
 from gateway.core.operation import Rows
 from gateway.core.parts import Part
 from gateway.core.records import Record
@@ -255,12 +255,13 @@ class Family(ABC):
         return {}
 
     def resume(  # noqa: B027  # a family without moves has nothing to take over
-        self, records: Sequence[Mapping[str, Any]], begun: Collection[str]
+        self, records: Sequence[Mapping[str, Any]], begun: Collection[str], since: str = RESTARTED
     ) -> None:
         """Take over those moves of an earlier life that are its own, before the lines are opened.
 
         Of those that were not over, what is not among the `begun` and was not sent was never written. Nothing
         is sent again: controllers are asked, and moves that go on are followed.
+        `since` tells in their records why that is another life.
         """
 
     # life

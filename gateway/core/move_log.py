@@ -63,6 +63,9 @@ class MoveLog(Generic[M]):
         for over in self._over.values():
             over.set()
 
+    def __contains__(self, move_id: str) -> bool:
+        return move_id in self._moves
+
     def get(self, move_id: str) -> M:
         """Find a move by its id.
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from datetime import datetime
 from enum import StrEnum
-from typing import Literal, Self
+from typing import Final, Literal, Self
 
 from pydantic import Field
 
@@ -17,6 +17,9 @@ LOST_AFTER_S = 30.0
 
 START_WITHIN_S = 5.0
 """A move is written so soon after it was asked for, or never, where nobody says otherwise."""
+
+RESTARTED: Final = "the gateway was restarted"
+"""Why a move goes on with another than has begun it, as the begin or the end of a sentence."""
 
 CountedIn = Literal["pulses", "encoder_counts"]
 MoveKind = Literal["relative", "absolute", "home", "continuous", "jog", "interpolated"]

@@ -144,10 +144,10 @@ class MoveRuns(ABC, Generic[W, M]):
                 beginning.set_exception(fault)
         beginning.cancel()
 
-    def _take_over(self, who: W, move: M, *, begun: bool, asked: str) -> bool:
+    def _take_over(self, who: W, move: M, *, begun: bool, asked: str, since: str) -> bool:
         """Whether to go on with a move of an earlier life, whose command may have been written.
 
-        `begun` is whether an intent of it was written, `asked` who is asked how it goes on.
+        `begun` is whether an intent of it was written, `asked` who is asked how it goes on, `since` why.
         """
         self._claim(who, move)
         if move.status is MoveStatus.QUEUED and not begun:
@@ -156,7 +156,7 @@ class MoveRuns(ABC, Generic[W, M]):
         if move.status is MoveStatus.QUEUED:
             move.status = MoveStatus.SENT
             move.evidence.append("The journal does not tell whether the command was written.")
-        move.evidence.append(f"The gateway was restarted in the middle of the move; {asked} was asked.")
+        move.evidence.append(in_the_middle(since, asked))
         return True
 
     # the record
@@ -187,6 +187,11 @@ class MoveRuns(ABC, Generic[W, M]):
             self._lose(who, why)
             if self._move_of(who) is move:
                 self.end(who, move, judge(Unwatched.FAULT, Words(why=why)))
+
+
+def in_the_middle(since: str, asked: str) -> str:
+    """Tell that a move goes on with another gateway than it began with, or another life of it."""
+    return f"{since[0].upper()}{since[1:]} in the middle of the move; {asked} was asked."
 
 
 async def guarded(move_id: str, work: Callable[[], Coroutine[Any, Any, None]], give_up: GiveUp) -> None:

@@ -25,6 +25,7 @@ from gateway.core.family import (
 from gateway.core.kept_works import KeptWorks
 from gateway.core.lanes import Lane
 from gateway.core.move_log import MoveLog
+from gateway.core.move_record import RESTARTED
 from gateway.core.own_faults import all_of, safely, seen_to, survived, twice
 from gateway.core.parts import Part
 from gateway.core.restore_record import Restore
@@ -236,14 +237,16 @@ class Fics(Family):
         """Restores."""
         return {"robot_restore": self.restores}
 
-    def resume(self, records: Sequence[Mapping[str, Any]], begun: Collection[str]) -> None:
+    def resume(
+        self, records: Sequence[Mapping[str, Any]], begun: Collection[str], since: str = RESTARTED
+    ) -> None:
         """Take over the moves of robots that are still configured."""
         units = {unit.address for robot in self.robots() for unit in robot.units}
         own = [RobotMove.model_validate(it) for it in records if it["body_id"] in units]
         self.moves.log.remember(own)
         for move in own:
             if not move.status.final:
-                self.moves.take_over(self.robot(move.robot_id), move, begun=move.id in begun)
+                self.moves.take_over(self.robot(move.robot_id), move, begun=move.id in begun, since=since)
 
     # life
 

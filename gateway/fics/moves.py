@@ -9,7 +9,7 @@ from typing import Any
 from gateway.core.errors import GatewayError
 from gateway.core.events import Event
 from gateway.core.move_log import new_id
-from gateway.core.move_record import START_WITHIN_S
+from gateway.core.move_record import RESTARTED, START_WITHIN_S
 from gateway.core.move_runs import MoveRuns
 from gateway.core.next_calls import NextCall
 from gateway.core.trajectories import Trajectories
@@ -67,11 +67,11 @@ class RobotMoves(MoveRuns[MoveRun, RobotMove]):
             raise refusal
         return move
 
-    def take_over(self, robot: Robot, move: RobotMove, *, begun: bool) -> None:
+    def take_over(self, robot: Robot, move: RobotMove, *, begun: bool, since: str = RESTARTED) -> None:
         """Go on with a move of an earlier life: ask the robot, and follow the move to its end."""
         unit, command = robot.unit(move.unit), _command_of(move)
         run = MoveRun(robot, unit, command, move, self)
-        if self._take_over(run, move, begun=begun, asked="the robot"):
+        if self._take_over(run, move, begun=begun, asked="the robot", since=since):
             self._see_through(move.id, run.take_over, run.begun, partial(self._give_up, [(run, move)]))
 
     def _move_of(self, who: MoveRun) -> RobotMove | None:

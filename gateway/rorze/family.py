@@ -26,7 +26,7 @@ from gateway.core.family import (
 )
 from gateway.core.kept_works import KeptWorks
 from gateway.core.move_log import MoveLog
-from gateway.core.move_record import Move, MoveStatus
+from gateway.core.move_record import RESTARTED, Move, MoveStatus
 from gateway.core.origin import RESTART, acting
 from gateway.core.own_faults import safely, seen_to, survived
 from gateway.core.parts import Part
@@ -465,20 +465,22 @@ class Rorze(Family):
             "body_restore": self.restores,
         }
 
-    def resume(self, records: Sequence[Mapping[str, Any]], begun: Collection[str]) -> None:
+    def resume(
+        self, records: Sequence[Mapping[str, Any]], begun: Collection[str], since: str = RESTARTED
+    ) -> None:
         """Take over the moves of bodies and of SCARA robots that are still configured."""
         own = [Move.model_validate(it) for it in records if it["body_id"] in self._bodies]
         self.moves.log.remember(own)
         for move in own:
             if not move.status.final:
-                self._take_over(self._bodies[move.body_id], move, begun=move.id in begun)
-        self.scara_moves.resume(self._scaras, records)
+                self._take_over(self._bodies[move.body_id], move, begun=move.id in begun, since=since)
+        self.scara_moves.resume(self._scaras, records, since)
 
-    def _take_over(self, body: Body, move: Move, *, begun: bool) -> None:
+    def _take_over(self, body: Body, move: Move, *, begun: bool, since: str) -> None:
         robots = {scara.group.address: scara for scara in self.scaras()}
         robot = robots.get(move.group_id or "")
         tolerance = robot.tolerance_pulses if robot else body.position_tolerance
-        self.moves.take_over(body, move, begun=begun, tolerance=tolerance)
+        self.moves.take_over(body, move, begun=begun, tolerance=tolerance, since=since)
         if move.kind in UNATTENDED and not move.status.final:
             with acting(RESTART):
                 self.stops.stop([body], "decelerate")

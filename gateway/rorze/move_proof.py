@@ -100,8 +100,8 @@ class MoveProof:
     """What the controller said just before the command was sent."""
     tolerance: int = 0
     """Pulses by which the motor may miss the target."""
-    resumed: bool = False
-    """Whether an earlier life of the gateway has begun it, which may have had the reply."""
+    resumed: str = ""
+    """Why another life of the gateway, or another gateway, has begun it, which may have had the reply."""
     _needs_proof: bool = False
     _power: PowerSeen = field(default_factory=lambda: PowerSeen(None, 0))
     """What was known of the body's power just before the command was sent."""
@@ -383,9 +383,9 @@ class MoveProof:
         if self._doubled is not None:
             return "."
         if self.move.acknowledged_at is not None:
-            return "; the command was acknowledged before the gateway was restarted."
+            return f"; the command was acknowledged before {self.resumed}."
         if self.resumed:
-            return "; nobody knows whether a reply came before the gateway was restarted."
+            return f"; nobody knows whether a reply came before {self.resumed}."
         usable = "usable " if isinstance(error, GarbledReply) else ""
         return f", although no {usable}reply came."
 
@@ -512,7 +512,7 @@ class MoveProof:
     def _judged(self, finding: Finding, error: GatewayError | None = None, **more: Any) -> Verdict:
         body, move = self.body, self.move
         sent = "may have been sent" if move.sent_at is None else "was sent"
-        reply = "before the gateway was restarted" if self.resumed else "and no usable reply came"
+        reply = f"before {self.resumed}" if self.resumed else "and no usable reply came"
         words = Words(
             who=body.address,
             announcer="The link master",

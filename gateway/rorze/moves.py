@@ -19,7 +19,7 @@ from gateway.core.errors import (
 from gateway.core.events import Event
 from gateway.core.journal.intents import OF_MOVES
 from gateway.core.move_log import new_id
-from gateway.core.move_record import START_WITHIN_S, Move, MoveKind, MoveStatus
+from gateway.core.move_record import RESTARTED, START_WITHIN_S, Move, MoveKind, MoveStatus
 from gateway.core.move_runs import Beginning, MoveRuns, guarded
 from gateway.core.next_calls import NextCall
 from gateway.core.origin import working
@@ -218,16 +218,18 @@ class Moves(MoveRuns[Body, Move]):
 
     # over restarts
 
-    def take_over(self, body: Body, move: Move, *, begun: bool, tolerance: int) -> None:
+    def take_over(
+        self, body: Body, move: Move, *, begun: bool, tolerance: int, since: str = RESTARTED
+    ) -> None:
         """Go on with a move of an earlier life: ask the body, and follow the move to its end.
 
         `tolerance` is by how many pulses it may miss its target.
         """
-        if not self._take_over(body, move, begun=begun, asked="the body"):
+        if not self._take_over(body, move, begun=begun, asked="the body", since=since):
             return
         answered: Beginning = asyncio.get_running_loop().create_future()
         answered.set_result(None)
-        proof = MoveProof(body, move, rested_at(move), tolerance, resumed=True)
+        proof = MoveProof(body, move, rested_at(move), tolerance, since)
         following = partial(self._follow_through, proof, restarted_in_motion(body.address))
         self._see_through(move.id, following, answered, partial(self._give_up, [(body, move)]))
 

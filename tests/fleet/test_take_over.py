@@ -89,14 +89,20 @@ def test_a_take_over_in_the_middle_of_a_move_throws_the_old_owner_out_for_good(p
         lambda: pair.old.get("/lines/line1")["owner"] == {"gateway": "spare1", "epoch": 2},
         "stocker1 knows who has the line",
     )
-    causes = [it["cause"] for it in pair.old.get("/alarms")["alarms"]]
-    assert "line.taken_over" in causes
+    [alarm] = pair.old.get("/alarms")["alarms"]
+    assert (alarm["cause"], alarm["ended_at"]) == ("line.taken_over", None)
+    assert "is not this gateway's any more" in alarm["en"]["happened"]
     refused = pair.old.http.post("/bodies/3F/moves", json=LONG)
     assert refused.json()["type"].rpartition(":")[2] == "owner-changed"
     assert pair.old.http.post("/stop").json()["confirmed"]
-    assert "body.motion.foreign" in {it["type"] for it in pair.spare.get("/events?limit=1000")["events"]}
     own = f"/bodies/3F/moves/{begun.json()['id']}"
+    followed = pair.spare.get(own)
+    assert "Gateway spare1 took the line over from stocker1 in the middle" in " ".join(followed["evidence"])
+    assert followed["status"] in ("sent", "moving"), followed
     until(lambda: pair.old.get(own)["status"] == "lost", "stocker1 says that it does not know how it ends")
+    assert pair.spare.http.post("/stop").json()["confirmed"]
+    ends = ("succeeded", "stopped")  # of nine seconds some have passed
+    until(lambda: pair.spare.get(own)["status"] in ends, "spare1 has followed it to its end")
 
 
 def test_a_command_with_another_epoch_is_refused_and_nothing_is_sent(pair: Pair) -> None:

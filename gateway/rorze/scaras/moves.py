@@ -21,8 +21,8 @@ from gateway.core.events import Event
 from gateway.core.journal.intents import OF_MOVES
 from gateway.core.lanes import Lane
 from gateway.core.move_log import new_id
-from gateway.core.move_record import Move, MoveStatus
-from gateway.core.move_runs import Beginning, MoveRuns
+from gateway.core.move_record import RESTARTED, Move, MoveStatus
+from gateway.core.move_runs import Beginning, MoveRuns, in_the_middle
 from gateway.core.next_calls import NextCall
 from gateway.core.origin import working
 from gateway.core.own_faults import carry_on
@@ -154,15 +154,17 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
 
     # over restarts
 
-    def resume(self, scaras: Mapping[str, Scara], records: Sequence[Mapping[str, Any]]) -> None:
+    def resume(
+        self, scaras: Mapping[str, Scara], records: Sequence[Mapping[str, Any]], since: str = RESTARTED
+    ) -> None:
         """Take over the moves of an earlier life, once those of the bodies are taken over."""
         own = [ScaraMove.model_validate(it) for it in records if it.get("scara_id") in scaras]
         self.log.remember(own)
         for move in own:
             if not move.status.final:
-                self._resume(scaras[move.scara_id], move)
+                self._resume(scaras[move.scara_id], move, since)
 
-    def _resume(self, scara: Scara, move: ScaraMove) -> None:
+    def _resume(self, scara: Scara, move: ScaraMove, since: str) -> None:
         """Go on with a move by those of its bodies; one that was still being prepared has moved nothing."""
         run = _Run(scara, move, begun=True)
         if not any(axis.move_id for axis in move.axes):
@@ -172,7 +174,7 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
         if not run.moves:
             self.end(run, run.move, judge(Unwatched.OTHER_MEMBERS, Words(scara.id, "finger")))
             return
-        move.evidence.append("The gateway was restarted in the middle of the move; its axes were asked.")
+        move.evidence.append(in_the_middle(since, "each of its axes"))
         self._claim(run, move)
         self._runs |= dict.fromkeys(run.moves, run)
         self._begin_to_watch(run)

@@ -25,13 +25,13 @@ def test_alarms_say_what_happened_and_what_to_do(monkeypatch: pytest.MonkeyPatch
     assert said.exit_code == 0, said.output
     first, second, third = said.stdout.split("\n\n")
     assert first.splitlines() == [
-        "al1  2026-01-01T00:00:00Z  body.offline  /bodies/a.3F  stands now",
+        "a.3F  body.offline  since 2026-01-01T00:00:00Z  stands now  (al1)",
         "    It is gone.",
         "    It stands.",
         "    Look.",
         "    POST /bodies/a.3F/stop (stop): Stop it.",
     ]
-    states = [it.splitlines()[0].split()[-2:] for it in (second, third)]
+    states = [it.splitlines()[0].split()[-3:-1] for it in (second, third)]
     assert states == [["over", "2026-01-01T00:00:01Z"], ["reset", "2026-01-01T00:00:02Z"]]
 
 
@@ -50,7 +50,7 @@ def test_each_alarm_is_reset_though_another_is_not(monkeypatch: pytest.MonkeyPat
     said = gateway.run(monkeypatch, "alarms", "reset", "al1", "al2")
     assert said.exit_code == 1
     assert "Its cause lasts." in said.stderr
-    assert said.stdout == "al3  body.offline  of /bodies/a.3F is reset.\n"
+    assert said.stdout == "a.3F  body.offline is reset (al3).\n"
     assert gateway.paths == ["/alarms/al1/reset", "/alarms/al2/reset"]
 
 
@@ -82,5 +82,6 @@ def test_either_ids_or_all_that_are_over(monkeypatch: pytest.MonkeyPatch, words:
 def test_what_tells_the_same_event_stands_behind_it(monkeypatch: pytest.MonkeyPatch) -> None:
     move = {**ALARM, "id": "al7", "cause": "body.move.failed", "part_of": ALARM["id"]}
     said = always({"alarms": [move, OVER, ALARM]}).run(monkeypatch, "alarms").stdout
-    assert [it.split()[0] for it in said.split("\n\n")] == [OVER["id"], ALARM["id"], "al7"]
+    ids = [it.splitlines()[0].split()[-1] for it in said.split("\n\n")]
+    assert ids == ["(al2)", "(al1)", "(al7)"]
     assert f"(part of {ALARM['id']})" in said

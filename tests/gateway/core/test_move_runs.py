@@ -9,7 +9,7 @@ import pytest
 
 from gateway.core.errors import GatewayError, NoReply
 from gateway.core.events import Event
-from gateway.core.move_record import Move, MoveStatus
+from gateway.core.move_record import RESTARTED, Move, MoveStatus
 from gateway.core.move_runs import Beginning, GiveUp, MoveRuns
 from gateway.core.next_calls import LINE_STATE, NextCall
 from gateway.core.verdicts import AtRest, Unbegun, judge
@@ -61,7 +61,7 @@ class Motors(MoveRuns[Motor, Move]):
 
     def resume(self, motor: Motor, move: Move, *, begun: bool) -> bool:
         """Take a move over."""
-        return self._take_over(motor, move, begun=begun, asked="the motor")
+        return self._take_over(motor, move, begun=begun, asked="the motor", since=RESTARTED)
 
 
 class Run:
