@@ -43,6 +43,7 @@ class Engine:
         host: str = "127.0.0.1",
         within: Sequence[str] = (),
         scheme: str = "nats",
+        wait: bool = True,
     ) -> None:
         self.folder, self.port, self.monitor_port = folder, free_port(), free_port()
         self._host, self._within, self._scheme = host, within, scheme
@@ -52,7 +53,7 @@ class Engine:
             f"host: {host}\nport: {self.port}\nhttp: {host}:{self.monitor_port}\n"
             f"jetstream {{ store_dir: {folder}/store, sync_interval: {sync} }}\n{more}\n"
         )
-        self.start()
+        self.start(wait=wait)
 
     @property
     def url(self) -> str:
@@ -64,14 +65,19 @@ class Engine:
         """Where it tells its settings."""
         return f"http://{self._host}:{self.monitor_port}"
 
-    def start(self) -> None:
-        """Start it, on the disk that there is."""
+    def start(self, *, wait: bool = True) -> None:
+        """Start it, on the disk that there is; one of several may wait for others."""
         assert SERVER is not None
         with (self.folder / "nats.log").open("ab") as log:
             self._process = subprocess.Popen(  # noqa: S603
                 [*self._within, SERVER, "-c", str(self._config)], stdout=log, stderr=log
             )
-        until(lambda: self._answers(), "the engine answers")
+        if wait:
+            self.wait_until_well()
+
+    def wait_until_well(self) -> None:
+        """Wait until it serves."""
+        until(self._answers, "the engine answers")
 
     def _answers(self) -> bool:
         try:
@@ -136,6 +142,8 @@ class PlantProcess:
         access = OPEN if "[access]" not in extra else ""
         self._config.write_text(f'{access}[server]\nport = 0\n[plant]\nservers = ["{server}"]\n{extra}')
         self._starts = 0
+        self._newest: dict[str, str] = {}
+        self._place: str | None = None
         self.start()
 
     def start(self) -> None:
@@ -170,9 +178,9 @@ class PlantProcess:
 
     def has_up_to(self, gateway: Member) -> bool:
         """Whether it has all events of a gateway."""
-        return any(
-            it["gateway"] == gateway.name and it["cursor"] == gateway.cursor() for it in self.events()[0]
-        )
+        news, self._place = self.events(self._place)
+        self._newest |= {it["gateway"]: it["cursor"] for it in news}
+        return self._newest.get(gateway.name) == gateway.cursor()
 
     def end(self) -> None:
         """End it."""
@@ -215,14 +223,14 @@ def numbers_of(events: list[Any], gateway: str) -> list[int]:
     return [int(it["sequence"]) for it in events if it["gateway"] == gateway]
 
 
-def stored(engine: Engine) -> list[tuple[str, str]]:
+def stored(servers: str) -> list[tuple[str, str]]:
     """The stream as the engine has it: subject and message id of each message, by its own client library."""
     import asyncio
 
     import nats
 
     async def read() -> list[tuple[str, str]]:
-        client = await nats.connect(engine.url)
+        client = await nats.connect(servers.split('", "'))
         try:
             found: list[tuple[str, str]] = []
             stream = await client.jetstream().stream_info("PLANT")

@@ -27,10 +27,12 @@ _LINK: Final = "mg-plant0"
 class Crowd:
     """An engine, gateways and a plant process, under load."""
 
-    def __init__(self, folder: Path, stack: ExitStack, engine: Engine) -> None:
-        self.engine = engine
+    def __init__(
+        self, folder: Path, stack: ExitStack, engine: Engine, servers: str = "", extra: str = ""
+    ) -> None:
+        self.engine, self.servers = engine, servers or engine.url
         stack.callback(engine.kill)
-        self.process = PlantProcess(folder, engine.url)
+        self.process = PlantProcess(folder, self.servers, extra)
         stack.callback(self.process.end)
         self.gateways = []
         for number in range(1, GATEWAYS + 1):
@@ -38,7 +40,7 @@ class Crowd:
             own.mkdir()
             line = SimulatedLine(own, BODIES)
             stack.callback(line.end)
-            self.gateways.append(Member(own, f"stocker{number}", engine.url, line))
+            self.gateways.append(Member(own, f"stocker{number}", self.servers, line))
             stack.callback(self.gateways[-1].end)
         for gateway in self.gateways:
             gateway.wait_until_ready()
@@ -52,7 +54,7 @@ class Crowd:
 
     def judge(self) -> int:
         """Compare all journals with the stream, and the plant process with both; gives the events."""
-        in_stream = stored(self.engine)
+        in_stream = stored(self.servers)
         events, _ = self.process.events()
         assert not [it for it in events if it["type"] == "stream.gap"]
         for gateway in self.gateways:

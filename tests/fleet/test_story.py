@@ -143,5 +143,5 @@ def test_stops_need_no_engine_and_its_disk_is_filled_again(plant: Plant) -> None
     assert "stream.gap" not in [it["type"] for it in events]
     for gateway in (one, two):
         own = [it["id"] for it in gateway.get("/events?limit=1000")["events"]]
-        in_stream = [id_ for subject, id_ in stored(plant.engine) if subject == f"mg.{gateway.name}.ev"]
+        in_stream = [id_ for subject, id_ in stored(plant.engine.url) if subject == f"mg.{gateway.name}.ev"]
         assert in_stream[: len(own)] == own
