@@ -7,6 +7,7 @@ from typing import Any
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.events import Data, Event
+from gateway.core.jogs import News
 from gateway.core.lanes import Lane
 from gateway.core.own_faults import all_of, seen_to, survived
 from gateway.core.stops import StopMode
@@ -228,7 +229,7 @@ class Robot:
 
     def was_left_alone(self) -> None:
         """The gateway was held up for seconds: stop what jogs, and believe nothing read before."""
-        self.jogs.end_all("lost")
+        self.jogs.end_all(News.MISSED)
         self._forget_what_may_change()
 
     def _forget_what_may_change(self) -> None:
