@@ -28,8 +28,9 @@ def _step(step: Any) -> str:
     if step is None or isinstance(step, str):
         return "–"
     end = getattr(step, "ends_as", None)
+    state = "as it began to stop" if step.state is None else _named(step.state)
     then = f", then {end}" if end and end != step.state else ""
-    return f"{_named(step.state)}{then}" + (f"; *{step.action.value}*" if step.action.value else "")
+    return f"{state}{then}" + (f"; *{step.action.value}*" if step.action.value else "")
 
 
 def _named(state: Any) -> str:

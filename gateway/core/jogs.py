@@ -5,7 +5,6 @@ A family brings how its motor is stopped, and how it is seen to stand still.
 """
 
 import asyncio
-import logging
 import secrets
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -24,8 +23,6 @@ from gateway.core.own_faults import all_of, at_end_of, carry_on, insist
 from gateway.core.records import Record
 from protocols.wording import as_given
 
-log = logging.getLogger(__name__)
-
 HEARTBEAT_S: Final = 0.5
 """The longest time between two heartbeats; after it the motor is stopped."""
 START_WITHIN_S: Final = 2.0
@@ -34,6 +31,7 @@ KEPT: Final = 100
 
 JogEnd = Literal["ended", "lost", "stopped"]
 JogState = Literal["jogging", "stopping", JogEnd]
+_ENDS: Final[tuple[JogEnd, ...]] = "ended", "lost", "stopped"
 _WHAT: Final = "the end of a jog"
 
 
@@ -54,11 +52,6 @@ class Jog(Record):
         default=int(HEARTBEAT_S * 1000), description="The next heartbeat has to come within this."
     )
     _why_ended: str | None = PrivateAttr(None)
-
-    @property
-    def what(self) -> str:
-        """The name of its motor in sentences."""
-        raise NotImplementedError
 
     @property
     def why_ended(self) -> str | None:
@@ -91,16 +84,16 @@ class JogOver(GatewayError):
     kind = "jog-over"
     moved = "yes"
 
-    def __init__(self, jog: Jog) -> None:
+    def __init__(self, what: str, jog: Jog) -> None:
         if jog.state == "stopping":
             super().__init__(
-                f"The JOG of {jog.what} is being stopped ({jog.ends_as}); the axis may still move.",
+                f"The JOG of {what} is being stopped ({jog.ends_as}); the axis may still move.",
                 "Wait until it stands still; start a new JOG then if it is still wanted.",
             )
         else:
             why = "" if jog.why_ended is None else f": it {jog.why_ended}"
             super().__init__(
-                f"The JOG of {jog.what} is over ({jog.state}){why}; the axis stands still.",
+                f"The JOG of {what} is over ({jog.state}){why}; the axis stands still.",
                 "Start a new JOG if it is still wanted.",
             )
 
@@ -110,7 +103,7 @@ class News(Enum):
 
     HEARTBEAT = "heartbeat"
     MISSED = "no heartbeat in time"
-    END = "its end is asked for, or nobody sees it any more"
+    END = "its end is asked for"
     REST = "its motor comes to rest without a stop"
     STOP = "its motor is stopped by another"
     CLOSING = "the gateway ends"
@@ -131,7 +124,8 @@ class Action(Enum):
 class Step(NamedTuple):
     """One cell of the table."""
 
-    state: JogState | Literal["as it began to stop"]
+    state: JogState | None
+    """None: as it began to stop."""
     action: Action
     ends_as: JogEnd | None = None
     """How it ends, where that is known only now: the first end that comes is the end."""
@@ -150,33 +144,32 @@ TABLE: Final[Mapping[JogState, Mapping[News, Step]]] = {
     "stopping": {
         News.HEARTBEAT: Step("stopping", Action.REFUSE),
         News.MISSED: Step("stopping", Action.STOP),  # a fault has kept the stop from being sent
-        News.STILL: Step("as it began to stop", Action.TELL),
+        News.STILL: Step(None, Action.TELL),
     },
-    "ended": {News.HEARTBEAT: Step("ended", Action.REFUSE)},
-    "lost": {News.HEARTBEAT: Step("lost", Action.REFUSE)},
-    "stopped": {News.HEARTBEAT: Step("stopped", Action.REFUSE)},
+    **{end: {News.HEARTBEAT: Step(end, Action.REFUSE)} for end in _ENDS},
 }
 """All other news changes nothing. Only a standstill that was seen makes a jog over."""
 
 J = TypeVar("J", bound=Jog)
+T = TypeVar("T")
+"""What a jog is of, where several have their jogs together."""
 
 
 @dataclass(eq=False)
-class Session(Generic[J]):
+class Session(Generic[J, T]):
     """A jog, with what keeps it and what sees to its end."""
 
     jog: J
+    what: str
+    """What moves, in sentences."""
     line: LineDriver[Any, Any, Any]
-    of: object = None
-    """The motor it belongs to, where several have their jogs together."""
-    until: float = 0.0
-    """Deadline of the next heartbeat, on the event loop's clock."""
+    of: T
     alarm: asyncio.TimerHandle | None = None
-    """Stops it, unless the next heartbeat comes first; it stays until a stop is on its way."""
+    """Stops it, unless the next heartbeat comes first; it is kept until a stop is on its way."""
     rest: "asyncio.Task[None] | None" = None
     """Ends when the motor stands still without a stop."""
     end: "asyncio.Task[None] | None" = None
-    """Sees that the motor stands still."""
+    """Ends when the motor, which is being stopped, stands still."""
 
     @property
     def jogs(self) -> bool:
@@ -190,78 +183,67 @@ class Session(Generic[J]):
                 each.cancel()
 
 
-S = TypeVar("S", bound=Session[Any])
-
-
-class Jogs(ABC, Generic[J, S]):
+class Jogs(ABC, Generic[J, T]):
     """The jogs of a family, or of one of its controllers."""
 
     still_within_s: ClassVar[float | None] = None
     """After this time its end is given as it is; None where `_see_still` has bounds of its own."""
 
-    def __init__(self, tell: Callable[[str, S], object]) -> None:
+    def __init__(self, tell: Callable[[str, Session[J, T]], object]) -> None:
         self._tell_of = tell
-        self._sessions: dict[str, S] = {}
+        self._sessions: dict[str, Session[J, T]] = {}
 
     # what a family brings
 
     @abstractmethod
-    def _require_in_reach(self, session: S, /) -> None:
+    def _require_in_reach(self, session: Session[J, T], /) -> None:
         """Refuse a heartbeat that keeps nothing.
 
         :raises JogOutOfReach: nobody could stop the motor.
         """
 
     @abstractmethod
-    def _stop(self, session: S, /) -> None:
+    def _stop(self, session: Session[J, T], /) -> None:
         """Stop the motor; the stop is queued before this returns."""
 
     @abstractmethod
-    async def _rests(self, session: S, /) -> None:
+    async def _rests(self, session: Session[J, T], /) -> None:
         """Return when the motor stands still though nobody has stopped it."""
 
     @abstractmethod
-    async def _see_still(self, session: S, /) -> bool:
+    async def _see_still(self, session: Session[J, T], /) -> bool:
         """See that the motor stands still, which is being stopped; False where others see to it."""
 
-    def _settled(self, session: S, /) -> None:
+    def _settled(self, session: Session[J, T], /) -> None:
         """Note that the motor stands still, or was never told to move."""
 
     # a jog's life
 
-    def _begin(self, session: S) -> None:
+    def _begin(self, session: Session[J, T]) -> None:
         """Begin a jog: the motor may move from now on, answered or not."""
         self._await_heartbeat(session)
         self._sessions[session.jog.id] = session
+        what = f"the jog of {session.what}"
         with working("followers"):
-            session.rest = asyncio.create_task(self._rests(session), name=f"the jog of {session.jog.what}")
-        at_end_of(session.rest, _WHAT, partial(self._rested, session, session.rest))
+            rest = asyncio.create_task(carry_on(what, partial(self._rests, session)), name=what)
+        session.rest = rest
+        at_end_of(rest, what, lambda: None if rest.cancelled() else self._take(session, News.REST))
         over = [key for key, it in self._sessions.items() if it.jog.state == it.jog.ends_as]
         for key in over[: max(0, len(over) - KEPT)]:
             del self._sessions[key]
         self._tell_of("started", session)
 
-    def _await_heartbeat(self, session: S) -> None:
+    def _await_heartbeat(self, session: Session[J, T]) -> None:
         loop = asyncio.get_running_loop()
         if session.alarm is not None:
             session.alarm.cancel()
-        session.until = loop.time() + HEARTBEAT_S
-        session.alarm = loop.call_at(session.until, insist, _WHAT, partial(self._missed, session))
+        session.alarm = loop.call_later(HEARTBEAT_S, insist, _WHAT, partial(self._missed, session))
 
     @acting(Origin("gateway: missing heartbeat"))
-    def _missed(self, session: S) -> None:
+    def _missed(self, session: Session[J, T]) -> None:
         self._take(session, News.MISSED)
 
-    def _rested(self, session: S, rest: "asyncio.Task[None]") -> None:
-        fault = None if rest.cancelled() else rest.exception()
-        if fault is not None:
-            log.error(
-                "%s has met a fault of the gateway itself, and is stopped", rest.get_name(), exc_info=fault
-            )
-        if not rest.cancelled():
-            self._take(session, News.REST if fault is None else News.END)
-
-    def _take(self, session: S, news: News) -> None:
+    def _take(self, session: Session[J, T], news: News) -> None:
         """Go on to the next stage: the motor first, and only then what is told of it.
 
         :raises JogOver: the table refuses it.
@@ -271,9 +253,9 @@ class Jogs(ABC, Generic[J, S]):
         if step is None:
             return
         jog.ends_as = jog.ends_as or step.ends_as
-        jog.state = jog.ends_as if step.action is Action.TELL else step.state
+        jog.state = step.state or jog.ends_as or "ended"
         if step.action is Action.REFUSE:
-            raise JogOver(jog)
+            raise JogOver(session.what, jog)
         if step.action is Action.WAIT:
             self._await_heartbeat(session)
         elif step.action is Action.TELL:
@@ -287,19 +269,19 @@ class Jogs(ABC, Generic[J, S]):
             session.let_go()
             self._tell_of("stopping", session)
 
-    def _see_to(self, session: S) -> None:
+    def _see_to(self, session: Session[J, T]) -> None:
         """See that the motor stands still; a second stop joins the first."""
         if session.end is None:
-            what = f"the end of the jog of {session.jog.what}"
+            what = f"the end of the jog of {session.what}"
             session.end = asyncio.create_task(carry_on(what, partial(self._see_over, session)), name=what)
 
-    async def _see_over(self, session: S) -> None:
+    async def _see_over(self, session: Session[J, T]) -> None:
         if await self._see_still(session):
             self._take(session, News.STILL)
 
     # asked for
 
-    def heartbeat(self, jog_id: str, of: object = None) -> J:
+    def heartbeat(self, jog_id: str, of: T | None = None) -> J:
         """Keep a motor jogging for another half second, and give its jog.
 
         :raises NotFound: there was no such jog.
@@ -308,15 +290,15 @@ class Jogs(ABC, Generic[J, S]):
         """
         session = self._find(jog_id, of)
         session.line.admission.revise()
-        jog: J = session.jog
-        if session.jogs and asyncio.get_running_loop().time() >= session.until:
+        now, alarm = asyncio.get_running_loop().time(), session.alarm
+        if session.jogs and alarm is not None and now >= alarm.when():
             self._take(session, News.MISSED)  # the loop was held: the alarm comes too late
         if session.jogs:
             self._require_in_reach(session)
         self._take(session, News.HEARTBEAT)
-        return jog
+        return session.jog
 
-    async def end(self, jog_id: str, of: object = None) -> J:
+    async def end(self, jog_id: str, of: T | None = None) -> J:
         """Stop a jog, and give it when the motor stands still.
 
         Its state is `stopping` where that was not seen in time; it is still being stopped then. One that is
@@ -325,13 +307,12 @@ class Jogs(ABC, Generic[J, S]):
         :raises NotFound: there was no such jog.
         """
         session = self._find(jog_id, of)
-        jog: J = session.jog
         self._take(session, News.END)
         if session.end is not None:
             await asyncio.wait({session.end}, timeout=self.still_within_s)
-        return jog
+        return session.jog
 
-    def _find(self, jog_id: str, of: object = None) -> S:
+    def _find(self, jog_id: str, of: T | None = None) -> Session[J, T]:
         session = self._sessions.get(jog_id)
         if session is None or session.of is not of:
             raise NotFound(

@@ -7,8 +7,7 @@ from functools import partial
 from typing import Literal
 
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply
-from gateway.core.jogs import START_WITHIN_S, Jog, JogOutOfReach, JogOver, News, Session
-from gateway.core.jogs import Jogs as AllJogs
+from gateway.core.jogs import START_WITHIN_S, Jog, JogOutOfReach, JogOver, Jogs, News, Session
 from gateway.core.lanes import Lane
 from gateway.core.own_faults import all_of, insist, survived
 from gateway.fics.axes import Places, at_rest, unit_of
@@ -44,10 +43,10 @@ class JogSession(Jog):
         return f"axis {self.axis} of unit {self.unit}"
 
 
-_Session = Session[JogSession]
+_Session = Session[JogSession, None]
 
 
-class Jogs(AllJogs[JogSession, _Session]):
+class RobotJogs(Jogs[JogSession, None]):
     """The JOG sessions of a robot."""
 
     def __init__(
@@ -80,11 +79,16 @@ class Jogs(AllJogs[JogSession, _Session]):
         :raises NoReply: it was refused as in motion, and moves: it is being stopped.
         """
         self._line.require_fit()
-        self._require_settled(unit, axis)
+        for other in self._unsettled_with(unit, axis):  # whose end could stop it
+            raise RobotBusy(
+                f"The JOG of {other.what} of {self._robot_id} is not over: the axis was not seen to stand "
+                "still since; nothing was sent.",
+                "Try again when it stands still.",
+            )
         loop = asyncio.get_running_loop()
         axes, command = unit_of(self._units, unit), StartJog(axis=axis, direction=direction)
         jog, epoch = JogSession(unit=unit, axis=axis, direction=direction), self._line.stop_epoch
-        session = Session(jog, self._line)
+        session = Session(jog, jog.what, self._line, None)
         self._unsettled.append(session)
         try:
             with preparing(self._robot_id, command), self._motions.sending(command, axes):
@@ -105,17 +109,8 @@ class Jogs(AllJogs[JogSession, _Session]):
             self._begin(session)
         await self._await_answer(session, command, accepted, epoch)
         if not session.jogs:
-            raise JogOver(jog)
+            raise JogOver(jog.what, jog)
         return jog
-
-    def _require_settled(self, unit: int, axis: str) -> None:
-        """Refuse to start an axis while the end of another JOG could stop it."""
-        for other in self._unsettled_with(unit, axis):
-            raise RobotBusy(
-                f"The JOG of {other.jog.what} of {self._robot_id} is not over: the axis was not seen to "
-                "stand still since; nothing was sent.",
-                "Try again when it stands still.",
-            )
 
     async def _await_answer(
         self, session: _Session, command: StartJog, accepted: Accepted, epoch: int
@@ -213,7 +208,7 @@ class Jogs(AllJogs[JogSession, _Session]):
 
     def _require_in_reach(self, session: _Session) -> None:
         if not self._line.online:
-            raise JogOutOfReach(f"Robot {self._robot_id}", session.jog.what)
+            raise JogOutOfReach(f"Robot {self._robot_id}", session.what)
 
     async def _rests(self, session: _Session) -> None:
         looks = 0

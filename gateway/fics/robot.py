@@ -20,7 +20,7 @@ from gateway.fics.durations import Durations
 from gateway.fics.edges import Edges
 from gateway.fics.errors import NotDone
 from gateway.fics.exchange import Answered, ReplyFrame
-from gateway.fics.jogs import Jogs
+from gateway.fics.jogs import RobotJogs
 from gateway.fics.line import FicsLine
 from gateway.fics.macros import Macros
 from gateway.fics.motion_state import MotionState
@@ -98,7 +98,7 @@ class Robot:
         self.durations = Durations(self.asking)
         self.own_speed = asyncio.Lock()
         """Held from when the speed of a move is set until the move has begun."""
-        self.jogs = Jogs(self.units, self.motions, self.publish, partial(self.stop, "immediate"))
+        self.jogs = RobotJogs(self.units, self.motions, self.publish, partial(self.stop, "immediate"))
         self.stops = RobotStops(self.units, self.motions, self.jogs, self.publish)
         line.on_change = self._line_changed
         line.on_stray = self._note_stray

@@ -2,10 +2,9 @@
 
 import asyncio
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final, Literal, NamedTuple
 
-from pydantic import Field, model_validator
+from pydantic import Field, PrivateAttr, model_validator
 
 from gateway.core.errors import GatewayError, InvalidRequest
 from gateway.core.jogs import START_WITHIN_S, Jog, JogOutOfReach, Jogs, News, Session
@@ -60,27 +59,14 @@ class BodyJog(Jog):
     direction: Turn
     speed: Speed
     distance: int = Field(description="So far it goes at most, in pulses; encoder counts in encoder mode.")
-
-    @property
-    def what(self) -> str:
-        """Its address."""
-        return self.body_id
-
-
-@dataclass(eq=False, kw_only=True)
-class _Session(Session[BodyJog]):
-    of: Body
-    move: Move
-    bound: str
+    _bound: str = PrivateAttr("")
     """Where it ends if it comes as far as it may."""
 
-    async def over(self) -> None:
-        """Wait until its move is over."""
-        if not self.move.status.final:
-            await self.of.free.wait()
+
+_Session = Session[BodyJog, Body]
 
 
-class BodyJogs(Jogs[BodyJog, _Session]):
+class BodyJogs(Jogs[BodyJog, Body]):
     """The jogs of all bodies of a plant."""
 
     still_within_s = CONFIRM_WITHIN_S + RECORD_WITHIN_S
@@ -116,7 +102,8 @@ class BodyJogs(Jogs[BodyJog, _Session]):
                     speed=ready.speed,
                     distance=distance,
                 )
-                self._begin(_Session(jog, line, of=body, move=move, bound=bound))
+                jog._bound = bound  # noqa: SLF001  # no client sees it
+                self._begin(Session(jog, body.address, line, body))
 
             try:
                 [move] = await self._moves.start(body, command, within_s, on_sent=begun, kind="jog")
@@ -141,17 +128,22 @@ class BodyJogs(Jogs[BodyJog, _Session]):
         self._stops.stop([session.of], "decelerate")
 
     async def _rests(self, session: _Session) -> None:
-        await session.over()
-        session.jog.note_end(_why_ended(session.move, session.bound))
+        session.jog.note_end(_why_ended(await self._ended(session), session.jog._bound))  # noqa: SLF001
 
     async def _see_still(self, session: _Session) -> bool:
         """Wait until its move has ended, or else a stop is confirmed."""
-        await session.over()
-        while session.move.status in (MoveStatus.LOST, MoveStatus.UNKNOWN):
+        while (await self._ended(session)).status in (MoveStatus.LOST, MoveStatus.UNKNOWN):
             [report] = await self._stops.stop([session.of], "decelerate")
             if report.state == "confirmed":
                 break
         return True
+
+    async def _ended(self, session: _Session) -> Move:
+        """Give its move when that is over."""
+        move = self._moves.get(session.jog.id)
+        if not move.status.final:
+            await session.of.free.wait()
+        return move
 
 
 def _why_ended(move: Move, bound: str) -> str:

@@ -8,7 +8,7 @@ import pytest
 
 from gateway.core.jogs import News
 from gateway.core.stops import Stopping
-from gateway.fics.jogs import Jogs
+from gateway.fics.jogs import RobotJogs
 from gateway.fics.motion_state import MotionState
 from gateway.rorze.bodies import Body
 from gateway.rorze.jogs import BodyJogRequest, BodyJogs
@@ -36,13 +36,13 @@ OF_BODIES = [
 LEFT_ALONE = [(BodyJogs, "_missed"), (BodyJogs, "_stop"), (BodyJogs, "_see_to")]
 OF_ROBOTS = [
     (MotionState, "begin"),
-    (Jogs, "_begin"),
-    (Jogs, "_see_to"),
-    (Jogs, "_stop"),
-    (Jogs, "_see_still"),
-    (Jogs, "_settled"),
+    (RobotJogs, "_begin"),
+    (RobotJogs, "_see_to"),
+    (RobotJogs, "_stop"),
+    (RobotJogs, "_see_still"),
+    (RobotJogs, "_settled"),
 ]
-ROBOTS_LEFT_ALONE = [(Jogs, "_missed"), (Jogs, "_take")]
+ROBOTS_LEFT_ALONE = [(RobotJogs, "_missed"), (RobotJogs, "_take")]
 
 
 def either_way(places: list[Place], left_alone: list[Place]) -> list[Any]:

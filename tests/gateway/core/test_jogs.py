@@ -36,12 +36,8 @@ PAGE = Path(__file__).parents[3] / "docs" / "jogs.md"
 class MotorJog(Jog):
     """A motor of the test."""
 
-    @property
-    def what(self) -> str:
-        return "the motor"
 
-
-class Motor(Jogs[MotorJog, Session[MotorJog]]):
+class Motor(Jogs[MotorJog, None]):
     """A motor that stands still when it is let."""
 
     def __init__(self) -> None:
@@ -54,7 +50,7 @@ class Motor(Jogs[MotorJog, Session[MotorJog]]):
         """So many stops meet a fault."""
 
     def begin(self) -> MotorJog:
-        session: Session[MotorJog] = Session(MotorJog(), self._line)
+        session: Session[MotorJog, None] = Session(MotorJog(), "the motor", self._line, None)
         self._begin(session)
         return session.jog
 
@@ -65,20 +61,20 @@ class Motor(Jogs[MotorJog, Session[MotorJog]]):
     def take(self, jog: Jog, news: News) -> None:
         self._take(self._sessions[jog.id], news)
 
-    def _require_in_reach(self, _: Session[MotorJog]) -> None:
+    def _require_in_reach(self, _: Session[MotorJog, None]) -> None:
         if not self.reached:
             raise JogOutOfReach("It", "the motor")
 
-    def _stop(self, _: Session[MotorJog]) -> None:
+    def _stop(self, _: Session[MotorJog, None]) -> None:
         if self.unstoppable:
             self.unstoppable -= 1
             raise ZeroDivisionError
         self.stops += 1
 
-    async def _rests(self, _: Session[MotorJog]) -> None:
+    async def _rests(self, _: Session[MotorJog, None]) -> None:
         await self.rests.wait()
 
-    async def _see_still(self, _: Session[MotorJog]) -> bool:
+    async def _see_still(self, _: Session[MotorJog, None]) -> bool:
         await self.stands.wait()
         return True
 
