@@ -337,10 +337,10 @@ class Jogs(ABC, Generic[J, T]):
     async def close(self) -> None:
         """Stop what jogs, and give up looking whether motors stand still."""
         self.end_all(News.CLOSING)
-        tasks = [it.end for it in self._sessions.values() if it.end is not None]
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        for session in self._sessions.values():
+            if session.end is not None:
+                session.end.cancel()
+        await self.settled()
 
 
 def drawing() -> str:
