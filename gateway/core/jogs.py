@@ -259,9 +259,9 @@ class Jogs(ABC, Generic[J, T]):
         if step.action is Action.WAIT:
             self._await_heartbeat(session)
         elif step.action is Action.TELL:
-            session.let_go()
-            insist(_WHAT, partial(self._settled, session))
-            insist(_WHAT, partial(self._tell_of, jog.state, session))
+            tell = partial(self._tell_of, jog.state, session)
+            for deed in (session.let_go, partial(self._settled, session), tell):
+                insist(_WHAT, deed)
         else:
             stop = [partial(self._stop, session)] if step.action is Action.STOP else []
             with working("stops"):
