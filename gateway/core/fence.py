@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import NamedTuple
 
+from gateway.core.drawn import states
 from protocols.members import at_hand
 
 
@@ -147,24 +148,12 @@ class Fence:
 
 def drawing() -> str:
     """The table as a page of the documentation."""
-    head = [
-        "# The fence",
-        "",
+    head = (
+        "The fence",
         "What a line knows of the replies still to come (decisions 2 and 14). A cell has the next state and",
         "*what is done*; a dash is what cannot happen, and a fault of the program if it does.",
-        "`make documents` draws this page.",
-        "",
-        "| state | " + " | ".join(event.value for event in Event) + " |",
-        "|---" * (len(Event) + 1) + "|",
-    ]
-    rows = [f"| **{it.value}** | {' | '.join(map(_drawn, cells.values()))} |" for it, cells in TABLE.items()]
-    return "\n".join([*head, *rows, ""])
-
-
-def _drawn(cell: Cell) -> str:
-    if isinstance(cell, str):
-        return "–"
-    return f"{cell.state.value}; *{cell.action.value}*" if cell.action.value else cell.state.value
+    )
+    return states(head, Event, TABLE)
 
 
 if __name__ == "__main__":

@@ -1,11 +1,25 @@
-"""Jogs of all families: a motor moves only while a heartbeat comes twice a second."""
+"""Jogs of all families: a motor moves only while a heartbeat comes twice a second.
 
+A family brings how its motor is stopped, and how it is seen to stand still.
+`python -m gateway.core.jogs > docs/jogs.md` draws the table.
+"""
+
+import asyncio
 import secrets
-from typing import Final, Literal
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from functools import partial
+from typing import Any, ClassVar, Final, Generic, Literal, NamedTuple, TypeVar
 
 from pydantic import Field, PrivateAttr
 
+from gateway.core.drawn import states
 from gateway.core.errors import GatewayError, NotFound
+from gateway.core.line import LineDriver
+from gateway.core.origin import Origin, acting, working
+from gateway.core.own_faults import all_of, at_end_of, carry_on, insist
 from gateway.core.records import Record
 from protocols.wording import as_given
 
@@ -16,13 +30,16 @@ KEPT: Final = 100
 """Ended sessions that are remembered, to tell why they have ended."""
 
 JogEnd = Literal["ended", "lost", "stopped"]
+JogState = Literal["jogging", "stopping", JogEnd]
+_ENDS: Final[tuple[JogEnd, ...]] = "ended", "lost", "stopped"
+_WHAT: Final = "the end of a jog"
 
 
 class Jog(Record):
     """A motor that jogs, or has jogged."""
 
     id: str = Field(default_factory=lambda: secrets.token_hex(8))
-    state: Literal["jogging", "stopping", JogEnd] = Field(
+    state: JogState = Field(
         "jogging",
         description="stopping: it is told to stop, and may still move. The others mean that it was seen to "
         "stand still: ended by request or because it stood still, as at its limit; lost for want of a "
@@ -81,9 +98,260 @@ class JogOver(GatewayError):
             )
 
 
-def no_such_jog(jog_id: str) -> NotFound:
-    """The error where nobody remembers a session."""
-    return NotFound(
-        f"There is no JOG session {as_given(jog_id)}; nothing was sent.",
-        "Read the status: what it moved may stand still.",
+class News(Enum):
+    """What can happen to a jog."""
+
+    HEARTBEAT = "heartbeat"
+    MISSED = "no heartbeat in time"
+    END = "its end is asked for"
+    REST = "its motor comes to rest without a stop"
+    STOP = "its motor is stopped by another"
+    CLOSING = "the gateway ends"
+    REFUSED = "it never moved: its controller has refused it"
+    STILL = "its motor is seen to stand still"
+
+
+class Action(Enum):
+    """What is done about it."""
+
+    WAIT = "wait for the next heartbeat"
+    STOP = "stop its motor, see that it stands still, tell"
+    SEE = "see that it stands still, tell"
+    TELL = "tell"
+    REFUSE = "refuse"
+
+
+class Step(NamedTuple):
+    """One cell of the table."""
+
+    state: JogState | None
+    """None: as it began to stop."""
+    action: Action
+    ends_as: JogEnd | None = None
+    """How it ends, where that is known only now: the first end that comes is the end."""
+
+
+TABLE: Final[Mapping[JogState, Mapping[News, Step]]] = {
+    "jogging": {
+        News.HEARTBEAT: Step("jogging", Action.WAIT),
+        News.MISSED: Step("stopping", Action.STOP, "lost"),
+        News.END: Step("stopping", Action.STOP, "ended"),
+        News.REST: Step("stopping", Action.SEE, "ended"),
+        News.STOP: Step("stopping", Action.SEE, "stopped"),
+        News.CLOSING: Step("stopping", Action.STOP, "stopped"),
+        News.REFUSED: Step("ended", Action.TELL, "ended"),
+    },
+    "stopping": {
+        News.HEARTBEAT: Step("stopping", Action.REFUSE),
+        News.MISSED: Step("stopping", Action.STOP),  # a fault has kept the stop from being sent
+        News.STILL: Step(None, Action.TELL),
+    },
+    **{end: {News.HEARTBEAT: Step(end, Action.REFUSE)} for end in _ENDS},
+}
+"""All other news changes nothing. Only a standstill that was seen makes a jog over."""
+
+J = TypeVar("J", bound=Jog)
+T = TypeVar("T")
+"""What a jog is of, where several have their jogs together."""
+
+
+@dataclass(eq=False)
+class Session(Generic[J, T]):
+    """A jog, with what keeps it and what sees to its end."""
+
+    jog: J
+    what: str
+    """What moves, in sentences."""
+    line: LineDriver[Any, Any, Any]
+    of: T
+    alarm: asyncio.TimerHandle | None = None
+    """Stops it, unless the next heartbeat comes first; it is kept until a stop is on its way."""
+    rest: "asyncio.Task[None] | None" = None
+    """Ends when the motor stands still without a stop."""
+    end: "asyncio.Task[None] | None" = None
+    """Ends when the motor, which is being stopped, stands still."""
+
+    @property
+    def jogs(self) -> bool:
+        """Whether heartbeats keep it jogging."""
+        return self.jog.state == "jogging"
+
+    def let_go(self) -> None:
+        """Wait for no heartbeat any more, nor for rest."""
+        for each in (self.alarm, self.rest):
+            if each is not None:
+                each.cancel()
+
+
+class Jogs(ABC, Generic[J, T]):
+    """The jogs of a family, or of one of its controllers."""
+
+    still_within_s: ClassVar[float | None] = None
+    """After this time its end is given as it is; None where `_see_still` has bounds of its own."""
+
+    def __init__(self, tell: Callable[[str, Session[J, T]], object]) -> None:
+        self._tell_of = tell
+        self._sessions: dict[str, Session[J, T]] = {}
+
+    # what a family brings
+
+    @abstractmethod
+    def _require_in_reach(self, session: Session[J, T], /) -> None:
+        """Refuse a heartbeat that keeps nothing.
+
+        :raises JogOutOfReach: nobody could stop the motor.
+        """
+
+    @abstractmethod
+    def _stop(self, session: Session[J, T], /) -> None:
+        """Stop the motor; the stop is queued before this returns."""
+
+    @abstractmethod
+    async def _rests(self, session: Session[J, T], /) -> None:
+        """Return when the motor stands still though nobody has stopped it."""
+
+    @abstractmethod
+    async def _see_still(self, session: Session[J, T], /) -> bool:
+        """See that the motor stands still, which is being stopped; False where others see to it."""
+
+    def _settled(self, session: Session[J, T], /) -> None:
+        """Note that the motor stands still, or was never told to move."""
+
+    # a jog's life
+
+    def _begin(self, session: Session[J, T]) -> None:
+        """Begin a jog: the motor may move from now on, answered or not."""
+        self._await_heartbeat(session)
+        self._sessions[session.jog.id] = session
+        what = f"the jog of {session.what}"
+        with working("followers"):
+            rest = asyncio.create_task(carry_on(what, partial(self._rests, session)), name=what)
+        session.rest = rest
+        at_end_of(rest, what, lambda: None if rest.cancelled() else self._take(session, News.REST))
+        over = [key for key, it in self._sessions.items() if it.jog.state == it.jog.ends_as]
+        for key in over[: max(0, len(over) - KEPT)]:
+            del self._sessions[key]
+        self._tell_of("started", session)
+
+    def _await_heartbeat(self, session: Session[J, T]) -> None:
+        loop = asyncio.get_running_loop()
+        if session.alarm is not None:
+            session.alarm.cancel()
+        session.alarm = loop.call_later(HEARTBEAT_S, insist, _WHAT, partial(self._missed, session))
+
+    @acting(Origin("gateway: missing heartbeat"))
+    def _missed(self, session: Session[J, T]) -> None:
+        self._take(session, News.MISSED)
+
+    def _take(self, session: Session[J, T], news: News) -> None:
+        """Go on to the next stage: the motor first, and only then what is told of it.
+
+        :raises JogOver: the table refuses it.
+        """
+        jog = session.jog
+        step = TABLE[jog.state].get(news)
+        if step is None:
+            return
+        jog.ends_as = jog.ends_as or step.ends_as
+        jog.state = step.state or jog.ends_as or "ended"
+        if step.action is Action.REFUSE:
+            raise JogOver(session.what, jog)
+        if step.action is Action.WAIT:
+            self._await_heartbeat(session)
+        elif step.action is Action.TELL:
+            tell = partial(self._tell_of, jog.state, session)
+            for deed in (session.let_go, partial(self._settled, session), tell):
+                insist(_WHAT, deed)
+        else:
+            stop = [partial(self._stop, session)] if step.action is Action.STOP else []
+            with working("stops"):
+                all_of([*stop, partial(self._see_to, session)])
+            session.let_go()
+            self._tell_of("stopping", session)
+
+    def _see_to(self, session: Session[J, T]) -> None:
+        """See that the motor stands still; a second stop joins the first."""
+        if session.end is None:
+            what = f"the end of the jog of {session.what}"
+            session.end = asyncio.create_task(carry_on(what, partial(self._see_over, session)), name=what)
+
+    async def _see_over(self, session: Session[J, T]) -> None:
+        if await self._see_still(session):
+            self._take(session, News.STILL)
+
+    # asked for
+
+    def heartbeat(self, jog_id: str, of: T | None = None) -> J:
+        """Keep a motor jogging for another half second, and give its jog.
+
+        :raises NotFound: there was no such jog.
+        :raises JogOver: the motor is being stopped, or stands still.
+        :raises JogOutOfReach: nobody can keep it, or stop it; the jog is lost as if none had come.
+        """
+        session = self._find(jog_id, of)
+        session.line.admission.revise()
+        now, alarm = asyncio.get_running_loop().time(), session.alarm
+        if session.jogs and alarm is not None and now >= alarm.when():
+            self._take(session, News.MISSED)  # the loop was held: the alarm comes too late
+        if session.jogs:
+            self._require_in_reach(session)
+        self._take(session, News.HEARTBEAT)
+        return session.jog
+
+    async def end(self, jog_id: str, of: T | None = None) -> J:
+        """Stop a jog, and give it when the motor stands still.
+
+        Its state is `stopping` where that was not seen in time; it is still being stopped then. One that is
+        over already is given as it ended.
+
+        :raises NotFound: there was no such jog.
+        """
+        session = self._find(jog_id, of)
+        self._take(session, News.END)
+        if session.end is not None:
+            await asyncio.wait({session.end}, timeout=self.still_within_s)
+        return session.jog
+
+    def _find(self, jog_id: str, of: T | None = None) -> Session[J, T]:
+        session = self._sessions.get(jog_id)
+        if session is None or session.of is not of:
+            raise NotFound(
+                f"There is no JOG session {as_given(jog_id)}; nothing was sent.",
+                "Read the status: what it moved may stand still.",
+            )
+        return session
+
+    # all of them
+
+    def end_all(self, news: Literal[News.MISSED, News.CLOSING]) -> None:
+        """Stop every motor that jogs: no heartbeat counts any more."""
+        jogging = [it for it in self._sessions.values() if it.jogs]
+        all_of(partial(self._take, it, news) for it in jogging)
+
+    async def settled(self) -> None:
+        """Wait until every motor whose jog has ended stands still, or another stop sees to it."""
+        ends = [it.end for it in self._sessions.values() if it.end is not None]
+        if ends:
+            await asyncio.wait(ends)
+
+    async def close(self) -> None:
+        """Stop what jogs, and give up looking whether motors stand still."""
+        self.end_all(News.CLOSING)
+        for session in self._sessions.values():
+            if session.end is not None:
+                session.end.cancel()
+        await self.settled()
+
+
+def drawing() -> str:
+    """The table as a page of the documentation."""
+    head = (
+        "Jogs",
+        "How a jog goes on and ends, by what happens to it. A cell has the next state and *what is done*;",
+        "a dash is news that changes nothing. A jog is over only when its motor was seen to stand still.",
     )
+    return states(head, News, TABLE)
+
+
+if __name__ == "__main__":
+    print(drawing(), end="")

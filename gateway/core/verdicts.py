@@ -10,6 +10,7 @@ from functools import cache
 from re import sub
 from typing import Final, Literal, NamedTuple, Protocol, cast
 
+from gateway.core.drawn import BY, drawn_table
 from gateway.core.errors import Cancelled, GatewayError, Moved, MoveFailed, NotExecuted, Unproved
 from gateway.core.move_record import MoveStatus
 
@@ -508,26 +509,19 @@ def drawing() -> str:
         "How a move is over, by what was found of it: every finding has exactly one row (decision 100).",
         "Facts that a row does not name do not matter to it. Words in braces come from the family, such as",
         "`{who}`, the address of what moves; *given* is the error that the controller, the line or the",
-        "gateway has told of this one command. `make documents` draws this page.",
+        f"gateway has told of this one command. {BY}",
     ]
+    columns = ["finding", "status", "cause", "error", "remedy", "evidence"]
     for title, rows in TABLES.items():
-        page += [
-            "",
-            f"## {title}",
-            "",
-            "| finding | status | cause | error | remedy | evidence |",
-            "|---" * 6 + "|",
-        ]
-        page += [_drawn(row) for row in rows]
+        page += ["", f"## {title}", "", *drawn_table(columns, map(_drawn, rows))]
     return "\n".join([*page, ""])
 
 
-def _drawn(row: Row) -> str:
+def _drawn(row: Row) -> Sequence[str]:
     detail, remedy = (f"*{row.error}*" if row.error else "", "")
     if isinstance(row.error, Problem):
         detail, remedy = f"{row.error.kind.title}: {row.error.detail}", row.error.remedy
-    cells = _named(row.finding), row.status.value, row.cause or "", detail, remedy, row.evidence
-    return f"| {' | '.join(cells)} |"
+    return _named(row.finding), row.status.value, row.cause or "", detail, remedy, row.evidence
 
 
 def _named(finding: Finding) -> str:

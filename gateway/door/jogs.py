@@ -38,7 +38,7 @@ async def start_body_jog(plant: Plant, body: Body, jog: BodyJogRequest) -> Opene
 @ROWS.post("/bodies/{body_id}/jogs/{jog_id}/heartbeat", Right.OPERATE)
 async def keep_jogging_body(rorze: Rorze, body: Body, jog_id: str) -> BodyJog:
     """Let the motor move for another half second; 409 when it is being stopped, or nobody can reach it."""
-    return rorze.jogs.heartbeat(body, jog_id)
+    return rorze.jogs.heartbeat(jog_id, body)
 
 
 @ROWS.post(
@@ -52,7 +52,7 @@ async def end_body_jog(rorze: Rorze, body: Body, jog_id: str) -> BodyJog:
 
     Where that was not seen in time, the state is `stopping`; ask again until the state is another.
     """
-    return await rorze.jogs.end(body, jog_id)
+    return await rorze.jogs.end(jog_id, body)
 
 
 class JogRequest(RequestModel, json_schema_extra=example(unit=2, axis="X", direction="+")):

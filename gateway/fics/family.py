@@ -22,6 +22,7 @@ from gateway.core.family import (
     is_within,
     why_it_moves,
 )
+from gateway.core.jogs import News
 from gateway.core.kept_works import KeptWorks
 from gateway.core.lanes import Lane
 from gateway.core.move_log import MoveLog
@@ -293,7 +294,7 @@ class Fics(Family):
         robots = [robot for robot in self.robots() if is_within(robot.line.id, robot.id, within)]
         what = "the end of motion"
         moving = [it for it in robots if everything and safely(what, partial(_moves, it), otherwise=True)]
-        ending = (partial(robot.jogs.end_all, "stopped") for robot in robots)
+        ending = (partial(robot.jogs.end_all, News.CLOSING) for robot in robots)
         survived(what, *(partial(twice, what, end) for end in ending))
         return all_of(partial(robot.stop, "decelerate") for robot in moving)
 

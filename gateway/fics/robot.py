@@ -7,6 +7,7 @@ from typing import Any
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.events import Data, Event
+from gateway.core.jogs import News
 from gateway.core.lanes import Lane
 from gateway.core.own_faults import all_of, seen_to, survived
 from gateway.core.stops import StopMode
@@ -19,7 +20,7 @@ from gateway.fics.durations import Durations
 from gateway.fics.edges import Edges
 from gateway.fics.errors import NotDone
 from gateway.fics.exchange import Answered, ReplyFrame
-from gateway.fics.jogs import Jogs
+from gateway.fics.jogs import RobotJogs
 from gateway.fics.line import FicsLine
 from gateway.fics.macros import Macros
 from gateway.fics.motion_state import MotionState
@@ -97,7 +98,7 @@ class Robot:
         self.durations = Durations(self.asking)
         self.own_speed = asyncio.Lock()
         """Held from when the speed of a move is set until the move has begun."""
-        self.jogs = Jogs(self.units, self.motions, self.publish, partial(self.stop, "immediate"))
+        self.jogs = RobotJogs(self.units, self.motions, self.publish, partial(self.stop, "immediate"))
         self.stops = RobotStops(self.units, self.motions, self.jogs, self.publish)
         line.on_change = self._line_changed
         line.on_stray = self._note_stray
@@ -228,7 +229,7 @@ class Robot:
 
     def was_left_alone(self) -> None:
         """The gateway was held up for seconds: stop what jogs, and believe nothing read before."""
-        self.jogs.end_all("lost")
+        self.jogs.end_all(News.MISSED)
         self._forget_what_may_change()
 
     def _forget_what_may_change(self) -> None:

@@ -28,7 +28,7 @@ from gateway.fics.axes import Places, at_rest
 from gateway.fics.bits import Bits
 from gateway.fics.errors import UnitMissing
 from gateway.fics.exchange import Answered, Outcome
-from gateway.fics.jogs import Jogs
+from gateway.fics.jogs import RobotJogs
 from gateway.fics.line import FicsLine
 from gateway.fics.motion_state import Tell
 from gateway.fics.motions import Motions
@@ -68,7 +68,7 @@ class RobotStopReport(BilingualReport):
 class RobotStops(StopsUnderWay["_RobotStop"]):
     """The stops of a robot that are under way. A second one of the same kind joins the first."""
 
-    def __init__(self, units: Sequence[RobotUnit], motions: Motions, jogs: Jogs, tell: Tell) -> None:
+    def __init__(self, units: Sequence[RobotUnit], motions: Motions, jogs: RobotJogs, tell: Tell) -> None:
         super().__init__()
         self._motion, self._errors, self._line = motions.state, motions.errors, motions.line
         self._jogs = jogs

@@ -24,6 +24,7 @@ from gateway.core.family import (
     is_within,
     why_it_moves,
 )
+from gateway.core.jogs import News
 from gateway.core.kept_works import KeptWorks
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED, Move, MoveStatus
@@ -517,7 +518,7 @@ class Rorze(Family):
 
     def was_left_alone(self) -> None:
         """Stop what jogs, and look at every body."""
-        self.jogs.lose_all()
+        self.jogs.end_all(News.MISSED)
         for body in self.bodies():
             body.may_move()
 

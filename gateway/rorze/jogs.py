@@ -2,26 +2,13 @@
 
 import asyncio
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import partial
-from typing import Final, Literal, NamedTuple, cast
+from typing import Final, Literal, NamedTuple
 
-from pydantic import Field, model_validator
+from pydantic import Field, PrivateAttr, model_validator
 
 from gateway.core.errors import GatewayError, InvalidRequest
-from gateway.core.jogs import (
-    HEARTBEAT_S,
-    KEPT,
-    START_WITHIN_S,
-    Jog,
-    JogEnd,
-    JogOutOfReach,
-    JogOver,
-    no_such_jog,
-)
+from gateway.core.jogs import START_WITHIN_S, Jog, JogOutOfReach, Jogs, News, Session
 from gateway.core.move_record import Move, MoveStatus
-from gateway.core.origin import Origin, acting, working
-from gateway.core.own_faults import all_of, carry_on, insist
 from gateway.core.records import RequestModel, example
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S
 from gateway.rorze.bodies import Body
@@ -30,7 +17,7 @@ from gateway.rorze.move_proof import CAUSES
 from gateway.rorze.move_requests import Pattern, Speed, relative_command
 from gateway.rorze.moves import Moves
 from gateway.rorze.plans import amount_of, top_speed_of
-from gateway.rorze.stops import StopReport, Stops
+from gateway.rorze.stops import Stops
 from gateway.rorze.units import Length
 from protocols.rorze.modes import GetSoftLimits
 from protocols.rorze.notation import BILLION
@@ -38,7 +25,6 @@ from protocols.rorze.notation import BILLION
 LONGEST_S: Final = 10.0
 """No jog goes further than the motor comes in this time at its top speed: nothing stops it where the gateway
 has died."""
-STILL_WITHIN_S: Final = CONFIRM_WITHIN_S + RECORD_WITHIN_S
 
 Turn = Literal["cw", "ccw"]
 _TURNS: Final[dict[str, Turn]] = {"+": "cw", "-": "ccw", "cw": "cw", "ccw": "ccw"}
@@ -73,30 +59,21 @@ class BodyJog(Jog):
     direction: Turn
     speed: Speed
     distance: int = Field(description="So far it goes at most, in pulses; encoder counts in encoder mode.")
-
-
-@dataclass(eq=False)
-class _Session:
-    jog: BodyJog
-    body: Body
-    move: Move
-    bound: str
+    _bound: str = PrivateAttr("")
     """Where it ends if it comes as far as it may."""
-    until: float = 0.0
-    """Deadline of the next heartbeat, on the event loop's clock."""
-    alarm: asyncio.TimerHandle | None = None
-    """Stops it, unless the next heartbeat comes first."""
-    over: "asyncio.Task[None]" = field(init=False)
-    """Ends when the motor was seen to stand still. A session is kept only with it."""
-    stopping: "asyncio.Task[list[StopReport]] | None" = None
 
 
-class BodyJogs:
+_Session = Session[BodyJog, Body]
+
+
+class BodyJogs(Jogs[BodyJog, Body]):
     """The jogs of all bodies of a plant."""
 
-    def __init__(self, moves: Moves, stops: Stops, tell: Callable[[str, Body, BodyJog], None]) -> None:
-        self._moves, self._stops, self._tell = moves, stops, tell
-        self._sessions: dict[str, _Session] = {}
+    still_within_s = CONFIRM_WITHIN_S + RECORD_WITHIN_S
+
+    def __init__(self, moves: Moves, stops: Stops, tell: Callable[[str, Body, BodyJog], object]) -> None:
+        super().__init__(lambda news, session: tell(news, session.of, session.jog))
+        self._moves, self._stops = moves, stops
 
     async def start(self, body: Body, request: BodyJogRequest) -> BodyJog:
         """Start to jog a body (RC-420 manual 13.2).
@@ -117,7 +94,16 @@ class BodyJogs:
             within_s = max(0.0, late_at - loop.time())
 
             def begun(move: Move) -> None:
-                self._begun(body, move, ready, distance, bound)
+                """The motor may move from now on, answered or not."""
+                jog = BodyJog(
+                    id=move.id,
+                    body_id=body.address,
+                    direction=ready.turn,
+                    speed=ready.speed,
+                    distance=distance,
+                )
+                jog._bound = bound  # noqa: SLF001  # no client sees it
+                self._begin(Session(jog, body.address, line, body))
 
             try:
                 [move] = await self._moves.start(body, command, within_s, on_sent=begun, kind="jog")
@@ -128,118 +114,36 @@ class BodyJogs:
                 self._stops.stop([body], "decelerate")
                 raise
 
-    def _begun(self, body: Body, move: Move, request: BodyJogRequest, distance: int, bound: str) -> None:
-        """The motor may move from now on, answered or not."""
-        jog = BodyJog(
-            id=move.id, body_id=body.address, direction=request.turn, speed=request.speed, distance=distance
-        )
-        it, what = _Session(jog, body, move, bound), f"the jog of {body.address}"
-        it.over = asyncio.create_task(carry_on(what, partial(self._see_over, it)), name=what)
-        self._await_heartbeat(it)
-        self._sessions[jog.id] = it
-        over = [key for key, each in self._sessions.items() if each.over.done()]
-        for key in over[: max(0, len(over) - KEPT)]:
-            del self._sessions[key]
-        self._tell("started", body, jog)
-
-    def _await_heartbeat(self, it: _Session) -> None:
-        loop = asyncio.get_running_loop()
-        if it.alarm is not None:
-            it.alarm.cancel()
-        it.until = loop.time() + HEARTBEAT_S
-        it.alarm = loop.call_at(it.until, insist, "the end of a jog", partial(self._missed, it))
-
-    def heartbeat(self, body: Body, jog_id: str) -> BodyJog:
-        """Let a body jog for another half second.
-
-        :raises NotFound: it had no such jog.
-        :raises JogOver: it is being stopped, or stands still.
-        :raises JogOutOfReach: nobody can keep it, or stop it; the jog is lost as if none had come.
-        """
-        body.line.admission.revise()
-        it = self._find(body, jog_id)
-        if it.jog.state == "jogging" and asyncio.get_running_loop().time() >= it.until:
-            self._stop(it, "lost")  # the loop was held: the alarm comes too late
-        if it.jog.state != "jogging":
-            raise JogOver(body.address, it.jog)
-        if not body.online:
-            raise JogOutOfReach(body.address, "its motor")
-        self._await_heartbeat(it)
-        return it.jog
-
-    async def end(self, body: Body, jog_id: str) -> BodyJog:
-        """Stop a jog, and give it when the motor stands still.
-
-        Its state is `stopping` where that was not seen in time; the stop is repeated. One that is over
-        already is given as it ended.
-
-        :raises NotFound: the body had no such jog.
-        """
-        it = self._find(body, jog_id)
-        if it.jog.state == "jogging":
-            self._stop(it, "ended")
-        await asyncio.wait({it.over}, timeout=STILL_WITHIN_S)
-        return it.jog
-
     def body_stops(self, body: Body) -> None:
         """A stop of a body begins: its jog goes on no more."""
-        for it in self._sessions.values():
-            if it.body is body and it.jog.state == "jogging":
-                self._leave(it, "stopped")
+        for session in self._sessions.values():
+            if session.of is body:
+                self._take(session, News.STOP)
 
-    def lose_all(self) -> None:
-        """Stop every body that jogs: its heartbeats are too old."""
-        jogging = [it for it in self._sessions.values() if it.jog.state == "jogging"]
-        all_of(partial(self._stop, it, "lost") for it in jogging)
+    def _require_in_reach(self, session: _Session) -> None:
+        if not session.of.online:
+            raise JogOutOfReach(session.of.address, "its motor")
 
-    async def close(self) -> None:
-        """Give up looking whether motors stand still."""
-        tasks = [it.over for it in self._sessions.values()]
-        for it in self._sessions.values():
-            self._silence(it)
-            it.over.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+    def _stop(self, session: _Session) -> None:
+        self._stops.stop([session.of], "decelerate")
 
-    def _find(self, body: Body, jog_id: str) -> _Session:
-        it = self._sessions.get(jog_id)
-        if it is None or it.body is not body:
-            raise no_such_jog(jog_id)
-        return it
+    async def _rests(self, session: _Session) -> None:
+        session.jog.note_end(_why_ended(await self._ended(session), session.jog._bound))  # noqa: SLF001
 
-    @acting(Origin("gateway: missing heartbeat"))
-    def _missed(self, it: _Session) -> None:
-        if not it.over.done():
-            self._stop(it, "lost")
-
-    def _stop(self, it: _Session, ends_as: JogEnd) -> None:
-        """Stop the motor, and only then see to what is told of it."""
-        it.jog.state, it.jog.ends_as = "stopping", ends_as
-        with working("stops"):
-            it.stopping = self._stops.stop([it.body], "decelerate")
-        self._leave(it, ends_as)
-
-    def _leave(self, it: _Session, ends_as: JogEnd) -> None:
-        """Begin the end of a jog: the motor may still move."""
-        self._silence(it)
-        it.jog.state, it.jog.ends_as = "stopping", ends_as
-        self._tell("stopping", it.body, it.jog)
-
-    def _silence(self, it: _Session) -> None:
-        if it.alarm is not None:
-            it.alarm.cancel()
-
-    async def _see_over(self, it: _Session) -> None:
-        """Wait until the motor stands still: its move has ended, or else a stop is confirmed."""
-        await it.body.free.wait()
-        if it.jog.state == "jogging":
-            it.jog.note_end(_why_ended(it.move, it.bound))
-            self._leave(it, "ended")
-        while it.move.status in (MoveStatus.LOST, MoveStatus.UNKNOWN):
-            [report] = await self._stops.stop([it.body], "decelerate")
+    async def _see_still(self, session: _Session) -> bool:
+        """Wait until its move has ended, or else a stop is confirmed."""
+        while (await self._ended(session)).status in (MoveStatus.LOST, MoveStatus.UNKNOWN):
+            [report] = await self._stops.stop([session.of], "decelerate")
             if report.state == "confirmed":
                 break
-        it.jog.state = cast("JogEnd", it.jog.ends_as)
-        self._tell(it.jog.state, it.body, it.jog)
+        return True
+
+    async def _ended(self, session: _Session) -> Move:
+        """Give its move when that is over."""
+        move = self._moves.get(session.jog.id)
+        if not move.status.final:
+            await session.of.free.wait()
+        return move
 
 
 def _why_ended(move: Move, bound: str) -> str:

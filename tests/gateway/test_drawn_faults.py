@@ -152,7 +152,7 @@ async def a_body_jogs_and_is_left_alone(struck: Strike) -> None:
             assert not axis.motor.moving
         await asyncio.sleep(AGAIN_S)
         jog = await jogs.start(it.body(), BodyJogRequest(direction="ccw"))
-        assert (await jogs.end(it.body(), jog.id)).state == "ended"
+        assert (await jogs.end(jog.id, it.body())).state == "ended"
         await is_itself(it)
 
 
@@ -163,7 +163,7 @@ async def a_body_jogs_and_is_let_go(struck: Strike) -> None:
             with suppress(Exception):
                 jog = await jogs.start(body, BodyJogRequest(direction="cw"))
                 await asyncio.sleep(0.3)
-                await jogs.end(body, jog.id)
+                await jogs.end(jog.id, body)
             await asyncio.sleep(HEARTBEAT_S)
             assert not axis.motor.moving
         await is_itself(it)

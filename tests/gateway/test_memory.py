@@ -326,7 +326,7 @@ async def test_a_jog_is_stopped(world: World, monkeypatch: pytest.MonkeyPatch) -
         assert len(world.sent("5SS")) == 1
         assert not (await plant.body("3F").poll()).runs
         with pytest.raises(NotFound):
-            plant.rorze.jogs.heartbeat(plant.body("3F"), jog.id)
+            plant.rorze.jogs.heartbeat(jog.id, plant.body("3F"))
 
 
 @in_virtual_time

@@ -25,7 +25,7 @@ from gateway.core.stops import Stopping
 from gateway.door.stopping import stop_all
 from gateway.fics.asking import Asking
 from gateway.fics.family import Fics
-from gateway.fics.jogs import Jogs
+from gateway.fics.jogs import RobotJogs
 from gateway.fics.motion_state import MotionState
 from gateway.fics.motions import Accepted
 from gateway.fics.move_runs import MoveRun
@@ -155,7 +155,7 @@ async def test_a_fault_amid_moves_and_stops_of_bodies_is_survived(
         (SequenceLock, "_release"),
         (SystemErrors, "poll"),
         (Recorder, "record"),
-        (Jogs, "robot_stops"),
+        (RobotJogs, "robot_stops"),
         (MotionState, "confirm_stop"),
         (Accepted, "was_refused"),
         (RobotMoves, "_see_through"),

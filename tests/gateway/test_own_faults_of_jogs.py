@@ -6,8 +6,9 @@ from typing import Any
 
 import pytest
 
+from gateway.core.jogs import News
 from gateway.core.stops import Stopping
-from gateway.fics.jogs import Jogs
+from gateway.fics.jogs import RobotJogs
 from gateway.fics.motion_state import MotionState
 from gateway.rorze.bodies import Body
 from gateway.rorze.jogs import BodyJogRequest, BodyJogs
@@ -25,23 +26,23 @@ SEEN_WITHIN_S = 10.0
 OF_BODIES = [
     (Body, "was_set_going"),
     (Moves, "advance"),
-    (BodyJogs, "_begun"),
+    (BodyJogs, "_begin"),
     (BodyJogs, "_see_over"),
     (Stops, "_forbid_what_waits"),
     (Stops, "_begin"),
     (_BodyStop, "submit"),
     (Stopping, "tell"),
 ]
-LEFT_ALONE = [(BodyJogs, "_missed"), (BodyJogs, "_stop"), (BodyJogs, "_leave")]
+LEFT_ALONE = [(BodyJogs, "_missed"), (BodyJogs, "_stop"), (BodyJogs, "_see_to")]
 OF_ROBOTS = [
     (MotionState, "begin"),
-    (Jogs, "_begun"),
-    (Jogs, "_stop_axis"),
-    (Jogs, "_send_stop"),
-    (Jogs, "_see_still"),
-    (Jogs, "_settle"),
+    (RobotJogs, "_begin"),
+    (RobotJogs, "_see_to"),
+    (RobotJogs, "_stop"),
+    (RobotJogs, "_see_still"),
+    (RobotJogs, "_settled"),
 ]
-ROBOTS_LEFT_ALONE = [(Jogs, "_missed"), (Jogs, "_stop_session"), (Jogs, "_end")]
+ROBOTS_LEFT_ALONE = [(RobotJogs, "_missed"), (RobotJogs, "_take")]
 
 
 def either_way(places: list[Place], left_alone: list[Place]) -> list[Any]:
@@ -59,7 +60,7 @@ async def body_jogs(it: Rig, *, ended: bool) -> None:
         jog = await jogs.start(it.body(), BodyJogRequest(direction="cw"))
         await asyncio.sleep(0.3)
         if ended:
-            await jogs.end(it.body(), jog.id)
+            await jogs.end(jog.id, it.body())
 
 
 async def robot_jogs(it: FicsRig, *, ended: bool) -> None:
@@ -89,7 +90,7 @@ async def test_a_body_does_not_jog_on(place: Place, ended: bool, monkeypatch: py
         await asyncio.sleep(SEEN_WITHIN_S)
         monkeypatch.undo()
         jog = await it.plant.rorze.jogs.start(it.body(), BodyJogRequest(direction="ccw"))
-        assert (await it.plant.rorze.jogs.end(it.body(), jog.id)).state == "ended"
+        assert (await it.plant.rorze.jogs.end(jog.id, it.body())).state == "ended"
         [report] = await it.plant.stops.stop([it.body()], "immediate")
         assert report.state == "confirmed"
 
@@ -125,8 +126,8 @@ async def test_one_jog_that_a_fault_meets_keeps_no_other_from_being_stopped(
         jogs = it.plant.rorze.jogs
         for body in it.plant.bodies():
             await jogs.start(body, BodyJogRequest(direction="cw"))
-        fail_once(monkeypatch, (BodyJogs, "_leave"))
+        fail_once(monkeypatch, (BodyJogs, "_see_to"))
         with pytest.raises(ZeroDivisionError):
-            jogs.lose_all()
+            jogs.end_all(News.MISSED)
         await asyncio.sleep(0.4)
         assert not any(axis.motor.moving for axis in it.machine.axes.values())

@@ -253,7 +253,7 @@ class OfBody(Client):
     async def jog(self) -> Callable[[], Any]:
         jogs, body = self.plant.rorze.jogs, self._body
         jog = await jogs.start(body, BodyJogRequest(direction="cw"))
-        return lambda: jogs.end(body, jog.id)
+        return lambda: jogs.end(jog.id, body)
 
     def executed(self, frame: str) -> int:
         return len(self._rig.executed(frame, self._number))

@@ -59,7 +59,7 @@ async def started(it: Rig, request: BodyJogRequest = RIGHT) -> BodyJog:
 async def beat(it: Rig, jog: BodyJog, seconds: float) -> None:
     for _ in range(round(seconds / 0.4)):
         await asyncio.sleep(0.4)
-        jogs_of(it).heartbeat(it.body(), jog.id)
+        jogs_of(it).heartbeat(jog.id, it.body())
 
 
 def runs(it: Rig) -> bool:
@@ -72,12 +72,12 @@ async def test_a_body_jogs_while_the_heartbeat_lasts_and_stands_when_it_is_ended
         jog = await started(it)
         await beat(it, jog, 2.0)
         assert runs(it)
-        ended = await jogs_of(it).end(it.body(), jog.id)
+        ended = await jogs_of(it).end(jog.id, it.body())
         assert (ended.state, runs(it)) == ("ended", False)
         assert it.types("body.jog") == ["body.jog.started", "body.jog.stopping", "body.jog.ended"]
         move = it.plant.moves.get(jog.id)
         assert (move.status, move.kind, move.frame) == (MoveStatus.STOPPED, "jog", "&3F2+M10000\\r")
-        assert await jogs_of(it).end(it.body(), jog.id) is ended
+        assert await jogs_of(it).end(jog.id, it.body()) is ended
 
 
 @in_virtual_time
@@ -93,7 +93,7 @@ async def test_without_a_heartbeat_the_motor_is_stopped_within_half_a_second() -
         assert not runs(it)
         assert jog.state == "lost"
         with pytest.raises(JogOver, match=r"is over \(lost\)"):
-            jogs_of(it).heartbeat(it.body(), jog.id)
+            jogs_of(it).heartbeat(jog.id, it.body())
         [requested] = it.events("body.stop.requested")
         assert requested.data["request_id"] is None
 
@@ -106,7 +106,7 @@ async def test_a_stop_of_the_body_ends_its_jog() -> None:
         await asyncio.sleep(1.0)
         assert it.types("body.jog")[-2:] == ["body.jog.stopping", "body.jog.stopped"]
         with pytest.raises(JogOver, match="stopped"):
-            jogs_of(it).heartbeat(it.body(), jog.id)
+            jogs_of(it).heartbeat(jog.id, it.body())
 
 
 @in_virtual_time
@@ -159,13 +159,13 @@ async def test_the_client_may_bound_it_and_soft_limits_do() -> None:
         await asyncio.sleep(1.0)
         assert jog.state == "ended"
         with pytest.raises(JogOver, match=r"is over \(ended\): it came to the end of its at_most; the axis"):
-            jogs_of(it).heartbeat(it.body(), jog.id)
+            jogs_of(it).heartbeat(jog.id, it.body())
         await it.body().ask(SetSoftLimits(lower=-100, upper=1_000))
         jog = await jogs_of(it).start(it.body(), RIGHT)
         assert jog.distance == 300
         await asyncio.sleep(2.0)
         with pytest.raises(JogOver, match="it came to its upper soft limit at 1000; the axis stands still"):
-            jogs_of(it).heartbeat(it.body(), jog.id)
+            jogs_of(it).heartbeat(jog.id, it.body())
         with pytest.raises(InvalidRequest, match="stands at 1000, its soft limits are -100 to 1000"):
             await jogs_of(it).start(it.body(), RIGHT)
         with pytest.raises(InvalidRequest, match="less than one pulse"):
@@ -193,9 +193,10 @@ async def test_at_a_limit_sensor_it_ends_and_a_jog_onto_it_is_refused() -> None:
         await asyncio.sleep(0.4)
         assert (jog.state, it.plant.moves.get(jog.id).end_cause) == ("ended", "cw_limit")
         with pytest.raises(JogOver, match=r"is over \(ended\): it ran into its cw limit sensor; the axis"):
-            jogs_of(it).heartbeat(it.body(), jog.id)
+            jogs_of(it).heartbeat(jog.id, it.body())
         with pytest.raises(ControllerRefused):
             await jogs_of(it).start(it.body(), RIGHT)
+        await asyncio.sleep(0.01)
         assert it.types("body.jog")[3:] == ["body.jog.started", "body.jog.stopping", "body.jog.ended"]
 
 
@@ -209,7 +210,7 @@ async def test_a_body_that_moves_takes_no_jog_and_one_that_jogs_no_move() -> Non
             await it.plant.moves.start(it.body(), MoveClockwise(distance=5))
         assert jog.state == "jogging"
         with pytest.raises(NotFound):
-            jogs_of(it).heartbeat(it.body("00"), jog.id)
+            jogs_of(it).heartbeat(jog.id, it.body("00"))
 
 
 @in_virtual_time
@@ -218,7 +219,7 @@ async def test_a_heartbeat_that_nobody_hears_keeps_nothing() -> None:
         jog = await started(it)
         it.wire.unplug()
         with pytest.raises(JogOutOfReach, match="may go on moving"):
-            jogs_of(it).heartbeat(it.body(), jog.id)
+            jogs_of(it).heartbeat(jog.id, it.body())
         await asyncio.sleep(1.0)
         assert (jog.state, jog.ends_as) == ("stopping", "lost")
         it.wire.plugged_in = True
@@ -262,9 +263,9 @@ def test_whatever_happens_on_the_line_the_motor_stands_when_nobody_wants_it_to_m
                 jog = await jogs_of(it).start(it.body(), RIGHT)
                 for _ in range(dice.randrange(8)):
                     await asyncio.sleep(dice.uniform(0.1, 0.6))
-                    jogs_of(it).heartbeat(it.body(), jog.id)
+                    jogs_of(it).heartbeat(jog.id, it.body())
                 if dice.random() < 0.5:
-                    await jogs_of(it).end(it.body(), jog.id)
+                    await jogs_of(it).end(jog.id, it.body())
             it.machine.faults.clear()
             # Far less than the ten seconds after which its move would end.
             await asyncio.sleep(5.0)

@@ -64,8 +64,8 @@ async def test_a_jog_held_for_three_seconds_comes_as_far_as_its_speed_says() -> 
         assert it.plant.moves.get(jog.id).frame.startswith("&3F1+MA[29],")
         for _ in range(8):
             assert await fastest(it, 0.4) <= 520
-            jogs.heartbeat(it.body(), jog.id)
-        await jogs.end(it.body(), jog.id)
+            jogs.heartbeat(jog.id, it.body())
+        await jogs.end(jog.id, it.body())
         assert 1_000 < place(it) < 1_750  # at 500 mm/s it would be 150,000
 
 

@@ -61,7 +61,7 @@ async def test_the_first_slow_jog_leaves_none() -> None:
         await known(it)
         request = BodyJogRequest(direction="cw", speed="high", max_speed=Rate(value=500, unit="pulse/s"))
         jog = await it.plant.rorze.jogs.start(it.body(), request)
-        await it.plant.rorze.jogs.end(it.body(), jog.id)
+        await it.plant.rorze.jogs.end(jog.id, it.body())
         assert await status(it) & COMMAND_ERROR == 0
 
 

@@ -199,8 +199,8 @@ async def test_a_heartbeat_that_is_read_after_its_time_keeps_nothing_jogging() -
     async with fics_rig() as it:
         await it.move(HomeRobot())
         session = await it.robot.jogs.start(1, "Z", "-")
-        running = it.robot.jogs._running[session.id]
-        running.alarm.cancel()  # as if the socket were read before it goes off
+        running = it.robot.jogs._sessions[session.id]
+        running.let_go()  # as if the socket were read before it goes off
         await asyncio.sleep(0.6)
         with pytest.raises(JogOver, match="lost"):
             it.robot.jogs.heartbeat(session.id)
