@@ -16,7 +16,7 @@ from gateway.core.toml_lines import KeyPath
 from gateway.families import FAMILIES
 from gateway.membership import PlantOfGateways
 from gateway.rorze.config import Line as RorzeLine
-from gateway.rorze.scaras.config import Scara
+from gateway.rorze_scara.config import Scara
 from transports.addresses import Address
 
 

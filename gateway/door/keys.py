@@ -15,7 +15,7 @@ from gateway.core.move_record import Move, MoveRecord
 from gateway.core.targets import Begun
 from gateway.plant import Plant
 from gateway.rorze.family import Rorze
-from gateway.rorze.scaras.record import ScaraMove
+from gateway.rorze_scara.record import ScaraMove
 
 ASKED_WITHIN_S = 1.0
 """The journal is asked for this time what was answered before."""

@@ -12,10 +12,10 @@ from gateway.door import moving
 from gateway.door.moves import Limit
 from gateway.plant import Plant
 from gateway.rorze.family import Rorze
-from gateway.rorze.scaras.record import PlannedScaraMove, ScaraMove, ScaraSamples
-from gateway.rorze.scaras.requests import ScaraMoveRequest
-from gateway.rorze.scaras.scara import Scara
-from gateway.rorze.scaras.speed import at_own_speed
+from gateway.rorze_scara.record import PlannedScaraMove, ScaraMove, ScaraSamples
+from gateway.rorze_scara.requests import ScaraMoveRequest
+from gateway.rorze_scara.scara import Scara
+from gateway.rorze_scara.speed import at_own_speed
 
 ROWS: Final = Rows("scara moves")
 

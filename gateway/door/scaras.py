@@ -14,11 +14,11 @@ from gateway.door.caller import sees
 from gateway.plant import Plant
 from gateway.rorze.family import Rorze
 from gateway.rorze.power import Homed
-from gateway.rorze.scaras import geometry, paths
-from gateway.rorze.scaras.geometry import Geometry, HeldGeometry, wanted
-from gateway.rorze.scaras.record import Micrometres, ScaraPlace
-from gateway.rorze.scaras.requests import Angle, Distance, ViaPoint
-from gateway.rorze.scaras.scara import Scara
+from gateway.rorze_scara import geometry, paths
+from gateway.rorze_scara.geometry import Geometry, HeldGeometry, wanted
+from gateway.rorze_scara.record import Micrometres, ScaraPlace
+from gateway.rorze_scara.requests import Angle, Distance, ViaPoint
+from gateway.rorze_scara.scara import Scara
 from protocols.rorze import interpolation
 from protocols.rorze.interpolation import MOST_POINTS, PathPoint
 from protocols.rorze.scara import Place

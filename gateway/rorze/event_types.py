@@ -24,8 +24,8 @@ from gateway.rorze.power import Acknowledgement
 from gateway.rorze.program_runs import ProgramRun
 from gateway.rorze.program_uploads import ProgramUpload
 from gateway.rorze.scans import Scan
-from gateway.rorze.scaras.record import ScaraMove
 from gateway.rorze.stops import StopReport
+from gateway.rorze_scara.record import ScaraMove
 
 BODY, GROUP, SCARA = "/bodies/{body_id}", "/groups/{group_id}", "/scaras/{scara_id}"
 

@@ -70,14 +70,14 @@ from gateway.rorze.power import Power
 from gateway.rorze.program_runs import ProgramRun, ProgramRuns
 from gateway.rorze.program_uploads import ProgramUpload, ProgramUploads
 from gateway.rorze.scans import Scans
-from gateway.rorze.scaras.config import Scara as ScaraTable
-from gateway.rorze.scaras.moves import ScaraMoves
-from gateway.rorze.scaras.record import ScaraMove
-from gateway.rorze.scaras.scara import Scara
-from gateway.rorze.scaras.target import ScaraTarget
 from gateway.rorze.stops import Stops
 from gateway.rorze.sweep import Sweep
 from gateway.rorze.targets import STOP_MODES, BodyTarget, GroupTarget, LinkMasterTarget
+from gateway.rorze_scara.config import Scara as ScaraTable
+from gateway.rorze_scara.moves import ScaraMoves
+from gateway.rorze_scara.record import ScaraMove
+from gateway.rorze_scara.scara import Scara
+from gateway.rorze_scara.target import ScaraTarget
 from protocols.rorze.commands import COMMANDS, Row
 from protocols.rorze.errors import lookup
 from protocols.rorze.link import MoveEnded, StatusChanged, UnknownMessage, program_text

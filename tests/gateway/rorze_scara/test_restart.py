@@ -6,13 +6,13 @@ from pathlib import Path
 import pytest
 
 from gateway.core.move_record import MoveStatus
-from gateway.rorze.scaras import geometry
-from gateway.rorze.scaras.record import ScaraMove
-from gateway.rorze.scaras.scara import Scara
+from gateway.rorze_scara import geometry
+from gateway.rorze_scara.record import ScaraMove
+from gateway.rorze_scara.scara import Scara
 from protocols.rorze.position import SetPosition
 from simulator.rorze.line import build_line
 from simulator.rorze.world import EMS
-from tests.gateway.rorze.scaras.cell import SCARA, SLOW, START, mm, read
+from tests.gateway.rorze_scara.cell import SCARA, SLOW, START, mm, read
 from tests.plants import Wire, configuration, in_virtual_time
 from tests.tested_plant import TestedPlant
 from tests.world import World

@@ -5,7 +5,7 @@ import pytest
 from gateway.config import parse
 from gateway.core.toml_files import ConfigError
 from protocols.rorze.scara import BeltLinked, ThreeAxes
-from tests.gateway.rorze.scaras.cell import BELTS, SCARA
+from tests.gateway.rorze_scara.cell import BELTS, SCARA
 
 LINES = """
 [[lines]]

@@ -8,11 +8,11 @@ from typing import Any, Final
 
 from pydantic import TypeAdapter
 
-from gateway.rorze.scaras import geometry
-from gateway.rorze.scaras.moves import ScaraMoves
-from gateway.rorze.scaras.record import ScaraMove
-from gateway.rorze.scaras.requests import ScaraMoveRequest
-from gateway.rorze.scaras.scara import Scara
+from gateway.rorze_scara import geometry
+from gateway.rorze_scara.moves import ScaraMoves
+from gateway.rorze_scara.record import ScaraMove
+from gateway.rorze_scara.requests import ScaraMoveRequest
+from gateway.rorze_scara.scara import Scara
 from protocols.rorze.position import SetPosition
 from protocols.rorze.profile import TICK_S
 from protocols.rorze.scara import Place
