@@ -124,7 +124,7 @@ def create_app(
     app.state.metrics = metrics_of(plant, traffic)
     problems.install(app, partial(calls_for, plant))
     written = [it for router in (*by_hand.ROUTERS, streams.router) for it in router.routes]
-    operations = [*operations_of(map(type, plant.families.values())), *besides]
+    operations = [*operations_of(map(type, plant.registered)), *besides]
     rows = walker.routes(operations, [it for it in written if isinstance(it, HttpRoute)])
     # Side by side instead of included, so that one index finds them all; and before the docs.
     app.router.routes[:0] = [*rows, *(it for it in written if not isinstance(it, HttpRoute))]

@@ -27,7 +27,7 @@ from gateway.core.backups import Backups, Comparisons
 from gateway.core.errors import BodyBusy, HeldUp, NotFound
 from gateway.core.events import EventHub
 from gateway.core.exchange import Exchange
-from gateway.core.family import AnyLine, Family, PortInfo, Site
+from gateway.core.family import AnyLine, Family, PortInfo, Registered, Site
 from gateway.core.gate import Guard
 from gateway.core.journal.journal import Journal
 from gateway.core.journal.opening import Opened
@@ -40,14 +40,13 @@ from gateway.core.origin import POLL, Origin, acting
 from gateway.core.own_faults import all_of, carry_on, insist, once_more, seen_to, survived, twice
 from gateway.core.parts import Part
 from gateway.core.targets import Target
-from gateway.families import FAMILIES
+from gateway.families import EXTENSIONS, FAMILIES, registered
 from gateway.figures import Figures
 from gateway.membership import Membership
 from gateway.memory import Memory
 from gateway.ownership import LOST, Ownership
 from gateway.port_scans import PortScans
 from gateway.recordings import REQUESTS_BYTES, STATES_BYTES, Noted, RecordingInfo, Recordings, Taken
-from gateway.rorze.family import Rorze
 from gateway.rorze.position_uploads import TableUploads
 from gateway.rorze.positions import PositionReadings
 from gateway.security import entries
@@ -64,7 +63,7 @@ log = logging.getLogger(__name__)
 
 ALARMS_CHECK_S = 5.0
 
-F = TypeVar("F", bound=Family)
+F = TypeVar("F", bound=Registered)
 
 
 class Plant:
@@ -109,24 +108,29 @@ class Plant:
         self.admission = Admission(self.watch)
         site = Site(self.events, allow_endless_moves=config.server.allow_endless_moves, rng=rng)
         self.families = {name: family(site) for name, family in FAMILIES.items()}
-        self._by_kind = {type(family): family for family in self.families.values()}
+        self._by_kind: dict[type[Registered], Registered] = {
+            type(family): family for family in self.families.values()
+        }
+        self.extensions = [it(site, self._by_kind[it.of]) for it in EXTENSIONS if it.of in self._by_kind]
+        self._by_kind |= {type(it): it for it in self.extensions}
+        self.registered: Sequence[Registered] = [self._by_kind[kind] for kind in registered()]
         self._ports: dict[str, AnyLine] = {}
         self.leases = Leases(config.access.lease_mode, lease_tokens or LeaseTokens())
         self.leases.on_taken = self._lease_taken
         self.leases.on_end = self._lease_ended
-        self.events.take_snapshot = taking(self.families.values(), self._ports)
+        self.events.take_snapshot = taking(self.registered, self._ports)
         troubles = {
             "gateway.journal.trouble": self._journal_trouble,
             "gateway.security.trouble": lambda: self.security.trouble,
             "gateway.refusals.burst": lambda: self.security.burst,
             "plant.unreachable": lambda: None if self.membership is None else self.membership.trouble,
         }
-        causes = causes_of(self.families.values(), self._ports, troubles, latch=config.server.latch)
+        causes = causes_of(self.registered, self._ports, troubles, latch=config.server.latch)
         self.alarms = Alarms(self.events, causes)
         self._memory = (
             None
             if journal is None
-            else Memory(journal, self.events, self.alarms, self.families.values(), site.known)
+            else Memory(journal, self.events, self.alarms, self.registered, site.known)
         )
         self.backups = Backups(partial(self._publish_reading, "backup"))
         self.comparisons = Comparisons(partial(self._publish_reading, "comparison"))
@@ -151,11 +155,11 @@ class Plant:
         self._watch_of_alarms: asyncio.Task[None] | None = None
         self._watches: dict[str, list[asyncio.Task[None]]] = {}
         self._end = WindDown(
-            site, self.admission, self.families.values(), self._ports.values(), config.server.on_exit
+            site, self.admission, self.registered, self._ports.values(), config.server.on_exit
         )
         for line in config.lines:
             self._build(line)
-        self.territory = Territory(self._ports, self.families.values())
+        self.territory = Territory(self._ports, self.registered)
 
     def _build(self, line: tables.Line) -> None:
         port = self._open_port(line)
@@ -170,9 +174,10 @@ class Plant:
             built.gate.add(self._latch(built))
         if self._memory is not None:
             self._memory.keep(built)
-        for scara in self.config.scaras:
-            if scara.line == line.id:
-                self.family(Rorze).add_scara(scara)
+        for extension in self.extensions:
+            for table in self.config.made()[extension.collections[0]]:
+                if table.line == line.id:
+                    extension.make(table)
         self._ports[line.id] = built
 
     @property
@@ -205,8 +210,8 @@ class Plant:
 
     def _works(self) -> dict[str, KeptWorks[Any]]:
         works: dict[str, KeptWorks[Any]] = {"position_upload": self.position_uploads}
-        for family in self.families.values():
-            works |= family.works()
+        for it in self.registered:
+            works |= it.works()
         return works
 
     def _start(self, line_id: str) -> None:
@@ -252,7 +257,7 @@ class Plant:
             survived(what, *retiring)  # each is closed next
             for line_id in gone:
                 await self._remove(line_id)
-            self.config = self.config.model_copy(update={"lines": config.lines, "scaras": config.scaras})
+            self.config = self.config.model_copy(update={"lines": config.lines, **config.made()})
             try:
                 all_of(partial(self._add, wanted[it]) for it in wanted.keys() - self._ports.keys())
             finally:  # a fault at one line keeps no other from being served, and it can be loaded again
@@ -294,7 +299,9 @@ class Plant:
         moving = [it.subject.rpartition("/")[2] for it in family.left_moving()]
         there = {part.address for part in map(self._part, moving) if part.line_id == line_id}
         commissioned = [] if self.commissionings.current(line_id) is None else [f"the port of {line_id}"]
-        return sorted({*there, *family.at_work(self._ports[line_id]), *commissioned})
+        line = self._ports[line_id]
+        at_work = (address for it in (family, *self.extensions) for address in it.at_work(line))
+        return sorted({*there, *at_work, *commissioned})
 
     def _part(self, address: str) -> Part:
         """What a whole address means; of what has been removed its line is all that is known."""
@@ -302,9 +309,10 @@ class Plant:
 
     async def _remove(self, line_id: str) -> None:
         """Close a line for good: one that is retired serves nobody, whatever is left of it."""
-        what, family = f"the end of line {line_id}", self._family_of(line_id)
-        closing = partial(self._unwatch, line_id), partial(family.remove, self._ports[line_id])
+        what, family, line = f"the end of line {line_id}", self._family_of(line_id), self._ports[line_id]
+        closing = partial(self._unwatch, line_id), partial(family.remove, line)
         await seen_to(what, *(partial(once_more, what, deed) for deed in closing))
+        survived(what, *(partial(it.forget, line) for it in self.extensions))
         del self._ports[line_id]
         await seen_to(what, partial(asyncio.to_thread, self.recorders.pop(line_id).close))
 
@@ -330,7 +338,7 @@ class Plant:
             self._watch_of_alarms.cancel()
             await asyncio.gather(self._watch_of_alarms, return_exceptions=True)
         unwatching = (partial(self._unwatch, line_id) for line_id in list(self._watches))
-        await seen_to(what, *unwatching, *(family.close for family in self.families.values()))
+        await seen_to(what, *unwatching, *(it.close for it in self.registered))
         recorders = self.recorders.values()
         await seen_to(what, *(partial(asyncio.to_thread, recorder.close) for recorder in recorders))
         await seen_to(what, self.security.close)
@@ -436,14 +444,14 @@ class Plant:
                 insist(what, partial(family.end_motion, everything=False, within=parts))
 
     def _recordings(self) -> Recordings:
-        families, journal, wanted = self.families.values(), self.journal, self.config.recordings
+        registered, journal, wanted = self.registered, self.journal, self.config.recordings
         taken = Taken(
             events=self.events,
             recorders=self.recorders,
             requests=self.requests,
             states=self.states,
             configuration=self._recorded_configuration,
-            trajectories=lambda: (it for family in families for it in family.trajectories()),
+            trajectories=lambda: (it for source in registered for it in source.trajectories()),
             line_of=self._line_that_has,
             read_journal=(lambda *_: ()) if journal is None else journal.disk.read_apart,
         )
@@ -464,9 +472,10 @@ class Plant:
                 for it in config.lines
                 if it.id in lines
             ],
-            "scaras": [
-                it.model_dump(mode="json", exclude_unset=True) for it in config.scaras if it.line in lines
-            ],
+            **{
+                key: [it.model_dump(mode="json", exclude_unset=True) for it in made if it.line in lines]
+                for key, made in config.made().items()
+            },
         }
 
     def _line_that_has(self, name: str) -> str | None:
@@ -483,7 +492,7 @@ class Plant:
     # finding
 
     def family(self, kind: type[F]) -> F:
-        """All controllers of one kind."""
+        """All controllers of one kind, or all that an extension has made."""
         return cast("F", self._by_kind[kind])
 
     def ports(self) -> dict[str, AnyLine]:
@@ -522,9 +531,9 @@ class Plant:
         collection, *names = path.removeprefix("/").split("/")
         if collection == "lines":
             return self._family_of(names[0]).link_of(names[0])
-        for family in self.families.values():
-            if collection in family.collections:
-                return family.target(collection, names)
+        for it in self.registered:
+            if collection in it.collections:
+                return it.target(collection, names)
         raise NotFound(f"There is no {as_given(path)}; nothing was sent.")
 
     def named(self, address: str) -> Target:
@@ -533,10 +542,10 @@ class Plant:
         :raises NotFound: there is no such thing.
         :raises Ambiguous: it fits several lines.
         """
-        for family in self.families.values():
-            for collection in family.collections:
+        for it in self.registered:
+            for collection in it.collections:
                 with suppress(NotFound):
-                    return family.target(collection, address.split("/"))
+                    return it.target(collection, address.split("/"))
         raise NotFound(f"There is nothing of the address {as_given(address)}; nothing was sent.")
 
     def require_unlatched(self, address: str) -> None:
@@ -565,7 +574,7 @@ class Plant:
 
     def addresses(self) -> set[str]:
         """All addresses by which events can be wanted."""
-        return {address for family in self.families.values() for address in family.addresses()}
+        return {address for it in self.registered for address in it.addresses()}
 
 
 def _what(subject: str) -> str:

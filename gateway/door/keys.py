@@ -140,8 +140,8 @@ class Keys:
         return f"/{kind}/{address}{slash}{what}" if slash else path
 
     def _move(self, move_id: str) -> list[MoveRecord]:
-        for family in self._plant.families.values():
-            for moves in family.move_logs():
+        for it in self._plant.registered:
+            for moves in it.move_logs():
                 try:
                     return [moves.get(move_id)]
                 except NotFound:

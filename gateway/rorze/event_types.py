@@ -25,9 +25,8 @@ from gateway.rorze.program_runs import ProgramRun
 from gateway.rorze.program_uploads import ProgramUpload
 from gateway.rorze.scans import Scan
 from gateway.rorze.stops import StopReport
-from gateway.rorze_scara.record import ScaraMove
 
-BODY, GROUP, SCARA = "/bodies/{body_id}", "/groups/{group_id}", "/scaras/{scara_id}"
+BODY, GROUP = "/bodies/{body_id}", "/groups/{group_id}"
 
 
 class WentOffline(EventData):
@@ -239,4 +238,4 @@ LINES = (
     ),
 )
 
-TYPES = (*BODIES, *move_types("scara", SCARA, ScaraMove), *LINES)
+TYPES = (*BODIES, *LINES)
