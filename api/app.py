@@ -12,6 +12,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from api import by_hand, sign_in, streams, walker
 from api.common import problems, schemas
 from api.common.access import Access
+from api.common.documentation import place_of
 from api.common.entrance import Entrance, open_to
 from api.common.idempotent_requests import IdempotentRequests
 from api.common.proxies import Proxies
@@ -82,6 +83,7 @@ class Application(FastAPI):
             schema = super().openapi()
         if not made:
             schemas.complete(schema)
+            schema["paths"] = dict(sorted(schema["paths"].items(), key=place_of))
             schema["components"]["securitySchemes"] = {"key": _KEY}
             schema["security"] = [{"key": []}]
         return schema
