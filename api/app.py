@@ -12,6 +12,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from api import by_hand, sign_in, streams, walker
 from api.common import problems, schemas
 from api.common.access import Access
+from api.common.documentation import place_of
 from api.common.entrance import Entrance, open_to
 from api.common.idempotent_requests import IdempotentRequests
 from api.common.proxies import Proxies
@@ -82,6 +83,7 @@ class Application(FastAPI):
             schema = super().openapi()
         if not made:
             schemas.complete(schema)
+            schema["paths"] = dict(sorted(schema["paths"].items(), key=place_of))
             schema["components"]["securitySchemes"] = {"key": _KEY}
             schema["security"] = [{"key": []}]
         return schema
@@ -124,7 +126,7 @@ def create_app(
     app.state.metrics = metrics_of(plant, traffic)
     problems.install(app, partial(calls_for, plant))
     written = [it for router in (*by_hand.ROUTERS, streams.router) for it in router.routes]
-    operations = [*operations_of(map(type, plant.families.values())), *besides]
+    operations = [*operations_of(map(type, plant.registered)), *besides]
     rows = walker.routes(operations, [it for it in written if isinstance(it, HttpRoute)])
     # Side by side instead of included, so that one index finds them all; and before the docs.
     app.router.routes[:0] = [*rows, *(it for it in written if not isinstance(it, HttpRoute))]

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Final
 
 from gateway.core.alarms import Cause, Facts, Kind
-from gateway.core.family import AnyLine, Family
+from gateway.core.family import AnyLine, Registered
 from gateway.core.line_state import LineState
 from gateway.core.next_calls import ALARMS, LINE_STATE, READY, get, post
 from gateway.core.rights import Right
@@ -141,7 +141,7 @@ def _reason(trouble: Callable[[], str | None] | None, _: str) -> str | None:
 
 
 def causes_of(
-    families: Collection[Family],
+    registered: Collection[Registered],
     ports: Mapping[str, AnyLine],
     troubles: Mapping[str, Callable[[], str | None]],
     *,
@@ -155,8 +155,8 @@ def causes_of(
         yield kind.among(ports.get)
     for trouble in GATEWAY:
         yield trouble.among(partial(_reason, troubles.get(trouble.name)))
-    for family in families:
-        for cause in family.causes():
+    for it in registered:
+        for cause in it.causes():
             if latch:
                 yield replace(cause, is_told=lambda _: False)
             elif not cause.wanted:

@@ -1,22 +1,20 @@
 """What the configuration file may say: the server, and the lines in the words of their families."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from ipaddress import ip_address, ip_network
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 from urllib.parse import urlsplit
 
-from pydantic import AfterValidator, Field, PlainValidator, model_validator
+from pydantic import AfterValidator, Field, PlainValidator, create_model, model_validator
 
 from gateway.access.roles import Role
 from gateway.core import toml_files
-from gateway.core.tables import Array, Fault, Line, Table, refuse_repeats
+from gateway.core.tables import Array, Fault, Line, Made, Table, refuse_repeats
 from gateway.core.toml_lines import KeyPath
-from gateway.families import FAMILIES
+from gateway.families import EXTENSIONS, FAMILIES
 from gateway.membership import PlantOfGateways
-from gateway.rorze.config import Line as RorzeLine
-from gateway.rorze.scaras.config import Scara
 from transports.addresses import Address
 
 
@@ -262,6 +260,9 @@ class Backups(Table):
     keep_days: int = Field(30, ge=1, le=3650)
 
 
+EXTENSIONS_BY_KEY: Final = {it.collections[0]: it for it in EXTENSIONS}
+
+
 def _of_its_family(given: object) -> Line:
     """Read a line by the table of its protocol."""
     if isinstance(given, Line):
@@ -290,14 +291,20 @@ class Config(Table):
     backups: Backups = Backups()
     plant: PlantOfGateways | None = None
     lines: Array[Annotated[Line, PlainValidator(_of_its_family)]] = ()
-    scaras: Array[Scara] = ()
+
+    def made(self) -> Mapping[str, Sequence[Made]]:
+        """What extensions make of things on lines, by their arrays."""
+        return {key: getattr(self, key) for key in EXTENSIONS_BY_KEY}
 
     def served(self) -> dict[str, dict[str, Any]]:
-        """What each line serves, the SCARA robots on it too, by its id."""
+        """What each line serves, what is made of it too, by its id."""
         return {
             line.id: {
                 **line.model_dump(),
-                "scaras": tuple(it.model_dump() for it in self.scaras if it.line == line.id),
+                **{
+                    key: tuple(it.model_dump() for it in made if it.line == line.id)
+                    for key, made in self.made().items()
+                },
             }
             for line in self.lines
         }
@@ -361,26 +368,30 @@ class Config(Table):
         return self
 
     @model_validator(mode="after")
-    def _place_scaras(self) -> Self:
-        """A SCARA robot is found by its id alone, and has its bodies and its group for itself."""
-        lines = {line.id: line for line in self.lines if isinstance(line, RorzeLine)}
-        taken = {line.id for line in self.lines} | {
-            it for line in self.lines for it in line.unique_ids().values()
-        }
-        busy: set[tuple[str, str]] = set()
-        for index, scara in enumerate(self.scaras):
-            if scara.id in taken:
-                raise Fault("is the id of something else", "scaras", index, "id")
-            taken.add(scara.id)
+    def _place_made(self) -> Self:
+        """What is made of things on lines is found by its id alone, and stands where its extension allows."""
+        lines = {line.id: line for line in self.lines}
+        taken = {*lines, *(it for line in self.lines for it in line.unique_ids().values())}
+        for key, made in self.made().items():
+            for index, it in enumerate(made):
+                if it.id in taken:
+                    raise Fault("is the id of something else", key, index, "id")
+                taken.add(it.id)
             try:
-                scara.require_place_on(lines.get(scara.line))
+                EXTENSIONS_BY_KEY[key].table.require_places(made, lines)
             except Fault as fault:
-                raise Fault(str(fault), "scaras", index, *fault.path) from None
-            wanted = {(scara.line, number) for number in (scara.group, *scara.members)}
-            if not busy.isdisjoint(wanted):
-                raise Fault("has a body or the group of another one", "scaras", index, "members")
-            busy |= wanted
+                raise Fault(str(fault), key, *fault.path) from None
         return self
+
+
+if not TYPE_CHECKING:  # which arrays there are is known when the extensions are
+    Config = create_model(
+        "Config",
+        __base__=Config,
+        __doc__=Config.__doc__,
+        __module__=__name__,
+        **{key: (Array[it.table], ()) for key, it in EXTENSIONS_BY_KEY.items()},
+    )
 
 
 def load(path: Path) -> Config:

@@ -8,7 +8,7 @@ from gateway import snapshot
 from gateway.access.keys import KeyInfo
 from gateway.config_file import Changes
 from gateway.core.event_types import CORE, GATEWAY, EventData, EventType, Nothing, news_types, table_of
-from gateway.families import FAMILIES
+from gateway.families import registered
 from gateway.port_scans import PortScan
 from gateway.recordings import RecordingInfo
 
@@ -96,7 +96,7 @@ OF_THE_PLANT = (
 
 def event_types() -> Mapping[str, EventType]:
     """The types of the core and of every family, by their names."""
-    families = (family.event_types for family in FAMILIES.values())
+    families = (it.event_types for it in registered())
     return table_of(
         CORE,
         OF_THE_CONFIGURATION,

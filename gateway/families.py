@@ -1,10 +1,26 @@
-"""The families of controllers, by the protocol that a line of the configuration names."""
+"""What packages register: the families of controllers, by the protocol of a line, and what extends them."""
 
+from collections.abc import Iterator, Sequence
+from importlib import import_module
+from pathlib import Path
 from typing import Final
 
-from gateway.core.family import Family
+from gateway.core.family import Extension, Family, Registered
 from gateway.fics.family import Fics
 from gateway.rorze.family import Rorze
 
 FAMILIES: Final[dict[str, type[Family]]] = {"rorze": Rorze, "fics": Fics}
 """A family of another maker is one more entry; a line that names no protocol is of the first."""
+
+EXTENSIONS: Final[Sequence[type[Extension]]] = [
+    import_module(f"gateway.{it.parent.name}.extension").EXTENSION
+    for it in sorted(Path(__file__).parent.glob("*/extension.py"))
+]
+"""Those of the packages beside the families that are there; nothing else names them."""
+
+
+def registered() -> Iterator[type[Registered]]:
+    """All families, each with its extensions."""
+    for family in FAMILIES.values():
+        yield family
+        yield from (it for it in EXTENSIONS if it.of is family)

@@ -12,7 +12,7 @@ from pydantic_core import from_json
 
 from gateway.core.alarms import Alarm, Alarms
 from gateway.core.events import Event, EventHub
-from gateway.core.family import AnyLine, Family
+from gateway.core.family import AnyLine, Registered
 from gateway.core.ids import go_on_after
 from gateway.core.journal import writes
 from gateway.core.journal.beginning import Beginning
@@ -22,7 +22,7 @@ from gateway.core.journal.writes import Write
 from gateway.core.kept_works import Dated, KeptWorks
 from gateway.core.known import Known
 from gateway.core.move_record import MoveRecord, MoveStatus
-from gateway.families import FAMILIES
+from gateway.families import registered
 from gateway.wind_down import SUBJECT
 
 log = logging.getLogger(__name__)
@@ -33,7 +33,7 @@ def make_sense(past: Beginning) -> None:
 
     :raises ValueError: one cannot.
     """
-    kinds: Any = Union[tuple(kind for family in FAMILIES.values() for kind in family.move_records)]  # noqa: UP007
+    kinds: Any = Union[tuple(record for kind in registered() for record in kind.move_records)]  # noqa: UP007
     moves = TypeAdapter[MoveRecord](kinds)
     for record in past.moves:
         moves.validate_json(record)
@@ -45,10 +45,15 @@ class Memory:
     """The journal of a plant, and what writes into it."""
 
     def __init__(
-        self, opened: Opened, events: EventHub, alarms: Alarms, families: Collection[Family], known: Known
+        self,
+        opened: Opened,
+        events: EventHub,
+        alarms: Alarms,
+        registered: Collection[Registered],
+        known: Known,
     ) -> None:
         self.journal, self._past, self._set_aside = opened
-        self._events, self._alarms, self._families = events, alarms, families
+        self._events, self._alarms, self._registered = events, alarms, registered
         self.journal.on_trouble = self._tell_of_trouble
         past = self._past
         go_on_after(past.last_id)
@@ -77,10 +82,10 @@ class Memory:
         for intent in self._past.open_intents:
             detail = "The gateway has ended before this was known."
             self.journal.note(writes.ended(intent.id, time.time(), "unknown", detail))
-        for family in self._families:
-            for moves in family.move_logs():
+        for it in self._registered:
+            for moves in it.move_logs():
                 moves.on_change = self._keep_move
-            family.resume(records, self._past.begun)
+            it.resume(records, self._past.begun)
         for kind, those in works.items():
             those.on_change = partial(self._keep_work, kind, those)
             those.resume(record for its_kind, record in self._past.works if its_kind == kind)

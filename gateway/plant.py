@@ -27,7 +27,7 @@ from gateway.core.backups import Backups, Comparisons
 from gateway.core.errors import BodyBusy, HeldUp, NotFound
 from gateway.core.events import EventHub
 from gateway.core.exchange import Exchange
-from gateway.core.family import AnyLine, Family, PortInfo, Site
+from gateway.core.family import AnyLine, Family, PortInfo, Registered, Site
 from gateway.core.gate import Guard
 from gateway.core.journal.journal import Journal
 from gateway.core.journal.opening import Opened
@@ -35,20 +35,20 @@ from gateway.core.kept_works import KeptWorks
 from gateway.core.lease_tokens import LeaseTokens
 from gateway.core.leases import End, Lease, Leases, Tokens
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
+from gateway.core.move_log import MoveLog
 from gateway.core.move_record import MoveRecord
 from gateway.core.names import Names
 from gateway.core.origin import POLL, Origin, acting
 from gateway.core.own_faults import all_of, carry_on, insist, once_more, seen_to, survived, twice
 from gateway.core.parts import Part
 from gateway.core.targets import Target
-from gateway.families import FAMILIES
+from gateway.families import EXTENSIONS, FAMILIES, registered
 from gateway.figures import Figures
 from gateway.membership import Membership
 from gateway.memory import Memory
 from gateway.ownership import LOST, Ownership
 from gateway.port_scans import PortScans
 from gateway.recordings import REQUESTS_BYTES, STATES_BYTES, Noted, RecordingInfo, Recordings, Taken
-from gateway.rorze.family import Rorze
 from gateway.rorze.position_uploads import TableUploads
 from gateway.rorze.positions import PositionReadings
 from gateway.security import entries
@@ -65,7 +65,7 @@ log = logging.getLogger(__name__)
 
 ALARMS_CHECK_S = 5.0
 
-F = TypeVar("F", bound=Family)
+F = TypeVar("F", bound=Registered)
 
 
 class Plant:
@@ -110,24 +110,29 @@ class Plant:
         self.admission = Admission(self.watch)
         site = Site(self.events, allow_endless_moves=config.server.allow_endless_moves, rng=rng)
         self.families = {name: family(site) for name, family in FAMILIES.items()}
-        self._by_kind = {type(family): family for family in self.families.values()}
+        self._by_kind: dict[type[Registered], Registered] = {
+            type(family): family for family in self.families.values()
+        }
+        self.extensions = [it(site, self._by_kind[it.of]) for it in EXTENSIONS if it.of in self._by_kind]
+        self._by_kind |= {type(it): it for it in self.extensions}
+        self.registered: Sequence[Registered] = [self._by_kind[kind] for kind in registered()]
         self._ports: dict[str, AnyLine] = {}
         self.leases = Leases(config.access.lease_mode, lease_tokens or LeaseTokens())
         self.leases.on_taken = self._lease_taken
         self.leases.on_end = self._lease_ended
-        self.events.take_snapshot = taking(self.families.values(), self._ports)
+        self.events.take_snapshot = taking(self.registered, self._ports)
         troubles = {
             "gateway.journal.trouble": self._journal_trouble,
             "gateway.security.trouble": lambda: self.security.trouble,
             "gateway.refusals.burst": lambda: self.security.burst,
             "plant.unreachable": lambda: None if self.membership is None else self.membership.trouble,
         }
-        causes = causes_of(self.families.values(), self._ports, troubles, latch=config.server.latch)
+        causes = causes_of(self.registered, self._ports, troubles, latch=config.server.latch)
         self.alarms = Alarms(self.events, causes)
         self._memory = (
             None
             if journal is None
-            else Memory(journal, self.events, self.alarms, self.families.values(), site.known)
+            else Memory(journal, self.events, self.alarms, self.registered, site.known)
         )
         self.backups = Backups(partial(self._publish_reading, "backup"))
         self.comparisons = Comparisons(partial(self._publish_reading, "comparison"))
@@ -152,11 +157,11 @@ class Plant:
         self._watch_of_alarms: asyncio.Task[None] | None = None
         self._watches: dict[str, list[asyncio.Task[None]]] = {}
         self._end = WindDown(
-            site, self.admission, self.families.values(), self._ports.values(), config.server.on_exit
+            site, self.admission, self.registered, self._ports.values(), config.server.on_exit
         )
         for line in config.lines:
             self._build(line)
-        self.territory = Territory(self._ports, self.families.values())
+        self.territory = Territory(self._ports, self.registered)
 
     def _build(self, line: tables.Line) -> None:
         port = self._open_port(line)
@@ -171,9 +176,10 @@ class Plant:
             built.gate.add(self._latch(built))
         if self._memory is not None:
             self._memory.keep(built)
-        for scara in self.config.scaras:
-            if scara.line == line.id:
-                self.family(Rorze).add_scara(scara)
+        for extension in self.extensions:
+            for table in self.config.made()[extension.collections[0]]:
+                if table.line == line.id:
+                    extension.make(table)
         self._ports[line.id] = built
 
     @property
@@ -206,8 +212,8 @@ class Plant:
 
     def _works(self) -> dict[str, KeptWorks[Any]]:
         works: dict[str, KeptWorks[Any]] = {"position_upload": self.position_uploads}
-        for family in self.families.values():
-            works |= family.works()
+        for it in self.registered:
+            works |= it.works()
         return works
 
     def _start(self, line_id: str) -> None:
@@ -253,7 +259,7 @@ class Plant:
             survived(what, *retiring)  # each is closed next
             for line_id in gone:
                 await self._remove(line_id)
-            self.config = self.config.model_copy(update={"lines": config.lines, "scaras": config.scaras})
+            self.config = self.config.model_copy(update={"lines": config.lines, **config.made()})
             try:
                 all_of(partial(self._add, wanted[it]) for it in wanted.keys() - self._ports.keys())
             finally:  # a fault at one line keeps no other from being served, and it can be loaded again
@@ -295,7 +301,9 @@ class Plant:
         moving = [it.subject.rpartition("/")[2] for it in family.left_moving()]
         there = {part.address for part in map(self._part, moving) if part.line_id == line_id}
         commissioned = [] if self.commissionings.current(line_id) is None else [f"the port of {line_id}"]
-        return sorted({*there, *family.at_work(self._ports[line_id]), *commissioned})
+        line = self._ports[line_id]
+        at_work = (address for it in (family, *self.extensions) for address in it.at_work(line))
+        return sorted({*there, *at_work, *commissioned})
 
     def _part(self, address: str) -> Part:
         """What a whole address means; of what has been removed its line is all that is known."""
@@ -303,9 +311,10 @@ class Plant:
 
     async def _remove(self, line_id: str) -> None:
         """Close a line for good: one that is retired serves nobody, whatever is left of it."""
-        what, family = f"the end of line {line_id}", self._family_of(line_id)
-        closing = partial(self._unwatch, line_id), partial(family.remove, self._ports[line_id])
+        what, family, line = f"the end of line {line_id}", self._family_of(line_id), self._ports[line_id]
+        closing = partial(self._unwatch, line_id), partial(family.remove, line)
         await seen_to(what, *(partial(once_more, what, deed) for deed in closing))
+        survived(what, *(partial(it.forget, line) for it in self.extensions))
         del self._ports[line_id]
         await seen_to(what, partial(asyncio.to_thread, self.recorders.pop(line_id).close))
 
@@ -331,7 +340,7 @@ class Plant:
             self._watch_of_alarms.cancel()
             await asyncio.gather(self._watch_of_alarms, return_exceptions=True)
         unwatching = (partial(self._unwatch, line_id) for line_id in list(self._watches))
-        await seen_to(what, *unwatching, *(family.close for family in self.families.values()))
+        await seen_to(what, *unwatching, *(it.close for it in self.registered))
         recorders = self.recorders.values()
         await seen_to(what, *(partial(asyncio.to_thread, recorder.close) for recorder in recorders))
         await seen_to(what, self.security.close)
@@ -354,17 +363,20 @@ class Plant:
 
     def moves_under_way(self, line_id: str) -> list[MoveRecord]:
         """The moves on a line that are not over."""
-        logs = self._family_of(line_id).move_logs()
-        return [it for log in logs for it in log.under_way() if self._part(it.body_id).line_id == line_id]
+        moves = (move for log in self._move_logs() for move in log.under_way())
+        return [it for it in moves if self._part(it.body_id).line_id == line_id]
+
+    def _move_logs(self) -> list[MoveLog[Any]]:
+        return [log for it in self.registered for log in it.move_logs()]
 
     def _go_on_with_moves(self, line_id: str, old: str) -> None:
         """Follow what the last owner has begun, as after a restart."""
-        family, moves = self._family_of(line_id), self.ownership.left_by(line_id, old)
-        known = tuple(family.move_logs())
-        new = [it for it in moves if self._part(it["body_id"]).line_id == line_id]
-        new = [it for it in new if not any(it["id"] in log for log in known)]
+        moves, logs = self.ownership.left_by(line_id, old), self._move_logs()
+        there = [it for it in moves if self._part(it["body_id"]).line_id == line_id]
+        new = [it for it in there if not any(it["id"] in log for log in logs)]
         since = f"gateway {self.ownership.name} took the line over from {old}"
-        family.resume(new, {it["id"] for it in new}, since)
+        for it in self.registered:
+            it.resume(new, {move["id"] for move in new}, since)
 
     def _port_lost(self, line_id: str) -> None:
         """A line with a spare is not opened again by itself: who has taken it over would be thrown out."""
@@ -452,14 +464,14 @@ class Plant:
                 insist(what, partial(family.end_motion, everything=False, within=parts))
 
     def _recordings(self) -> Recordings:
-        families, journal, wanted = self.families.values(), self.journal, self.config.recordings
+        registered, journal, wanted = self.registered, self.journal, self.config.recordings
         taken = Taken(
             events=self.events,
             recorders=self.recorders,
             requests=self.requests,
             states=self.states,
             configuration=self._recorded_configuration,
-            trajectories=lambda: (it for family in families for it in family.trajectories()),
+            trajectories=lambda: (it for source in registered for it in source.trajectories()),
             line_of=self._line_that_has,
             read_journal=(lambda *_: ()) if journal is None else journal.disk.read_apart,
         )
@@ -480,9 +492,10 @@ class Plant:
                 for it in config.lines
                 if it.id in lines
             ],
-            "scaras": [
-                it.model_dump(mode="json", exclude_unset=True) for it in config.scaras if it.line in lines
-            ],
+            **{
+                key: [it.model_dump(mode="json", exclude_unset=True) for it in made if it.line in lines]
+                for key, made in config.made().items()
+            },
         }
 
     def _line_that_has(self, name: str) -> str | None:
@@ -499,7 +512,7 @@ class Plant:
     # finding
 
     def family(self, kind: type[F]) -> F:
-        """All controllers of one kind."""
+        """All controllers of one kind, or all that an extension has made."""
         return cast("F", self._by_kind[kind])
 
     def ports(self) -> dict[str, AnyLine]:
@@ -538,9 +551,9 @@ class Plant:
         collection, *names = path.removeprefix("/").split("/")
         if collection == "lines":
             return self._family_of(names[0]).link_of(names[0])
-        for family in self.families.values():
-            if collection in family.collections:
-                return family.target(collection, names)
+        for it in self.registered:
+            if collection in it.collections:
+                return it.target(collection, names)
         raise NotFound(f"There is no {as_given(path)}; nothing was sent.")
 
     def named(self, address: str) -> Target:
@@ -549,10 +562,10 @@ class Plant:
         :raises NotFound: there is no such thing.
         :raises Ambiguous: it fits several lines.
         """
-        for family in self.families.values():
-            for collection in family.collections:
+        for it in self.registered:
+            for collection in it.collections:
                 with suppress(NotFound):
-                    return family.target(collection, address.split("/"))
+                    return it.target(collection, address.split("/"))
         raise NotFound(f"There is nothing of the address {as_given(address)}; nothing was sent.")
 
     def require_unlatched(self, address: str) -> None:
@@ -581,7 +594,7 @@ class Plant:
 
     def addresses(self) -> set[str]:
         """All addresses by which events can be wanted."""
-        return {address for family in self.families.values() for address in family.addresses()}
+        return {address for it in self.registered for address in it.addresses()}
 
 
 def _what(subject: str) -> str:

@@ -140,7 +140,7 @@ class PortScans(Works[PortScan]):
     def _tables(self, found: Sequence[Found]) -> list[FoundPort]:
         config = self._config()
         taken = {it for line in config.lines for it in (line.id, *line.unique_ids().values())}
-        taken |= {scara.id for scara in config.scaras}
+        taken |= {it.id for made in config.made().values() for it in made}
         return [
             FoundPort(address=it.address, told=it.in_words(), line=it.table(taken), comment=it.comment())
             for it in sorted(found, key=lambda it: it.address)

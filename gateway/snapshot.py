@@ -7,10 +7,10 @@ from pydantic import Field, create_model
 
 from gateway.core.event_types import EVENTS, EventData, EventType
 from gateway.core.events import SNAPSHOT, Filter
-from gateway.core.family import AnyLine, Family
+from gateway.core.family import AnyLine, Family, Registered
 from gateway.core.line_state import LineState
 from gateway.core.records import Record
-from gateway.families import FAMILIES
+from gateway.families import registered
 
 
 class LineNow(Record):
@@ -28,11 +28,11 @@ class Snapshot(EventData):
     lines: list[LineNow] = Field(description="None where only some bodies or robots are wanted.")
 
 
-def model_of(families: Iterable[type[Family]]) -> type[EventData]:
-    """Describe a snapshot with all that families tell."""
-    own = list(families)
-    move: Any = Union[tuple(record for family in own for record in family.move_records)]  # noqa: UP007
-    fields: dict[str, Any] = {family.collections[0]: list[family.now] for family in own}  # type: ignore[name-defined]
+def model_of(kinds: Iterable[type[Registered]]) -> type[EventData]:
+    """Describe a snapshot with all that families, and what extends them, tell."""
+    own = list(kinds)
+    move: Any = Union[tuple(record for kind in own for record in kind.move_records)]  # noqa: UP007
+    fields: dict[str, Any] = {it.collections[0]: list[it.now] for it in own if issubclass(it, Family)}  # type: ignore[name-defined]
     fields["moves"] = list[move], Field(description="Those that are not over.")
     return create_model("Snapshot", __base__=Snapshot, __doc__=Snapshot.__doc__, **fields)
 
@@ -41,24 +41,26 @@ TYPES: Final = (
     EventType(
         SNAPSHOT,
         EVENTS,
-        model_of(FAMILIES.values()),
+        model_of(registered()),
         "follows each gap: all that is known now of what is wanted",
     ),
 )
 
 
-def taking(families: Collection[Family], ports: Mapping[str, AnyLine]) -> Callable[[Filter, str], EventData]:
+def taking(
+    registered: Collection[Registered], ports: Mapping[str, AnyLine]
+) -> Callable[[Filter, str], EventData]:
     """Give what makes a snapshot of a plant for a client, who wants some of it, at a cursor."""
-    model = model_of(map(type, families))
+    model = model_of(map(type, registered))
 
     def take(wanted: Filter, as_of: str) -> EventData:
-        logs = (log for family in families for log in family.move_logs())
+        logs = (log for it in registered for log in it.move_logs())
         told: dict[str, Any] = {
             "as_of": as_of,
             "lines": [] if wanted.bodies else [_line(line) for line in ports.values()],
             "moves": [it for log in logs for it in log.under_way() if wanted.wants_address(it.body_id)],
         }
-        for family in families:
+        for family in (it for it in registered if isinstance(it, Family)):
             seen = (it.now for it in family.seen() if wanted.wants_address(it.address))
             told[family.collections[0]] = list(seen)
         return model(**told)

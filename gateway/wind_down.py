@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from gateway.core.admission import Admission
 from gateway.core.errors import ShuttingDown
-from gateway.core.family import AnyLine, Family, Site
+from gateway.core.family import AnyLine, Registered, Site
 from gateway.core.origin import Origin, acting
 from gateway.core.own_faults import carry_on, seen_to, survived, twice
 
@@ -31,12 +31,12 @@ class WindDown:
         self,
         site: Site,
         admission: Admission,
-        families: Collection[Family],
+        registered: Collection[Registered],
         lines: Collection[AnyLine],
         on_exit: Literal["leave", "stop"],
     ) -> None:
         self._events, self._admission = site.events, admission
-        self._families, self._lines = families, lines
+        self._registered, self._lines = registered, lines
         self._on_exit = on_exit
         self._task: asyncio.Task[None] | None = None
         self._limit: asyncio.Timeout | None = None
@@ -60,21 +60,21 @@ class WindDown:
         what, told = WHAT, {"on_exit": self._on_exit}
         telling = partial(self._events.publish, "gateway.shutting_down", SUBJECT, told)
         revoking = (partial(twice, what, partial(line.revoke, ShuttingDown)) for line in self._lines)
-        ending = (partial(twice, what, partial(self._end_motion, family)) for family in self._families)
+        ending = (partial(twice, what, partial(self._end_motion, it)) for it in self._registered)
         survived(what, partial(twice, what, self._admission.end), telling, *revoking, *ending)
         with suppress(TimeoutError):
             async with asyncio.timeout(self._patience_s) as self._limit:
-                await asyncio.gather(*(carry_on(what, family.at_rest) for family in self._families))
+                await asyncio.gather(*(carry_on(what, it.at_rest) for it in self._registered))
         self._limit = None
         survived(what, self._name_what_moves)
-        await seen_to(what, *(family.let_go for family in self._families))
+        await seen_to(what, *(it.let_go for it in self._registered))
 
-    def _end_motion(self, family: Family) -> None:
-        self._stops += family.end_motion(everything=self._on_exit == "stop")
+    def _end_motion(self, it: Registered) -> None:
+        self._stops += it.end_motion(everything=self._on_exit == "stop")
 
     def _name_what_moves(self) -> None:
-        for family in self._families:
-            for what, subject, why, move in family.left_moving():
+        for it in self._registered:
+            for what, subject, why, move in it.left_moving():
                 log.warning("%s is left moving, as far as is known: %s", subject.rpartition("/")[2], why)
                 data = {"move_id": move, "detail": why}
                 self._events.publish(f"{what}.left_moving", subject, data, move)

@@ -50,6 +50,9 @@ SECTIONS: Final[Mapping[str, str]] = {
 """All sections of the documentation, by their tags, in the order in which it shows them."""
 
 
+_ORDER: Final = tuple(SECTIONS)
+
+
 class Words(NamedTuple):
     """The words of a place's routes."""
 
@@ -74,6 +77,12 @@ WORDS: Final[Mapping[str, Words]] = {
     "/robots/{robot_id}/units/{unit}": _OF_ROBOTS,
 }
 """Of the places that have routes of their own besides their commands."""
+
+
+def place_of(path: tuple[str, Mapping[str, Any]]) -> tuple[int, str]:
+    """Where the documents tell of a path: in the first of the sections of its routes, by its name."""
+    name, routes = path
+    return min(_ORDER.index(tag) for route in routes.values() for tag in route["tags"]), name
 
 
 def words_of(path: str) -> Words:

@@ -24,7 +24,6 @@ def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOM
     from app.files import untrusted
     from gateway.access.posture import weakened
     from gateway.config import load
-    from gateway.core.tables import named
     from gateway.core.toml_files import ConfigError
     from gateway.core.tried import untried
 
@@ -40,10 +39,8 @@ def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOM
     typer.echo(f"{file} is in order. It serves on {config.server.host}, port {config.server.port}:")
     for line in config.lines:
         typer.echo(f"  {_served(line)}")
-    for scara in config.scaras:
-        typer.echo(
-            f"  SCARA robot {named(scara.id, scara.name)} of {', '.join(scara.members)} on {scara.line}"
-        )
+    for made in (it for those in config.made().values() for it in those):
+        typer.echo(f"  {made.served()}")
     for found in filter(None, map(untried, config.lines)):
         named_ones = f" ({', '.join(found.assumptions)})" if found.assumptions else ""
         typer.echo(f"note: line {found.line_id}: {found.meaning}{named_ones}")

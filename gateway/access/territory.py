@@ -8,7 +8,7 @@ from gateway.access.principal import Principal
 from gateway.access.roles import RIGHTS_OF
 from gateway.core.addresses import fits
 from gateway.core.errors import Ambiguous
-from gateway.core.family import Family
+from gateway.core.family import Registered
 from gateway.core.parts import Part
 from gateway.core.rights import Right
 
@@ -19,12 +19,12 @@ MOST_KNOWN: Final = 10_000
 class Territory:
     """The addresses of a plant.
 
-    A line covers all that is on it. A command to a group, or to a SCARA robot, needs all that are members
-    now. One in a scope covers the members that the configuration gives it.
+    A line covers all that is on it. A command to a group needs all that are members now. One in a scope
+    covers the members that the configuration gives it.
     """
 
-    def __init__(self, lines: Container[str], families: Collection[Family]) -> None:
-        self._lines, self._families = lines, families
+    def __init__(self, lines: Container[str], registered: Collection[Registered]) -> None:
+        self._lines, self._registered = lines, registered
         self._covered: dict[frozenset[str], frozenset[str]] = {}
         self._single: dict[str, Sequence[Part]] = {}
         """What addresses mean that are those of one part: of groups that changes."""
@@ -94,7 +94,7 @@ class Territory:
         """The addresses that a name in a scope covers: none, if it fits nothing or several lines."""
         if name in self._lines:
             return [name]
-        return [part.address for family in self._families for part in family.parts_in_scope(name)]
+        return [part.address for it in self._registered for part in it.parts_in_scope(name)]
 
     def parts(self, address: str) -> Sequence[Part]:
         """What an address means: the members of a group, its line where there is no such group yet.
@@ -106,7 +106,7 @@ class Territory:
             return known
         if address in self._lines:
             return [Part(address, address)]
-        parts = [part for family in self._families for part in family.parts(address)]
+        parts = [part for it in self._registered for part in it.parts(address)]
         own = address.partition("/")[0]
         if len(parts) == 1 and fits(own, parts[0].address) and len(self._single) < MOST_KNOWN:
             self._single[address] = parts

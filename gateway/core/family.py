@@ -142,7 +142,108 @@ class PortInfo(TypedDict):
     ]
 
 
-class Family(ABC):
+class Registered(ABC):
+    """What a package adds to every plant: things of some kinds, and all that may be asked of them."""
+
+    collections: ClassVar[Sequence[str]]
+    """The resources its targets are among, such as `bodies`."""
+    move_records: ClassVar[Sequence[type[MoveRecord]]] = ()
+    """What `move_logs` keep."""
+    event_types: ClassVar[Sequence[EventType]] = ()
+    """What it publishes, beside what all lines do."""
+    rows: ClassVar[Sequence[Rows]] = ()
+    """What callers may ask of its things beside the commands."""
+    things: ClassVar[Mapping[type, Callable[..., Any]]] = {}
+    """What paths lead to, and how it is found by what they name."""
+
+    def __init__(self, site: Site) -> None:
+        self.site = site
+
+    # what there is
+
+    @abstractmethod
+    def target(self, collection: str, names: Sequence[str]) -> Target:
+        """Find what commands are addressed to.
+
+        :raises GatewayError: there is no such thing, or several.
+        """
+
+    @abstractmethod
+    def addresses(self) -> Iterable[str]:
+        """All addresses by which events can be wanted."""
+
+    @abstractmethod
+    def parts(self, address: str) -> Sequence[Part]:
+        """What an address means now: all members of a group; nothing where there is no such thing.
+
+        :raises Ambiguous: it fits several lines.
+        """
+
+    def parts_in_scope(self, name: str) -> Sequence[Part]:
+        """What a name in a scope covers, by the configuration; nothing where it fits several lines."""
+        return self.parts(name)
+
+    def causes(self) -> Iterable[Cause]:
+        """What can go wrong with its targets."""
+        return ()
+
+    def at_work(self, _line: Any) -> Iterable[str]:
+        """Addresses on a line in the middle of something beside moves that must not be broken off."""
+        return ()
+
+    # over restarts
+
+    def trajectories(self) -> Iterable[Any]:
+        """Where motors were seen during the newest moves: `Trajectory` with its `move`."""
+        return ()
+
+    def move_logs(self) -> Iterable[MoveLog[Any]]:
+        """Where its moves are remembered."""
+        return ()
+
+    def works(self) -> Mapping[str, KeptWorks[Any]]:
+        """Its long work of which the records outlive the gateway, by names that nothing else has."""
+        return {}
+
+    def resume(  # noqa: B027  # what has no moves has nothing to take over
+        self, records: Sequence[Mapping[str, Any]], begun: Collection[str], since: str = RESTARTED
+    ) -> None:
+        """Take over those moves of an earlier life that are its own, before the lines are opened.
+
+        Of those that were not over, what is not among the `begun` and was not sent was never written. Nothing
+        is sent again: controllers are asked, and moves that go on are followed.
+        `since` tells in their records why that is another life.
+        """
+
+    # the end
+
+    @abstractmethod
+    def end_motion(
+        self, *, everything: bool, within: Sequence[Part] | None = None
+    ) -> Sequence["asyncio.Task[Any]"]:
+        """Stop what would never end, or `everything` that moves; the stops are queued at once.
+
+        `within` names the only parts that are meant, if not all are.
+        """
+
+    @abstractmethod
+    def left_moving(self) -> Iterable[LeftMoving]:
+        """Name what may still move."""
+
+    @abstractmethod
+    async def at_rest(self) -> None:
+        """Wait for the stops of the end, and for refusals of moves."""
+
+    @abstractmethod
+    async def let_go(self) -> None:
+        """Give the waiters for moves what is known now."""
+
+    @abstractmethod
+    async def close(self) -> None:
+        """End all work, and close what lines it has; the motors keep doing what they do."""
+
+
+class Family(Registered):
     """All controllers of one kind, with their lines. A plant has one of each kind."""
 
     line_table: ClassVar[type[tables.Line]]
@@ -151,27 +252,14 @@ class Family(ABC):
     """What a line tells."""
     now: ClassVar[type[Record]]
     """What a snapshot tells of each of what is `seen`, which is among the first of `collections`."""
-    move_records: ClassVar[Sequence[type[MoveRecord]]]
-    """What `move_logs` keep."""
-    collections: ClassVar[Sequence[str]]
-    """The resources its targets are among, such as `bodies`."""
     commands: ClassVar[Sequence[tuple[Place, Row]]]
     """Its whole command table, by what the commands are addressed to."""
     stop_modes: ClassVar[Mapping[Row, StopMode]] = {}
     """The rows that stop all of what they are addressed to."""
-    event_types: ClassVar[Sequence[EventType]] = ()
-    """What it publishes, beside what all lines do."""
     sessions: ClassVar[Mapping[Row, type[Record]]] = {}
     """The rows whose motion lasts only as long as somebody says so."""
     never_alone: ClassVar[Collection[Row]] = ()
     """The rows that are sent only as parts of something larger."""
-    rows: ClassVar[Sequence[Rows]] = ()
-    """What callers may ask of its things beside the commands."""
-    things: ClassVar[Mapping[type, Callable[..., Any]]] = {}
-    """What paths lead to, and how the family finds it by what they name."""
-
-    def __init__(self, site: Site) -> None:
-        self.site = site
 
     # what there is
 
@@ -183,13 +271,6 @@ class Family(ABC):
     async def remove(self, line: Any) -> None:
         """Close one of its lines, and forget everything on it but the records of its moves."""
 
-    @abstractmethod
-    def target(self, collection: str, names: Sequence[str]) -> Target:
-        """Find what commands are addressed to.
-
-        :raises GatewayError: there is no such thing, or several.
-        """
-
     def link_of(self, line_id: str) -> Target:
         """Find what answers for a line as a whole.
 
@@ -198,24 +279,13 @@ class Family(ABC):
         raise NotFound(f"Nobody on line {line_id} answers for the line; nothing was sent.")
 
     @abstractmethod
-    def addresses(self) -> Iterable[str]:
-        """All addresses by which events can be wanted."""
-
-    @abstractmethod
     def seen(self) -> Iterable[Seen]:
         """Tell of what is on its lines; no controller is asked."""
 
     def parts(self, address: str) -> Sequence[Part]:
-        """What an address means now: all members of a group; nothing where there is no such thing.
-
-        :raises Ambiguous: it fits several lines.
-        """
+        """What is `seen` at an address."""
         own = address.partition("/")[0]
         return [Part(it.line_id, it.address) for it in self.seen() if it.address == own]
-
-    def parts_in_scope(self, name: str) -> Sequence[Part]:
-        """What a name in a scope covers, by the configuration; nothing where it fits several lines."""
-        return self.parts(name)
 
     @abstractmethod
     def info(self, line: Any) -> PortInfo:
@@ -236,42 +306,10 @@ class Family(ABC):
         """Whether the age of its answer means something."""
         return bool(row.reply_type().model_fields)
 
-    def causes(self) -> Iterable[Cause]:
-        """What can go wrong with its targets."""
-        return ()
-
-    # over restarts
-
-    def trajectories(self) -> Iterable[Any]:
-        """Where motors were seen during the newest moves: `Trajectory` with its `move`."""
-        return ()
-
-    def move_logs(self) -> Iterable[MoveLog[Any]]:
-        """Where its moves are remembered."""
-        return ()
-
-    def works(self) -> Mapping[str, KeptWorks[Any]]:
-        """Its long work of which the records outlive the gateway, by names that nothing else has."""
-        return {}
-
-    def resume(  # noqa: B027  # a family without moves has nothing to take over
-        self, records: Sequence[Mapping[str, Any]], begun: Collection[str], since: str = RESTARTED
-    ) -> None:
-        """Take over those moves of an earlier life that are its own, before the lines are opened.
-
-        Of those that were not over, what is not among the `begun` and was not sent was never written. Nothing
-        is sent again: controllers are asked, and moves that go on are followed.
-        `since` tells in their records why that is another life.
-        """
-
     # life
 
     def watches(self, _line: Any) -> Iterable[Watch]:
         """What looks after the controllers of one of its lines for as long as that is there."""
-        return ()
-
-    def at_work(self, _line: Any) -> Iterable[str]:
-        """Addresses on a line in the middle of something beside moves that must not be broken off."""
         return ()
 
     @abstractmethod
@@ -282,32 +320,36 @@ class Family(ABC):
     def stop_all(self, mode: StopMode) -> Awaitable[Stopped]:
         """Stop everything; every stop is queued before this returns."""
 
-    # the end
+
+class Extension(Registered):
+    """What is made of the things of a family, each as a table of the configuration says.
+
+    Motion stays the family's: its stops, and the end of the gateway, concern the things themselves.
+    """
+
+    of: ClassVar[type[Family]]
+    table: ClassVar[type[tables.Made]]
+    """What the configuration says of one; the array has the name of the first of `collections`."""
+
+    def __init__(self, site: Site, family: Any) -> None:
+        super().__init__(site)
+        self.family = family
 
     @abstractmethod
-    def end_motion(
-        self, *, everything: bool, within: Sequence[Part] | None = None
-    ) -> Sequence["asyncio.Task[Any]"]:
-        """Stop what would never end, or `everything` that moves; the stops are queued at once.
-
-        `within` names the only parts that are meant, if not all are.
-        """
+    def make(self, table: Any) -> None:
+        """Make one of what is on its line, as `table` says."""
 
     @abstractmethod
-    async def at_rest(self) -> None:
-        """Wait for these stops, and for refusals of moves."""
+    def forget(self, line: Any) -> None:
+        """Forget what was made on a line, which is removed, but the records of its moves."""
 
-    @abstractmethod
+    def end_motion(self, **_: Any) -> Sequence["asyncio.Task[Any]"]:
+        """Stop nothing: the family does."""
+        return ()
+
     def left_moving(self) -> Iterable[LeftMoving]:
-        """Name what may still move."""
-
-    @abstractmethod
-    async def let_go(self) -> None:
-        """Give the waiters for moves what is known now."""
-
-    @abstractmethod
-    async def close(self) -> None:
-        """End all work and close the lines; the motors keep doing what they do."""
+        """Name nothing: the family does."""
+        return ()
 
 
 def facts_of(line: AnyLine) -> PortInfo:

@@ -1,9 +1,9 @@
 """Tables of the configuration: what those of all kinds of controllers have in common."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple, TypeVar
+from typing import Annotated, Any, NamedTuple, Protocol, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
@@ -125,3 +125,28 @@ class Line(Table):
     def unique_ids(self) -> Mapping[KeyPath, str]:
         """The ids on this line that no other line may have, by where they stand."""
         return {}
+
+
+class Made(Protocol):
+    """A table of what an extension makes of things on a line."""
+
+    @property
+    def id(self) -> str:
+        """By what it is found, among all ids."""
+
+    @property
+    def line(self) -> str:
+        """The line that it is on."""
+
+    @classmethod
+    def require_places(cls, made: Sequence[Any], lines: Mapping[str, Any]) -> None:
+        """Refuse what is not on its line, or has there what another one has.
+
+        :raises Fault: that is so; its path begins with the number of the table.
+        """
+
+    def served(self) -> str:
+        """What it is, of what, in words."""
+
+    def model_dump(self, *, mode: str = ..., exclude_unset: bool = ...) -> dict[str, Any]:
+        """Give what was said."""

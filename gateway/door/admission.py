@@ -108,7 +108,7 @@ class Admission:
         """Tickets that a page takes the second secret of a new session with."""
         self.territory = plant.territory
         self.targets = frozenset(
-            row.target for row in operations_of(map(type, plant.families.values())) if row.target
+            row.target for row in operations_of(map(type, plant.registered)) if row.target
         )
         """The parameters that name what a request is about."""
         self._usages = Usages(

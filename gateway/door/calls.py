@@ -11,14 +11,14 @@ from pydantic_core import to_json
 
 from gateway.access import principal
 from gateway.core.aside import aside
-from gateway.core.family import Family
+from gateway.core.family import Registered
 from gateway.core.operation import EXPECTS, KEYED, Expectation, Operation, names_in
 from gateway.core.origin import ORIGIN
 from gateway.core.own_faults import twice
 from gateway.core.rights import Right
 from gateway.core.targets import Looked, Target
 from gateway.door.caller import require
-from gateway.families import FAMILIES
+from gateway.families import registered
 from gateway.plant import Plant
 from protocols.table import Effect
 from transports.recorder import clocks
@@ -159,10 +159,10 @@ def _finder(kind: type, path: str, ids: list[str]) -> Finder:
         return lambda plant, values: plant.target(about.format(**values))
     if kind is Plant:
         return lambda plant, _: plant
-    if issubclass(kind, Family):
+    if issubclass(kind, Registered):
         return lambda plant, _: plant.family(kind)
-    for family in FAMILIES.values():
-        if kind in family.things:
-            find = family.things[kind]
-            return lambda plant, values: find(plant.family(family), *(values[name] for name in ids))
+    for owner in registered():
+        if kind in owner.things:
+            find = owner.things[kind]
+            return lambda plant, values: find(plant.family(owner), *(values[name] for name in ids))
     raise TypeError(f"Nobody finds a {kind.__name__} by a path")

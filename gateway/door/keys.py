@@ -15,7 +15,7 @@ from gateway.core.move_record import Move, MoveRecord
 from gateway.core.targets import Begun
 from gateway.plant import Plant
 from gateway.rorze.family import Rorze
-from gateway.rorze.scaras.record import ScaraMove
+from gateway.rorze_scara.record import ScaraMove
 
 ASKED_WITHIN_S = 1.0
 """The journal is asked for this time what was answered before."""
@@ -140,8 +140,8 @@ class Keys:
         return f"/{kind}/{address}{slash}{what}" if slash else path
 
     def _move(self, move_id: str) -> list[MoveRecord]:
-        for family in self._plant.families.values():
-            for moves in family.move_logs():
+        for it in self._plant.registered:
+            for moves in it.move_logs():
                 try:
                     return [moves.get(move_id)]
                 except NotFound:

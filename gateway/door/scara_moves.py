@@ -11,11 +11,11 @@ from gateway.core.targets import Begun, Target
 from gateway.door import moving
 from gateway.door.moves import Limit
 from gateway.plant import Plant
-from gateway.rorze.family import Rorze
-from gateway.rorze.scaras.record import PlannedScaraMove, ScaraMove, ScaraSamples
-from gateway.rorze.scaras.requests import ScaraMoveRequest
-from gateway.rorze.scaras.scara import Scara
-from gateway.rorze.scaras.speed import at_own_speed
+from gateway.rorze_scara.extension import Scaras
+from gateway.rorze_scara.record import PlannedScaraMove, ScaraMove, ScaraSamples
+from gateway.rorze_scara.requests import ScaraMoveRequest
+from gateway.rorze_scara.scara import Scara
+from gateway.rorze_scara.speed import at_own_speed
 
 ROWS: Final = Rows("scara moves")
 
@@ -43,7 +43,7 @@ async def start_scara_move(
     (HMM; HFM and HNM for `finger` and `align`). 202 when it is accepted and not over, 200 when it ended while
     the request waited. When one axis fails all are stopped: see `status`, `failed_axes` and `error`.
     """
-    scara_moves = plant.family(Rorze).scara_moves
+    scara_moves = plant.family(Scaras).moves
     if move.validate_only:
         return await scara_moves.plan(scara, move)
     plant.require_unlatched(scara.id)

@@ -12,13 +12,13 @@ from gateway.core.rights import Right
 from gateway.core.times import age_ms_of, utc_of
 from gateway.door.caller import sees
 from gateway.plant import Plant
-from gateway.rorze.family import Rorze
 from gateway.rorze.power import Homed
-from gateway.rorze.scaras import geometry, paths
-from gateway.rorze.scaras.geometry import Geometry, HeldGeometry, wanted
-from gateway.rorze.scaras.record import Micrometres, ScaraPlace
-from gateway.rorze.scaras.requests import Angle, Distance, ViaPoint
-from gateway.rorze.scaras.scara import Scara
+from gateway.rorze_scara import geometry, paths
+from gateway.rorze_scara.extension import Scaras
+from gateway.rorze_scara.geometry import Geometry, HeldGeometry, wanted
+from gateway.rorze_scara.record import Micrometres, ScaraPlace
+from gateway.rorze_scara.requests import Angle, Distance, ViaPoint
+from gateway.rorze_scara.scara import Scara
 from protocols.rorze import interpolation
 from protocols.rorze.interpolation import MOST_POINTS, PathPoint
 from protocols.rorze.scara import Place
@@ -175,8 +175,7 @@ class StoredPath(BaseModel):
 @ROWS.get("/scaras", any_scope=True)
 async def list_scaras(plant: Plant) -> ScaraList:
     """List all SCARA robots; nothing is sent."""
-    there = plant.family(Rorze).scaras()
-    return ScaraList(scaras=[_info(it) for it in there if sees(plant, it.id)])
+    return ScaraList(scaras=[_info(it) for it in plant.family(Scaras).all() if sees(plant, it.id)])
 
 
 @ROWS.get("/scaras/{scara_id}")

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from functools import cache
 from typing import Final
 
-from gateway.core.family import Family
+from gateway.core.family import Family, Registered
 from gateway.core.operation import (
     LEASED,
     MAX_WAIT_S,
@@ -50,7 +50,7 @@ from gateway.door import (
     traces,
 )
 from gateway.door.commands import rows_of
-from gateway.families import FAMILIES
+from gateway.families import FAMILIES, registered
 from protocols.table import Effect
 
 __all__ = [
@@ -127,14 +127,15 @@ SECTIONS: Final = (
 @cache
 def operations() -> tuple[Operation, ...]:
     """All of them, section by section."""
-    return tuple(operations_of(FAMILIES.values()))
+    return tuple(operations_of(registered()))
 
 
-def operations_of(families: Iterable[type[Family]]) -> Iterator[Operation]:
-    """Those of a plant with these families, in the order of the documents."""
+def operations_of(kinds: Iterable[type[Registered]]) -> Iterator[Operation]:
+    """Those of a plant with these families and extensions, in the order of the documents."""
     for rows in SECTIONS:
         yield from rows
-    for family in families:
-        for rows in family.rows:
+    for kind in kinds:
+        for rows in kind.rows:
             yield from rows
-        yield from rows_of(family)
+        if issubclass(kind, Family):
+            yield from rows_of(kind)

@@ -127,7 +127,7 @@ class Body(Looked):
     slow_written: SpeedParameters | None = None
     """The speeds that were written last for a move with a speed of its own."""
     companions: "list[Body]" = field(default_factory=list)
-    """The axes of the SCARA robot it belongs to, itself among them."""
+    """Those that move only together, itself among them."""
     poll_due: asyncio.Event = field(default_factory=asyncio.Event)
     """Its state is to be read now, not at the next poll."""
     rest: MotorState | None = None
@@ -657,6 +657,10 @@ class Group:
     number: int
     members: list[Body]
     name: str = ""
+    kept_for: str | None = None
+    """What it stands for, if it must not be defined anew."""
+    position_tolerance: int | None = None
+    """By how much a member may end beside its target, where that is otherwise than for the body alone."""
     in_force: bool = True
     """Whether the link master means these members by the number: False while, and once, it is told others."""
     on_strangers: Callable[[set[int]], None] = lambda _numbers: None

@@ -24,10 +24,9 @@ from gateway.rorze.power import Acknowledgement
 from gateway.rorze.program_runs import ProgramRun
 from gateway.rorze.program_uploads import ProgramUpload
 from gateway.rorze.scans import Scan
-from gateway.rorze.scaras.record import ScaraMove
 from gateway.rorze.stops import StopReport
 
-BODY, GROUP, SCARA = "/bodies/{body_id}", "/groups/{group_id}", "/scaras/{scara_id}"
+BODY, GROUP = "/bodies/{body_id}", "/groups/{group_id}"
 
 
 class WentOffline(EventData):
@@ -239,4 +238,4 @@ LINES = (
     ),
 )
 
-TYPES = (*BODIES, *move_types("scara", SCARA, ScaraMove), *LINES)
+TYPES = (*BODIES, *LINES)

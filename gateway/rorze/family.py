@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Awaitable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
-from typing import Annotated, Any, ClassVar, Final, Literal, TypeVar
+from typing import Annotated, Any, ClassVar, Final, Literal, Protocol, TypeVar
 
 from pydantic import Field
 
@@ -71,11 +71,6 @@ from gateway.rorze.power import Power
 from gateway.rorze.program_runs import ProgramRun, ProgramRuns
 from gateway.rorze.program_uploads import ProgramUpload, ProgramUploads
 from gateway.rorze.scans import Scans
-from gateway.rorze.scaras.config import Scara as ScaraTable
-from gateway.rorze.scaras.moves import ScaraMoves
-from gateway.rorze.scaras.record import ScaraMove
-from gateway.rorze.scaras.scara import Scara
-from gateway.rorze.scaras.target import ScaraTarget
 from gateway.rorze.stops import Stops
 from gateway.rorze.sweep import Sweep
 from gateway.rorze.targets import STOP_MODES, BodyTarget, GroupTarget, LinkMasterTarget
@@ -116,14 +111,27 @@ class LineInfo(PortInfo):
     groups: list[str]
 
 
+class Listener(Protocol):
+    """What hears of bodies before anybody waits for their moves: what is made of several of them."""
+
+    def advanced(self, body: Body, move: Move) -> None:
+        """A move has changed its status."""
+
+    def announced(self, body: Body, frame: MoveEnded) -> None:
+        """The link master has announced the end of a move."""
+
+    def fell_silent(self, body: Body) -> None:
+        """It does not answer any more."""
+
+
 class Rorze(Family):
     """All lines with RC-400s, and what is on them."""
 
     line_table = config.Line
     line_info = LineInfo
     now = BodyNow
-    move_records = (Move, ScaraMove)
-    collections = ("bodies", "groups", "scaras")
+    move_records = (Move,)
+    collections = ("bodies", "groups")
     event_types = TYPES
     commands = tuple(
         (place, row)
@@ -147,7 +155,6 @@ class Rorze(Family):
     things: ClassVar = {
         **dict.fromkeys((Body, AskedBody), lambda rorze, body_id: rorze.body(body_id)),
         Group: lambda rorze, group_id: rorze.group(group_id),
-        Scara: lambda rorze, scara_id: rorze.scara(scara_id),
     }
 
     def __init__(self, site: Site) -> None:
@@ -169,8 +176,7 @@ class Rorze(Family):
         self.sweeps: dict[str, Sweep] = {}
         """How many bodies of a line are asked at once, by the line's id."""
         self.stops = Stops(site.events, self.groups_of, self.sweeps)
-        self._scaras: dict[str, Scara] = {}
-        self.scara_moves = ScaraMoves(self.moves, self.stops, self._publish_scara_move)
+        self.listeners: list[Listener] = []
         self.jogs = BodyJogs(self.moves, self.stops, self._publish_jog)
         self.stops.on_begin = self.jogs.body_stops
         self.scans = Scans(site.events)
@@ -247,7 +253,7 @@ class Rorze(Family):
         await line.close()
         for group in self._groups_on(line):
             self._configured.pop(group.address, None)
-        for things in (self._bodies, self._groups, self._scaras):
+        for things in (self._bodies, self._groups):
             for address in [it for it, thing in things.items() if thing.line is line]:
                 del things[address]
         for body in [it for it in self._events if it.line is line]:
@@ -257,31 +263,21 @@ class Rorze(Family):
 
     def _configure_group(self, group: Group) -> None:
         self._add_group(group)
-        self._configured[group.address] = _parts_of(group)
+        self._configured[group.address] = parts_of(group)
 
     def _add_group(self, group: Group) -> None:
         group.on_strangers = partial(self._on_strangers, group)
         self._groups[group.address] = group
 
-    def add_scara(self, table: ScaraTable) -> None:
-        """Build a SCARA robot of bodies that are there, and the group that stands for them."""
-        line = self.lines[table.line]
-        group = self._groups.get(f"{line.id}.{table.group}")
+    def hold_group(self, line_id: str, number: int, members: Sequence[str], name: str) -> Group:
+        """Give the group of a number that stands for bodies of a line, made where none is configured."""
+        line = self.lines[line_id]
+        group = self._groups.get(f"{line_id}.{number:02X}")
         if group is None:
-            members = [self._bodies[f"{line.id}.{member}"] for member in table.members]
-            group = Group(line, table.group_number, members, table.name or table.id)
-            line.groups[group.number] = [member.number for member in members]
+            group = Group(line, number, [self._bodies[f"{line_id}.{member}"] for member in members], name)
+            line.groups[number] = [member.number for member in group.members]
             self._configure_group(group)
-        self._scaras[table.id] = Scara(
-            table.id,
-            group,
-            table.robot,
-            table.name or "",
-            table.own_path,
-            table.keep_out_um,
-            table.tolerance_pulses,
-            table.on_fault,
-        )
+        return group
 
     # finding
 
@@ -320,25 +316,9 @@ class Rorze(Family):
         """
         return _find(self._groups, self.lines, address, "group")
 
-    def scaras(self) -> list[Scara]:
-        """All SCARA robots, in the order of the configuration."""
-        return list(self._scaras.values())
-
-    def scara(self, scara_id: str) -> Scara:
-        """Find a SCARA robot by its id; upper case will do.
-
-        :raises NotFound: there is none.
-        """
-        found = self._scaras.get(scara_id.lower())
-        if found is None:
-            raise none_such("SCARA robot", scara_id, self._scaras, "GET /scaras lists them.")
-        return found
-
     def target(self, collection: str, names: Sequence[str]) -> Target:
-        """Find a body, a group or a SCARA robot; errors as of `body`, `group` and `scara`."""
+        """Find a body or a group; errors as of `body` and `group`."""
         address = "/".join(names)
-        if collection == "scaras":
-            return ScaraTarget(self.scara(address), self.scara_moves, self.stops)
         if collection == "groups":
             return GroupTarget(self.group(address), self.moves, self.stops, self.endless)
         return BodyTarget(self.body(address), self.moves, self.stops, self.endless)
@@ -348,8 +328,7 @@ class Rorze(Family):
         return LinkMasterTarget(self.lines[line_id], partial(self._define_as_told, line_id))
 
     def addresses(self) -> Iterator[str]:
-        """Bodies and groups, with and without their lines, and SCARA robots."""
-        yield from self._scaras
+        """Bodies and groups, with and without their lines."""
         things: list[Body | Group] = [*self.bodies(), *self.groups()]
         for thing in things:
             yield from (thing.address, thing.short)
@@ -359,14 +338,11 @@ class Rorze(Family):
         return (Seen(it.line.id, it.address, BodyNow.of(it)) for it in self.bodies())
 
     def parts(self, address: str) -> Sequence[Part]:
-        """A body, or the members of a group or a SCARA robot; a group that is not there yet is its line."""
-        scara = self._scaras.get(address.lower())
-        if scara is not None:
-            return _parts_of(scara.group)
+        """A body, or the members of a group; a group that is not there yet is its line."""
         with suppress(NotFound):
             return [_part_of(self.body(address))]
         with suppress(NotFound):
-            return _parts_of(self.group(address))
+            return parts_of(self.group(address))
         line_id = address.rpartition(".")[0].lower()
         return [Part(line_id, line_id)] if line_id in self.lines else []
 
@@ -375,9 +351,6 @@ class Rorze(Family):
         fitting = [parts for address, parts in self._configured.items() if fits(name, address)]
         if len(fitting) == 1:
             return fitting[0]
-        scara = self._scaras.get(name)
-        if scara is not None:
-            return _parts_of(scara.group)
         with suppress(NotFound, Ambiguous):
             return [_part_of(self.body(name))]
         return []
@@ -430,9 +403,10 @@ class Rorze(Family):
                 f"{group.address} is among the numbers that the gateway keeps for itself; nothing was sent.",
                 "Take another number, or change sweep_groups in the configuration.",
             )
-        if any(scara.group.address == group.address for scara in self.scaras()):
+        before = self._groups.get(group.address)
+        if before is not None and before.kept_for is not None:
             raise InvalidRequest(
-                f"{group.address} is the group of a SCARA robot; nothing was sent.",
+                f"{group.address} is the group of {before.kept_for}; nothing was sent.",
                 "Take another number, or change the configuration.",
             )
         async with self._defining:
@@ -455,8 +429,8 @@ class Rorze(Family):
         return self.moves.trajectories.all
 
     def move_logs(self) -> Iterator[MoveLog[Any]]:
-        """That of all bodies, and that of all SCARA robots."""
-        yield from (self.moves.log, self.scara_moves.log)
+        """That of all bodies."""
+        yield self.moves.log
 
     def works(self) -> Mapping[str, KeptWorks[Any]]:
         """Programs that were uploaded and run, and restores."""
@@ -469,18 +443,17 @@ class Rorze(Family):
     def resume(
         self, records: Sequence[Mapping[str, Any]], begun: Collection[str], since: str = RESTARTED
     ) -> None:
-        """Take over the moves of bodies and of SCARA robots that are still configured."""
+        """Take over the moves of bodies that are still configured."""
         own = [Move.model_validate(it) for it in records if it["body_id"] in self._bodies]
         self.moves.log.remember(own)
         for move in own:
             if not move.status.final:
                 self._take_over(self._bodies[move.body_id], move, begun=move.id in begun, since=since)
-        self.scara_moves.resume(self._scaras, records, since)
 
     def _take_over(self, body: Body, move: Move, *, begun: bool, since: str) -> None:
-        robots = {scara.group.address: scara for scara in self.scaras()}
-        robot = robots.get(move.group_id or "")
-        tolerance = robot.tolerance_pulses if robot else body.position_tolerance
+        group = self._groups.get(move.group_id or "")
+        own = None if group is None else group.position_tolerance
+        tolerance = body.position_tolerance if own is None else own
         self.moves.take_over(body, move, begun=begun, tolerance=tolerance, since=since)
         if move.kind in UNATTENDED and not move.status.final:
             with acting(RESTART):
@@ -510,8 +483,7 @@ class Rorze(Family):
             self.site.events.live.demand_changes()
 
     def at_work(self, line: Line) -> Iterator[str]:
-        """The bodies to which a program is uploaded or a backup restored, and the SCARA robots that move."""
-        yield from (it.id for it in self.scaras() if it.line is line and it.move is not None)
+        """The bodies to which a program is uploaded or a backup restored."""
         for body in self.bodies_of(line):
             if self.uploads.is_under_way(body) or self.restores.is_under_way(body.address):
                 yield body.address
@@ -531,12 +503,8 @@ class Rorze(Family):
 
     def _publish_move(self, kind: str, body: Body, move: Move) -> Event:
         event = self.site.events.publish(kind, f"/bodies/{body.address}", move, correlation=move.id)
-        survived("the move of a SCARA", partial(self.scara_moves.advanced, body, move))
+        survived("the news of a move", *(partial(it.advanced, body, move) for it in self.listeners))
         return event
-
-    def _publish_scara_move(self, what: str, move: ScaraMove) -> Event:
-        subject = f"/scaras/{move.scara_id}"
-        return self.site.events.publish(f"scara.move.{what}", subject, move, correlation=move.id)
 
     def _publish_jog(self, what: str, body: Body, jog: BodyJog) -> None:
         self.site.events.publish(f"body.jog.{what}", f"/bodies/{body.address}", jog, correlation=jog.id)
@@ -574,7 +542,8 @@ class Rorze(Family):
         elif body is None:
             publish("body.end_frame", subject, {"command": frame.code, "cause": frame.cause})
         else:
-            self.scara_moves.announced(body, frame)
+            for it in self.listeners:
+                it.announced(body, frame)
             self.moves.ended(body, frame)
 
     def _on_change(self, line: Line, what: str, facts: dict[str, object]) -> None:
@@ -590,7 +559,8 @@ class Rorze(Family):
                 body.fell_silent()
             else:
                 body.out_of_sight()
-            self.scara_moves.fell_silent(body)
+            for it in self.listeners:
+                it.fell_silent(body)
         if body is not None and what == "body.online":
             body.poll_due.set()
             self.stops.in_reach_again(body)
@@ -645,7 +615,6 @@ class Rorze(Family):
     async def at_rest(self) -> None:
         """Wait for stops, and for refusals of moves."""
         await self.stops.confirmed()
-        await self.scara_moves.begun()
         await self.moves.begun()
 
     def left_moving(self) -> Iterator[LeftMoving]:
@@ -661,12 +630,12 @@ class Rorze(Family):
         """Give the waiters for moves what is known now."""
         what = "the end of long work"
         await seen_to(what, self.scans.close, self.restores.close, self.uploads.close, self.runs.close)
-        survived(what, self.moves.let_go, self.scara_moves.let_go)
+        survived(what, self.moves.let_go)
 
     async def close(self) -> None:
         """End all work and close the lines."""
         lines = (line.close for line in self.lines.values())
-        work = self.scans.close, self.scara_moves.close, self.moves.close
+        work = self.scans.close, self.moves.close
         await seen_to("the end of all lines", self.jogs.close, self.stops.close, *lines, *work)
 
 
@@ -677,7 +646,8 @@ def _part_of(body: Body) -> Part:
     return Part(body.line.id, body.address)
 
 
-def _parts_of(group: Group) -> list[Part]:
+def parts_of(group: Group) -> list[Part]:
+    """Its members, as parts of the plant."""
     return [_part_of(member) for member in group.members]
 
 

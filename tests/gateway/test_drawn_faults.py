@@ -29,7 +29,7 @@ from protocols.rorze.position import GetPosition
 from tests.drawing import commit
 from tests.drawn_faults import STRUCK, DrawnFault, Story, Strike, functions, place, strike
 from tests.fics_plants import FicsRig, fics_rig
-from tests.gateway.rorze.scaras.cell import START, cell, mm
+from tests.gateway.rorze_scara.cell import START, cell, mm
 from tests.plants import Rig, configuration, rig
 
 pytestmark = pytest.mark.filterwarnings(  # a function that raises leaves coroutines that nothing awaits

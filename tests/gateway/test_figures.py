@@ -7,7 +7,7 @@ from gateway.door.stopping import stop
 from protocols.fics.homing import HomeRobot
 from protocols.rorze.moves import MoveClockwise
 from tests.fics_plants import fics_rig
-from tests.gateway.rorze.scaras.cell import cell, deg
+from tests.gateway.rorze_scara.cell import cell, deg
 from tests.plants import ended, finished, in_virtual_time, rig, start
 
 ME = Origin("test")

@@ -12,11 +12,11 @@ import pytest
 
 from gateway.core.errors import GatewayError
 from gateway.core.move_record import MoveStatus
-from gateway.rorze.scaras.record import ScaraMove
+from gateway.rorze_scara.record import ScaraMove
 from simulator.faults import Direction, Fault, Switch
 from simulator.rorze.world import EMS
 from tests.drawing import drawn
-from tests.gateway.rorze.scaras.cell import START, Cell, cell, mm
+from tests.gateway.rorze_scara.cell import START, Cell, cell, mm
 from tests.virtual_time import run_virtual
 
 SEEDS = range(4)

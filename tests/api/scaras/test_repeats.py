@@ -8,8 +8,8 @@ import pytest
 from simulator.rorze.line import build_line
 from tests.api.common.test_idempotent_requests import client, is_replayed
 from tests.api.scaras.test_moves import LINE
-from tests.gateway.rorze.scaras.cell import SCARA
-from tests.gateway.rorze.scaras.test_restart import BODIES, taught
+from tests.gateway.rorze_scara.cell import SCARA
+from tests.gateway.rorze_scara.test_restart import BODIES, taught
 from tests.plants import Wire, configuration, in_virtual_time
 from tests.world import World
 

@@ -6,7 +6,7 @@ import pytest
 
 from app import exits
 from app.commands.move_requests import MoveKind
-from gateway.rorze.scaras.record import ScaraMoveKind
+from gateway.rorze_scara.record import ScaraMoveKind
 from tests.app.fake_gateway import FakeGateway, always, move, plant, stopped
 
 

@@ -16,7 +16,7 @@ from protocols.rorze.interpolation import (
     TurnFinger,
 )
 from protocols.rorze.moves import MoveClockwise
-from tests.gateway.rorze.scaras.cell import Cell, cell
+from tests.gateway.rorze_scara.cell import Cell, cell
 from tests.plants import in_virtual_time
 
 X_MOVE = PrepareMoveAlongX(distance=10_000, pattern=3)

@@ -2456,16 +2456,6 @@ class EventList(TypedDict):
         | BodyPositionEvent
         | BodySettingsChangedEvent
         | BodyLeftMovingEvent
-        | ScaraMoveQueuedEvent
-        | ScaraMoveSentEvent
-        | ScaraMoveStartedEvent
-        | ScaraMoveSucceededEvent
-        | ScaraMoveFailedEvent
-        | ScaraMoveStoppedEvent
-        | ScaraMoveRejectedEvent
-        | ScaraMoveCancelledEvent
-        | ScaraMoveLostEvent
-        | ScaraMoveUnknownEvent
         | LineBackupStartedEvent
         | LineBackupProgressEvent
         | LineBackupSucceededEvent
@@ -2494,6 +2484,16 @@ class EventList(TypedDict):
         | LineScanRunningEvent
         | LineScanFinishedEvent
         | LineScanFailedEvent
+        | ScaraMoveQueuedEvent
+        | ScaraMoveSentEvent
+        | ScaraMoveStartedEvent
+        | ScaraMoveSucceededEvent
+        | ScaraMoveFailedEvent
+        | ScaraMoveStoppedEvent
+        | ScaraMoveRejectedEvent
+        | ScaraMoveCancelledEvent
+        | ScaraMoveLostEvent
+        | ScaraMoveUnknownEvent
         | RobotMoveQueuedEvent
         | RobotMoveSentEvent
         | RobotMoveStartedEvent
@@ -7883,16 +7883,6 @@ Event: TypeAlias = (
     | BodyPositionEvent
     | BodySettingsChangedEvent
     | BodyLeftMovingEvent
-    | ScaraMoveQueuedEvent
-    | ScaraMoveSentEvent
-    | ScaraMoveStartedEvent
-    | ScaraMoveSucceededEvent
-    | ScaraMoveFailedEvent
-    | ScaraMoveStoppedEvent
-    | ScaraMoveRejectedEvent
-    | ScaraMoveCancelledEvent
-    | ScaraMoveLostEvent
-    | ScaraMoveUnknownEvent
     | LineBackupStartedEvent
     | LineBackupProgressEvent
     | LineBackupSucceededEvent
@@ -7921,6 +7911,16 @@ Event: TypeAlias = (
     | LineScanRunningEvent
     | LineScanFinishedEvent
     | LineScanFailedEvent
+    | ScaraMoveQueuedEvent
+    | ScaraMoveSentEvent
+    | ScaraMoveStartedEvent
+    | ScaraMoveSucceededEvent
+    | ScaraMoveFailedEvent
+    | ScaraMoveStoppedEvent
+    | ScaraMoveRejectedEvent
+    | ScaraMoveCancelledEvent
+    | ScaraMoveLostEvent
+    | ScaraMoveUnknownEvent
     | RobotMoveQueuedEvent
     | RobotMoveSentEvent
     | RobotMoveStartedEvent

@@ -11,7 +11,7 @@ from gateway.core.stops import StopMode
 from gateway.core.targets import Looked
 from gateway.rorze.bodies import Body, Group, R
 from gateway.rorze.line import Line
-from gateway.rorze.scaras.record import ScaraMove
+from gateway.rorze_scara.record import ScaraMove
 from protocols.rorze.position import GetPosition
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.scara import BeltLinked, OutOfReach, Place, Robot

@@ -8,11 +8,12 @@ from typing import Any, Final
 
 from pydantic import TypeAdapter
 
-from gateway.rorze.scaras import geometry
-from gateway.rorze.scaras.moves import ScaraMoves
-from gateway.rorze.scaras.record import ScaraMove
-from gateway.rorze.scaras.requests import ScaraMoveRequest
-from gateway.rorze.scaras.scara import Scara
+from gateway.rorze_scara import geometry
+from gateway.rorze_scara.extension import Scaras
+from gateway.rorze_scara.moves import ScaraMoves
+from gateway.rorze_scara.record import ScaraMove
+from gateway.rorze_scara.requests import ScaraMoveRequest
+from gateway.rorze_scara.scara import Scara
 from protocols.rorze.position import SetPosition
 from protocols.rorze.profile import TICK_S
 from protocols.rorze.scara import Place
@@ -64,7 +65,7 @@ class Cell:
 
     @property
     def moves(self) -> ScaraMoves:
-        return self.rig.plant.rorze.scara_moves
+        return self.rig.plant.family(Scaras).moves
 
     @property
     def numbers(self) -> list[int]:
@@ -170,7 +171,7 @@ async def cell(
     async with rig(
         bodies=bodies, groups={}, more=table + extra, baud=baud, settings=settings, seed=seed
     ) as running:
-        scara = running.plant.rorze.scara("wafer")
+        scara = running.plant.family(Scaras).find("wafer")
         cell = Cell(running, scara)
         await cell.teach()
         await cell.put(*start[: scara.robot.axes])

@@ -31,9 +31,10 @@ from gateway.rorze.bodies import PULSES_RUNNING, Body, Group
 from gateway.rorze.move_proof import MOTION_ERRORS, Stretch
 from gateway.rorze.moves import Moves
 from gateway.rorze.samples import samples_of
-from gateway.rorze.scaras.geometry import GeometryDiffers
-from gateway.rorze.scaras.paths import PathsDiffer
-from gateway.rorze.scaras.preparation import (
+from gateway.rorze.stops import Stops
+from gateway.rorze_scara.geometry import GeometryDiffers
+from gateway.rorze_scara.paths import PathsDiffer
+from gateway.rorze_scara.preparation import (
     Plan,
     know_pattern,
     prepare,
@@ -42,17 +43,16 @@ from gateway.rorze.scaras.preparation import (
     weigh,
     work_out,
 )
-from gateway.rorze.scaras.record import (
+from gateway.rorze_scara.record import (
     PlannedScaraMove,
     ScaraAxisMove,
     ScaraMove,
     ScaraPlace,
     ScaraSamples,
 )
-from gateway.rorze.scaras.requests import ScaraMoveRequest
-from gateway.rorze.scaras.scara import Scara
-from gateway.rorze.scaras.speed import wish_of, with_own_pattern
-from gateway.rorze.stops import Stops
+from gateway.rorze_scara.requests import ScaraMoveRequest
+from gateway.rorze_scara.scara import Scara
+from gateway.rorze_scara.speed import wish_of, with_own_pattern
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.status import ControllerStatus, GetControllerStatus
 

@@ -13,9 +13,9 @@ from dataclasses import replace
 from gateway.core.errors import InvalidRequest
 from gateway.rorze.bodies import Body
 from gateway.rorze.limited_speed import Wish, limited, slow_pattern_of, standard_of
-from gateway.rorze.scaras.geometry import WHOLE_TURN_MDEG
-from gateway.rorze.scaras.requests import ScaraMoveRequest, TurnSpeed
-from gateway.rorze.scaras.scara import Scara
+from gateway.rorze_scara.geometry import WHOLE_TURN_MDEG
+from gateway.rorze_scara.requests import ScaraMoveRequest, TurnSpeed
+from gateway.rorze_scara.scara import Scara
 from protocols.rorze.profile import SpeedParameters
 
 

@@ -9,8 +9,8 @@ from pydantic import Field, WithJsonSchema, model_validator
 from gateway.core.records import RequestModel, example
 from gateway.rorze.limited_speed import require_one_speed
 from gateway.rorze.move_requests import Pattern
-from gateway.rorze.scaras.paths import commands_for
-from gateway.rorze.scaras.record import ScaraMoveKind
+from gateway.rorze_scara.paths import commands_for
+from gateway.rorze_scara.record import ScaraMoveKind
 from protocols.rorze import ways
 from protocols.rorze.interpolation import (
     MOST_POINTS,

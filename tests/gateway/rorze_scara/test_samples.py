@@ -5,10 +5,10 @@ from typing import Any
 import pytest
 
 from gateway.core.errors import InvalidRequest, NotFound
-from gateway.rorze.scaras.preparation import prepare, work_out
-from gateway.rorze.scaras.record import ScaraSamples
+from gateway.rorze_scara.preparation import prepare, work_out
+from gateway.rorze_scara.record import ScaraSamples
 from protocols.rorze.interpolation import StartInterpolation
-from tests.gateway.rorze.scaras.cell import BELTS, Cell, cell, deg, mm, read
+from tests.gateway.rorze_scara.cell import BELTS, Cell, cell, deg, mm, read
 from tests.plants import in_virtual_time
 from tests.through_the_door import ask
 

@@ -1,11 +1,12 @@
 """What the configuration file may say of a SCARA robot."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from gateway.core.tables import Array, Fault, Name, Slug, Table, refuse_repeats
+from gateway.core.tables import Array, Fault, Name, Slug, Table, named, refuse_repeats
+from gateway.core.tables import Line as AnyLine
 from gateway.rorze.config import BodyId, GroupId, Line
 from protocols.rorze.interpolation import PulsesOfTurn
 from protocols.rorze.notation import BILLION
@@ -62,11 +63,30 @@ class Scara(Table):
         """Its mechanics."""
         return ROBOTS[len(self.members)](self.arm_um, self.finger_um, self.pulses_per_turn)
 
-    def require_place_on(self, line: Line | None) -> None:
-        """Refuse what is not on its line, or is something else there.
+    def served(self) -> str:
+        """What it is, of which bodies, in words."""
+        return f"SCARA robot {named(self.id, self.name)} of {', '.join(self.members)} on {self.line}"
+
+    @classmethod
+    def require_places(cls, made: Sequence[Self], lines: Mapping[str, AnyLine]) -> None:
+        """Refuse what is not on its line, or is something else there, or has what another one has.
 
         :raises Fault: that is so.
         """
+        busy: set[tuple[str, str]] = set()
+        for index, scara in enumerate(made):
+            line = lines.get(scara.line)
+            try:
+                scara.require_place_on(line if isinstance(line, Line) else None)
+            except Fault as fault:
+                raise Fault(str(fault), index, *fault.path) from None
+            wanted = {(scara.line, number) for number in (scara.group, *scara.members)}
+            if not busy.isdisjoint(wanted):
+                raise Fault("has a body or the group of another one", index, "members")
+            busy |= wanted
+
+    def require_place_on(self, line: Line | None) -> None:
+        """Refuse what is not on its line, or is something else there; errors as of `require_places`."""
         if line is None:
             raise Fault(f"there is no line {self.line} of protocol rorze", "line")
         bodies = {body.id for body in line.bodies}

@@ -5,11 +5,11 @@ from typing import Any, NoReturn
 from gateway.core.errors import InvalidRequest
 from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped, Target, stopped
-from gateway.rorze.scaras.moves import ScaraMoves
-from gateway.rorze.scaras.record import ScaraSamples
-from gateway.rorze.scaras.scara import Scara
 from gateway.rorze.stops import Stops
 from gateway.rorze.targets import STOP_MODES
+from gateway.rorze_scara.moves import ScaraMoves
+from gateway.rorze_scara.record import ScaraSamples
+from gateway.rorze_scara.scara import Scara
 
 
 class ScaraTarget(Target):

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from gateway.core.errors import InvalidRequest
 from gateway.rorze.bodies import Group
 from gateway.rorze.line import Line
-from gateway.rorze.scaras.record import ScaraPlace
-from gateway.rorze.scaras.scara import Scara
+from gateway.rorze_scara.record import ScaraPlace
+from gateway.rorze_scara.scara import Scara
 from protocols.rorze.scara import BeltLinked, Place, Robot, ThreeAxes
 from simulator.rorze.line import build_line
 from tests.simulated_line import SimulatedLine

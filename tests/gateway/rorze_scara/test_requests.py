@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from gateway.rorze.scaras.requests import Angle, Distance, MoveStart
+from gateway.rorze_scara.requests import Angle, Distance, MoveStart
 from protocols.rorze.scara import ThreeAxes
-from tests.gateway.rorze.scaras.cell import START, deg, mm, read
+from tests.gateway.rorze_scara.cell import START, deg, mm, read
 
 ROBOT = ThreeAxes(215_000, 330_000, (121_791.045, 60_000.0, 100_000.0))
 HERE = MoveStart(START, ROBOT.pose(START), ROBOT.place(START), {}, 63)

@@ -6,7 +6,7 @@ from typing import Any, Final, Literal, NamedTuple
 from gateway.core.errors import ControllerRefused, GatewayError
 from gateway.core.lanes import Lane
 from gateway.core.records import Record
-from gateway.rorze.scaras.scara import Scara
+from gateway.rorze_scara.scara import Scara
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.interpolation import (
     ConvertPulsesToCoordinates,

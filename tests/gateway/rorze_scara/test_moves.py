@@ -25,12 +25,12 @@ from gateway.core.stops import CONFIRM_WITHIN_S
 from gateway.core.targets import Begun
 from gateway.rorze.limited_speed import Rate
 from gateway.rorze.move_requests import RelativeMoveRequest
-from gateway.rorze.scaras import paths
-from gateway.rorze.scaras.geometry import GeometryDiffers
-from gateway.rorze.scaras.record import ScaraMove
-from gateway.rorze.scaras.requests import ScaraMoveRequest
 from gateway.rorze.speed_sets import read_set
 from gateway.rorze.units import Length
+from gateway.rorze_scara import paths
+from gateway.rorze_scara.geometry import GeometryDiffers
+from gateway.rorze_scara.record import ScaraMove
+from gateway.rorze_scara.requests import ScaraMoveRequest
 from protocols.rorze.interpolation import PathPoint
 from protocols.rorze.modes import SetSoftLimits
 from protocols.rorze.path import Arc, Corner, Line, Segment, rounded
@@ -40,7 +40,7 @@ from protocols.rorze.status import GetControllerStatus
 from simulator.faults import Direction
 from simulator.rorze.rc400 import LinkSettings
 from simulator.rorze.world import CCW_LIMIT, EMS, STALL
-from tests.gateway.rorze.scaras.cell import BELTS, Cell, cell, deg, mm, read
+from tests.gateway.rorze_scara.cell import BELTS, Cell, cell, deg, mm, read
 from tests.model_book import ModelBook
 from tests.plants import in_virtual_time, lose
 from tests.through_the_door import ask, start

@@ -4,8 +4,9 @@ import pytest
 
 from gateway.config import parse
 from gateway.core.toml_files import ConfigError
+from gateway.rorze_scara.config import Scara
 from protocols.rorze.scara import BeltLinked, ThreeAxes
-from tests.gateway.rorze.scaras.cell import BELTS, SCARA
+from tests.gateway.rorze_scara.cell import BELTS, SCARA
 
 LINES = """
 [[lines]]
@@ -22,6 +23,10 @@ robot = {id = "r1", units = [{number = 1, axes = ["X"]}]}
 """
 
 
+def robots(tables: str) -> list[Scara]:
+    return [it for it in parse(LINES + tables, "x").made()["scaras"] if isinstance(it, Scara)]
+
+
 def complaint(table: str, lines: str = LINES) -> str:
     with pytest.raises(ConfigError) as refused:
         parse(lines + table, "gateway.toml")
@@ -29,15 +34,15 @@ def complaint(table: str, lines: str = LINES) -> str:
 
 
 def test_three_axes_or_two_with_belts() -> None:
-    [three] = parse(LINES + SCARA, "x").scaras
+    [three] = robots(SCARA)
     assert three.robot == ThreeAxes(215_000, 330_000, (121_791.045, 60_000.0, 100_000.0))
     assert (three.group_number, three.own_path, three.on_fault) == (0x8A, 63, "decelerate")
-    [two] = parse(LINES + BELTS, "x").scaras
+    [two] = robots(BELTS)
     assert two.robot == BeltLinked(156_000, 208_000, (98_765.0, 99_000.0))
 
 
 def test_a_group_of_the_same_members_may_be_configured_too() -> None:
-    assert parse(LINES + BELTS.replace('"8A"', '"80"'), "x").scaras[0].group == "80"
+    assert robots(BELTS.replace('"8A"', '"80"'))[0].group == "80"
 
 
 @pytest.mark.parametrize(

@@ -11,10 +11,10 @@ from gateway.core.lanes import Lane
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.limited_speed import Wish
 from gateway.rorze.plans import AlongPath, Planned, PlannedTrajectory, crossed_of, parameters_of_pattern
-from gateway.rorze.scaras import geometry, paths
-from gateway.rorze.scaras.record import PlannedScaraMove, ScaraPlace
-from gateway.rorze.scaras.requests import Course, Manoeuvre, MoveStart, ScaraMoveRequest
-from gateway.rorze.scaras.scara import Scara
+from gateway.rorze_scara import geometry, paths
+from gateway.rorze_scara.record import PlannedScaraMove, ScaraPlace
+from gateway.rorze_scara.requests import Course, Manoeuvre, MoveStart, ScaraMoveRequest
+from gateway.rorze_scara.scara import Scara
 from protocols.rorze.interpolation import (
     SetPathPoint,
     SetStartPosition,

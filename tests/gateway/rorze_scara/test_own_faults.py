@@ -9,9 +9,9 @@ from gateway.core.errors import GatewayError
 from gateway.core.move_record import MoveStatus
 from gateway.rorze.mark import Mark
 from gateway.rorze.move_proof import MoveProof
-from gateway.rorze.scaras import geometry, moves, preparation
-from gateway.rorze.scaras.moves import ScaraMoves
-from tests.gateway.rorze.scaras.cell import START, Cell, cell, mm
+from gateway.rorze_scara import geometry, moves, preparation
+from gateway.rorze_scara.moves import ScaraMoves
+from tests.gateway.rorze_scara.cell import START, Cell, cell, mm
 from tests.own_faults import Place, fail_once, named
 from tests.plants import in_virtual_time
 

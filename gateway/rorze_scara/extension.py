@@ -1,0 +1,128 @@
+"""SCARA robots made of RC-420 bodies, as the gateway knows of them: it names nothing else of this package."""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from typing import Any, ClassVar, Final
+
+from gateway.core.addresses import none_such
+from gateway.core.event_types import move_types
+from gateway.core.events import Event
+from gateway.core.family import Extension, Site
+from gateway.core.move_log import MoveLog
+from gateway.core.move_record import RESTARTED
+from gateway.core.own_faults import survived
+from gateway.core.parts import Part
+from gateway.core.targets import Target
+from gateway.rorze.family import Rorze, parts_of
+from gateway.rorze.line import Line
+from gateway.rorze_scara import config
+from gateway.rorze_scara.moves import ScaraMoves
+from gateway.rorze_scara.record import ScaraMove
+from gateway.rorze_scara.scara import Scara
+from gateway.rorze_scara.target import ScaraTarget
+
+
+class Scaras(Extension):
+    """All SCARA robots of a plant."""
+
+    of = Rorze
+    table = config.Scara
+    collections = ("scaras",)
+    move_records = (ScaraMove,)
+    event_types = tuple(move_types("scara", "/scaras/{scara_id}", ScaraMove))
+    things: ClassVar = {Scara: lambda scaras, scara_id: scaras.find(scara_id)}
+
+    def __init__(self, site: Site, rorze: Rorze) -> None:
+        super().__init__(site, rorze)
+        self._stops = rorze.stops
+        self._scaras: dict[str, Scara] = {}
+        self.moves = ScaraMoves(rorze.moves, rorze.stops, self._publish_move)
+        rorze.listeners.append(self.moves)
+
+    def make(self, table: config.Scara) -> None:
+        """Build a SCARA robot of bodies that are there, and the group that stands for them."""
+        group = self.family.hold_group(table.line, table.group_number, table.members, table.name or table.id)
+        group.kept_for, group.position_tolerance = "a SCARA robot", table.tolerance_pulses
+        self._scaras[table.id] = Scara(
+            table.id,
+            group,
+            table.robot,
+            table.name or "",
+            table.own_path,
+            table.keep_out_um,
+            table.tolerance_pulses,
+            table.on_fault,
+        )
+
+    def forget(self, line: Line) -> None:
+        """Forget the robots on a line."""
+        self._scaras = {name: it for name, it in self._scaras.items() if it.line is not line}
+
+    # finding
+
+    def all(self) -> list[Scara]:
+        """All of them, in the order of the configuration."""
+        return list(self._scaras.values())
+
+    def find(self, scara_id: str) -> Scara:
+        """Find a SCARA robot by its id; upper case will do.
+
+        :raises NotFound: there is none.
+        """
+        found = self._scaras.get(scara_id.lower())
+        if found is None:
+            raise none_such("SCARA robot", scara_id, self._scaras, "GET /scaras lists them.")
+        return found
+
+    def target(self, _collection: str, names: Sequence[str]) -> Target:
+        """Find a SCARA robot; errors as of `find`."""
+        return ScaraTarget(self.find("/".join(names)), self.moves, self._stops)
+
+    def addresses(self) -> Sequence[str]:
+        """Their ids."""
+        return list(self._scaras)
+
+    def parts(self, address: str) -> Sequence[Part]:
+        """The members of a robot."""
+        return self.parts_in_scope(address.lower())
+
+    def parts_in_scope(self, name: str) -> Sequence[Part]:
+        """The members of a robot."""
+        scara = self._scaras.get(name)
+        return [] if scara is None else parts_of(scara.group)
+
+    def at_work(self, line: Line) -> Iterator[str]:
+        """The robots that move."""
+        return (it.id for it in self.all() if it.line is line and it.move is not None)
+
+    # moves
+
+    def move_logs(self) -> Sequence[MoveLog[Any]]:
+        """That of all robots."""
+        return [self.moves.log]
+
+    def resume(
+        self, records: Sequence[Mapping[str, Any]], _begun: Collection[str], since: str = RESTARTED
+    ) -> None:
+        """Take over the moves of robots that are still configured, once those of the bodies are."""
+        self.moves.resume(self._scaras, records, since)
+
+    def _publish_move(self, what: str, move: ScaraMove) -> Event:
+        subject = f"/scaras/{move.scara_id}"
+        return self.site.events.publish(f"scara.move.{what}", subject, move, correlation=move.id)
+
+    # the end
+
+    async def at_rest(self) -> None:
+        """Wait for refusals of moves."""
+        await self.moves.begun()
+
+    async def let_go(self) -> None:
+        """Give the waiters for moves what is known now."""
+        survived("the end of the moves of SCARA robots", self.moves.let_go)
+
+    async def close(self) -> None:
+        """Watch over nothing more; the lines are closed."""
+        await self.moves.close()
+
+
+EXTENSION: Final = Scaras
