@@ -186,6 +186,7 @@ class Events:
             at = alarm["ended_at"] or alarm["raised_at"]
         self._begin(told, address, at, OVER_SEVERITY if over else ALARM_SEVERITY, f"{name}/{at}/{stands}")
         told.add_property("NodeId", self._space.id(name), Type.NodeId)
+        told.add_property("CauseNumber", alarm.get("number", 0), Type.UInt32)
         told.ConditionName = alarm["cause"]
         told.Message = _Spoken({language: _sentence(alarm, language, over=over) for language in LANGUAGES})
         told.ConditionClassId = ua.NodeId(ua.ObjectIds.SystemConditionClassType)
