@@ -84,6 +84,7 @@ from motion_gateway_client.generated.types import (
     NightlyBackups,
     NoiseFilters,
     NoiseFiltersChange,
+    Numbers,
     OutputPulse,
     OutputState,
     OutputSwitch,
@@ -1945,6 +1946,11 @@ class Operations(Protocol):
     def list_translations(self) -> Translations:
         """Give in other languages what the gateway says in English only: hints of parameters, reasons, notes."""
         answer: Translations = self.call("GET", filled("/translations"))
+        return answer
+
+    def list_numbers(self) -> Numbers:
+        """Give the numbers of event types and of causes of alarms, for systems that know things by numbers."""
+        answer: Numbers = self.call("GET", filled("/numbers"))
         return answer
 
     def livez(self) -> Liveness:
