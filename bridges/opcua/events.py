@@ -210,10 +210,11 @@ class Events:
 
     def _begin(self, told: Any, address: str, time: str, severity: int, id_: str) -> None:
         source = self._space.id(address)
+        whose = (self._space.address_of(source) or address).removesuffix("/")
         if not self._space.has(address):
             source = ua.NodeId(ua.ObjectIds.Server)
         told.emitting_node = ua.NodeId(ua.ObjectIds.Server)
-        told.address = self._space.address_of(source)
+        told.address = whose  # of the gateway itself, too: who sees a part of the plant does not see that
         told.EventId = id_.encode()
         told.SourceNode = source
         told.SourceName = address
