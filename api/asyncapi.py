@@ -7,7 +7,7 @@ import yaml
 from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
-from gateway.door.event_models import EVENT_TYPES, CloudEvent, EventType, Telemetry, name_of
+from gateway.door.event_models import EVENT_TYPES, NUMBERS, CloudEvent, EventType, Telemetry, name_of
 from gateway.door.system import VERSION
 
 _ROOT = Path(__file__).parent.parent
@@ -22,10 +22,11 @@ INTRODUCTION = """\
 
 Every type of event that the gateway publishes, with its subject and its data: a CloudEvent 1.0 each, the same
 over the WebSocket `/events`, `GET /events/stream` and `GET /events` ([how to read them](api.md#events)). The
-same table is `openapi/asyncapi.yaml`, for generators.
+same table is `openapi/asyncapi.yaml`, for generators. Numbers are for systems that know things by them: none
+ever changes or is given again. `GET /numbers` gives them, and those of causes of alarms.
 
-| Type | Subject | Data | When | Since |
-|---|---|---|---|---|
+| Type | No. | Subject | Data | When | Since |
+|---|---|---|---|---|---|
 """
 
 
@@ -98,6 +99,7 @@ def _message(row: EventType) -> dict[str, Any]:
         "summary": f"{row.when[0].upper()}{row.when[1:]}.",
         "contentType": "application/cloudevents+json",
         "payload": {"allOf": [{"$ref": _SCHEMAS + _base_of(row)}, {"type": "object", "properties": told}]},
+        "x-number": NUMBERS[row.name],
         "x-since": row.since,
     }
 
@@ -120,7 +122,8 @@ def _schemas() -> dict[str, Any]:
 
 def _row(row: EventType) -> str:
     name = row.data.__name__
-    return f"| `{row.name}` | `{row.subject}` | [{name}](#{name.lower()}) | {row.when} | {row.since} |\n"
+    told = f"`{row.name}` | {NUMBERS[row.name]} | `{row.subject}` | [{name}](#{name.lower()})"
+    return f"| {told} | {row.when} | {row.since} |\n"
 
 
 def _section(model: type[BaseModel], schema: dict[str, Any]) -> str:

@@ -25,7 +25,7 @@ MOST_AT_ONCE: Final = 64
 """Commands under way; further ones are refused, stops never."""
 MOST_ANSWERS: Final = 1000
 LONGEST_WITHIN_S: Final = 60.0
-SECRETS: Final = ("/access", "/tickets", "/sign-in", "/sign-out")
+SECRETS: Final = ("/access", "/tickets", "/sign-in", "/sign-out", "/pendant")
 """Their answers are secrets, which have no place in a message."""
 NOT_YET: Final = frozenset({"queued", "rejected", "cancelled"})
 NOBODY_KNOWS: Final = frozenset({"unknown", "lost"})

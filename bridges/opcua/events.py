@@ -186,6 +186,7 @@ class Events:
             at = alarm["ended_at"] or alarm["raised_at"]
         self._begin(told, address, at, OVER_SEVERITY if over else ALARM_SEVERITY, f"{name}/{at}/{stands}")
         told.add_property("NodeId", self._space.id(name), Type.NodeId)
+        told.add_property("CauseNumber", alarm.get("number", 0), Type.UInt32)
         told.ConditionName = alarm["cause"]
         told.Message = _Spoken({language: _sentence(alarm, language, over=over) for language in LANGUAGES})
         told.ConditionClassId = ua.NodeId(ua.ObjectIds.SystemConditionClassType)
@@ -209,10 +210,11 @@ class Events:
 
     def _begin(self, told: Any, address: str, time: str, severity: int, id_: str) -> None:
         source = self._space.id(address)
+        whose = (self._space.address_of(source) or address).removesuffix("/")
         if not self._space.has(address):
             source = ua.NodeId(ua.ObjectIds.Server)
         told.emitting_node = ua.NodeId(ua.ObjectIds.Server)
-        told.address = self._space.address_of(source)
+        told.address = whose  # of the gateway itself, too: who sees a part of the plant does not see that
         told.EventId = id_.encode()
         told.SourceNode = source
         told.SourceName = address

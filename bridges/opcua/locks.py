@@ -23,6 +23,7 @@ AGAIN_S: Final = 1.0
 DONE: Final = 0
 NOT: Final = -1
 """What the methods give (DI 7.6) where it is locked already, or is not locked."""
+NOT_HIS: Final = frozenset({ua.StatusCodes.BadLocked, ua.StatusCodes.BadNotFound})
 STATES: Final = (
     ("Locked", Type.Boolean, ua.ObjectIds.Boolean, False),
     ("LockingClient", Type.String, ua.ObjectIds.String, ""),
@@ -44,9 +45,15 @@ def _lease_of(scope: str) -> str | None:
 
 
 def _done(name: str, answer: Answer | None) -> ua.CallMethodResult:
-    """Tell whether the gateway has done it; None: it was not asked, for there was no lease."""
-    is_done = answer is not None and answer.is_success
-    return result(ua.StatusCodes.Good, _status(name), DONE if is_done else NOT)
+    """Tell whether the gateway has done it; None: it was not asked, for there is no lease.
+
+    That somebody else has it, or that it has run out, is no error of the call in DI, but what it answers.
+    """
+    status = ua.StatusCodes.BadNotFound if answer is None else status_of(answer)
+    is_done = status == ua.StatusCodes.Good
+    if status in NOT_HIS:
+        status = ua.StatusCodes.Good
+    return result(status, _status(name), DONE if is_done else NOT)
 
 
 class Locks:
@@ -103,16 +110,11 @@ class Locks:
 
     async def _init(self, scope: str) -> ua.CallMethodResult:
         """Take a lease for the session of the caller."""
-        gives = _status("InitLock")
         guest = GUEST.get()
-        body = {"scope": scope, "ttl_s": TTL_S}
-        answer = await self._commands.ask(Request("/leases", body))
-        if guest is None or not answer.is_success:
-            status = status_of(answer)
-            # Somebody else has it: that is no error of the call in DI, but what it answers.
-            return result(ua.StatusCodes.Good if status == ua.StatusCodes.BadLocked else status, gives, NOT)
-        guest.leases[scope] = (answer.content["lease"], str(answer.content["token"]))
-        return result(ua.StatusCodes.Good, gives, DONE)
+        answer = await self._commands.ask(Request("/leases", {"scope": scope, "ttl_s": TTL_S}))
+        if guest is not None and answer.is_success:
+            guest.leases[scope] = (answer.content["lease"], str(answer.content["token"]))
+        return _done("InitLock", answer)
 
     async def _renew(self, scope: str) -> ua.CallMethodResult:
         id_ = _lease_of(scope)
@@ -128,12 +130,11 @@ class Locks:
 
     async def _break(self, scope: str) -> ua.CallMethodResult:
         """End the lease of anybody: an admin may."""
-        gives = _status("BreakLock")
-        if scope not in self._ids:
-            return result(ua.StatusCodes.Good, gives, NOT)
-        id_ = quote(self._ids[scope], safe="")
-        answer = await self._commands.ask(Request(f"/leases/{id_}", method="DELETE"))
-        return result(status_of(answer), gives, DONE if answer.is_success else NOT)
+        answer = None
+        if scope in self._ids:
+            id_ = quote(self._ids[scope], safe="")
+            answer = await self._commands.ask(Request(f"/leases/{id_}", method="DELETE"))
+        return _done("BreakLock", answer)
 
     async def run(self) -> None:
         """Tell the leases that stand, for ever."""

@@ -42,8 +42,14 @@ class Guest:
     """
 
     def sees(self, address: str | None) -> bool:
-        """Whether its key may see what a node stands for; what is nothing of the plant everybody sees."""
-        return address is None or self.visible is None or address in self.visible
+        """Whether its key may see what a node stands for; what is nothing of the plant everybody sees.
+
+        `line1/` is the way to what is on a line or a robot: who may see anything there sees it.
+        """
+        if address is None or self.visible is None or address in self.visible:
+            return True
+        name = address.removesuffix("/")
+        return name != address and any(it.partition(".")[0] == name for it in self.visible)
 
     async def ask(
         self,

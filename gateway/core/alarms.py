@@ -14,6 +14,7 @@ from typing import Any, Final, Generic, NamedTuple, Self, TypeVar
 from pydantic import Field
 
 from gateway import texts
+from gateway.core import numbers
 from gateway.core.errors import GatewayError, NotFound
 from gateway.core.events import Event, EventHub
 from gateway.core.move_log import new_id
@@ -88,6 +89,10 @@ class Alarm(Record):
 
     id: str
     cause: str = Field(description="What it is, such as `body.offline`; never changes.")
+    number: int = Field(
+        default_factory=lambda told: numbers.ALARMS.get(told["cause"], 0),
+        description="The number of its cause, as `GET /numbers` has it; never changes.",
+    )
     subject: str = Field(
         description="What it is about, as in events: /bodies/line1.3F, /lines/line1, /gateway."
     )

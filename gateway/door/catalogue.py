@@ -6,6 +6,7 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, Field
 
+from gateway.core import numbers
 from gateway.core.operation import Rows
 from gateway.core.rights import RIGHT_OF, Right
 from gateway.texts import catalogue
@@ -81,6 +82,13 @@ class Translations(BaseModel):
     ja: dict[str, str] = Field(description="Japanese by the English sentence.")
 
 
+class Numbers(BaseModel):
+    """Numbers that never change, in later versions neither; each type and cause has one of its own."""
+
+    events: dict[str, int] = Field(description="By the type of an event, from 1.")
+    alarms: dict[str, int] = Field(description="By the cause of an alarm, from 1.")
+
+
 FamilyName = Annotated[Family | None, Field(description="Only the commands of one family.")]
 
 
@@ -94,6 +102,12 @@ async def list_commands(*, family: FamilyName = None) -> CommandList:
 async def list_translations() -> Translations:
     """Give in other languages what the gateway says in English only: hints of parameters, reasons, notes."""
     return Translations(ja=dict(catalogue("sentences.ja")))
+
+
+@ROWS.get("/numbers", any_scope=True)
+async def list_numbers() -> Numbers:
+    """Give the numbers of event types and of causes of alarms, for systems that know things by numbers."""
+    return Numbers(events=dict(numbers.EVENTS), alarms=dict(numbers.ALARMS))
 
 
 def tables_of(*families: Family) -> CommandList:

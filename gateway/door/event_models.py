@@ -8,9 +8,10 @@ from pydantic_core import CoreSchema
 
 from gateway.core.event_types import EventType
 from gateway.core.events import CloudEvent, Telemetry
+from gateway.core.numbers import EVENTS as NUMBERS
 from gateway.event_types import EVENT_TYPES
 
-__all__ = ["EVENT_TYPES", "CloudEvent", "EventList", "EventType", "Telemetry", "name_of"]
+__all__ = ["EVENT_TYPES", "NUMBERS", "CloudEvent", "EventList", "EventType", "Telemetry", "name_of"]
 
 
 def name_of(row: EventType) -> str:

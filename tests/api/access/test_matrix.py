@@ -224,6 +224,7 @@ GET       /events/stream                                 view     events
 WEBSOCKET /events                                        view     events
 GET       /commands                                      view     any
 GET       /translations                                  view     any
+GET       /numbers                                       view     any
 GET       /metrics                                       view     plant
 GET       /leases                                        view     any
 POST      /leases                                        operate  any

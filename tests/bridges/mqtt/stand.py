@@ -101,6 +101,7 @@ class Client:
 
     def __init__(self, port: int, *filters: str, v5: bool = True, root: str = ROOT) -> None:
         self.heard: list[Heard] = []
+        self.on_heard: Callable[[Heard], object] = lambda _: None
         self.root = root
         self._ready = threading.Event()
         self.answers = f"answers/{uuid4().hex}"
@@ -120,7 +121,9 @@ class Client:
 
     def _hear(self, _client: Any, _data: Any, message: paho.MQTTMessage) -> None:
         properties = getattr(message, "properties", None)
-        self.heard.append(Heard(message.topic, bytes(message.payload), message.retain, properties))
+        heard = Heard(message.topic, bytes(message.payload), message.retain, properties)
+        self.heard.append(heard)
+        self.on_heard(heard)
 
     def close(self) -> None:
         """Leave the broker."""
@@ -207,13 +210,14 @@ class Plant:
 
     folder: Path
     line: SimulatedLine
+    bodies: str = BODIES
 
     def __post_init__(self) -> None:
         self.data = data_directory(self.folder)
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}"
         self.config = self.folder / "gateway.toml"
-        bodies = ", ".join(f'{{ id = "{body}" }}' for body in BODIES.split(","))
+        bodies = ", ".join(f'{{ id = "{body}" }}' for body in self.bodies.split(","))
         self.config.write_text(
             f"[server]\nport = {self.port}\n\n[[lines]]\nid = 'line1'\n"
             f"address = '{self.line.address(115_200)}'\nbodies = [{bodies}]\n"

@@ -98,7 +98,7 @@ def test_every_event_arrives_in_order_and_no_command_is_carried_out_twice(
         with Mover(broker, "00") as first, Mover(broker, "3F") as second:
             for victim in _victims(kills, dice):
                 time.sleep(dice.uniform(*LIVES_S))
-                _kill(victim, plant, bridge, broker, lambda: time.sleep(dice.uniform(*DOWN_S)))
+                kill(victim, plant, bridge, broker, lambda: time.sleep(dice.uniform(*DOWN_S)))
             bridge.wait_until_online()
         happened = _events_since(plant, begin)
         until(lambda: happened[-1]["id"] in _heard(subscriber), "the last event arrives")
@@ -120,7 +120,7 @@ def _victims(kills: int, dice: Random) -> Iterator[str]:
         yield from dice.sample(["bridge", "gateway", "broker"], 3)
 
 
-def _kill(victim: str, plant: Plant, bridge: Bridge, broker: Broker, wait: Callable[[], None]) -> None:
+def kill(victim: str, plant: Plant, bridge: Bridge, broker: Broker, wait: Callable[[], None]) -> None:
     {"bridge": lambda: bridge.program.kill(), "gateway": lambda: plant.program.kill(), "broker": broker.kill}[
         victim
     ]()

@@ -6,10 +6,14 @@ from typing import Any
 
 import pytest
 
+from gateway.core.numbers import ALARMS as ALARM_NUMBERS
 from tests.bridges.opcua.stand import BODIES, Bridge, Client, Plant, client_of, node
 from tests.e2e.processes import simulated_line, until
 
-FIELDS = ["EventType", "SourceName", "ConditionName", "Message", "Severity", "Retain", "ActiveState.Id"]
+FIELDS = [
+    *("EventType", "SourceName", "ConditionName", "Message", "Severity", "Retain", "ActiveState.Id"),
+    "+CauseNumber",
+]
 REFRESH_START, REFRESH_END, OFF_NORMAL = "ns=0;i=2787", "ns=0;i=2788", "ns=0;i=10637"
 ALARMS, RESET = "i=2915", "i=18199"
 
@@ -40,6 +44,7 @@ def test_raised_refreshed_over_and_reset(cell: tuple[Plant, Bridge], tmp_path: P
         plant.line.tell("PUT", "/bodies/3F/power", on=False)
         raised = client.event(lambda it: it["ConditionName"] == "body.offline")
         assert (raised["SourceName"], raised["Retain"], raised["EventType"]) == ("line1.3F", True, OFF_NORMAL)
+        assert raised["CauseNumber"] == ALARM_NUMBERS["body.offline"]
         assert raised["Message"]["locale"] == "en"
         value = client.read("line1.3F.ActualPosition")[0]
         assert (value["status"], value["value"]) == ("BadNoCommunication", None)

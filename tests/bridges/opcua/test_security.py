@@ -90,7 +90,14 @@ def test_a_scope_hides_what_it_does_not_cover(bridge: Bridge, client: Client) ->
     assert client.read("line1.00.Online")[0]["value"] is True
     axes = {it["name"] for it in client.tell("browse", node="line1.MotionDevices.line1.Axes")}
     assert axes == {"00"}
+    assert "line1" in _devices(client), "the way to it"
     assert client.move("line1.00", 10)["status"] == "Good"
+
+
+def _devices(client: Client) -> set[str]:
+    namespaces = client.tell("read", nodes=["i=2255"])[0]["value"]
+    devices = f"ns={namespaces.index('http://opcfoundation.org/UA/DI/')};i=5001"
+    return {it["name"] for it in client.tell("browse", node=devices)}
 
 
 def test_nothing_moves_by_a_write(bridge: Bridge, client: Client, plant: Plant) -> None:

@@ -84,6 +84,7 @@ from motion_gateway_client.generated.types import (
     NightlyBackups,
     NoiseFilters,
     NoiseFiltersChange,
+    Numbers,
     OutputPulse,
     OutputState,
     OutputSwitch,
@@ -2636,6 +2637,11 @@ class AsyncOperations(Protocol):
     async def list_commands(self, *, family: Literal["rorze", "fics"] | None = None) -> CommandList:
         """List every command that controllers and robots know."""
         answer: CommandList = await self.call("GET", filled("/commands"), query={"family": family})
+        return answer
+
+    async def list_numbers(self) -> Numbers:
+        """Give the numbers of event types and of causes of alarms, for systems that know things by numbers."""
+        answer: Numbers = await self.call("GET", filled("/numbers"))
         return answer
 
     async def send_robot_raw(

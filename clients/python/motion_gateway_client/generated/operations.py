@@ -84,6 +84,7 @@ from motion_gateway_client.generated.types import (
     NightlyBackups,
     NoiseFilters,
     NoiseFiltersChange,
+    Numbers,
     OutputPulse,
     OutputState,
     OutputSwitch,
@@ -2578,6 +2579,11 @@ class Operations(Protocol):
     def list_commands(self, *, family: Literal["rorze", "fics"] | None = None) -> CommandList:
         """List every command that controllers and robots know."""
         answer: CommandList = self.call("GET", filled("/commands"), query={"family": family})
+        return answer
+
+    def list_numbers(self) -> Numbers:
+        """Give the numbers of event types and of causes of alarms, for systems that know things by numbers."""
+        answer: Numbers = self.call("GET", filled("/numbers"))
         return answer
 
     def send_robot_raw(

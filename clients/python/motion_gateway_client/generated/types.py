@@ -39,6 +39,8 @@ class Alarm(TypedDict):
     id: str
     cause: str
     """What it is, such as `body.offline`; never changes."""
+    number: int
+    """The number of its cause, as `GET /numbers` has it; never changes."""
     subject: str
     """What it is about, as in events: /bodies/line1.3F, /lines/line1, /gateway."""
     raised_at: str
@@ -4385,6 +4387,15 @@ class NoiseFiltersChange(TypedDict):
 
 class Nothing(TypedDict):
     """The type says all."""
+
+
+class Numbers(TypedDict):
+    """Numbers that never change, in later versions neither; each type and cause has one of its own."""
+
+    events: dict[str, int]
+    """By the type of an event, from 1."""
+    alarms: dict[str, int]
+    """By the cause of an alarm, from 1."""
 
 
 class OrderViolated(TypedDict):

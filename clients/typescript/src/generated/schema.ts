@@ -3746,6 +3746,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/numbers": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Numbers
+         * @description Give the numbers of event types and of causes of alarms, for systems that know things by numbers.
+         */
+        get: operations["listNumbers"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/robots/{robot_id}/raw": {
         parameters: {
             query?: never;
@@ -3886,6 +3906,11 @@ export interface components {
              * @description What it is, such as `body.offline`; never changes.
              */
             cause: string;
+            /**
+             * Number
+             * @description The number of its cause, as `GET /numbers` has it; never changes.
+             */
+            number: number;
             /**
              * Subject
              * @description What it is about, as in events: /bodies/line1.3F, /lines/line1, /gateway.
@@ -13889,6 +13914,26 @@ export interface components {
          * @description The type says all.
          */
         Nothing: Record<string, never>;
+        /**
+         * Numbers
+         * @description Numbers that never change, in later versions neither; each type and cause has one of its own.
+         */
+        Numbers: {
+            /**
+             * Events
+             * @description By the type of an event, from 1.
+             */
+            events: {
+                [key: string]: number;
+            };
+            /**
+             * Alarms
+             * @description By the cause of an alarm, from 1.
+             */
+            alarms: {
+                [key: string]: number;
+            };
+        };
         /**
          * OrderViolated
          * @description What was answered too late: it was credited to its own command, or to none.
@@ -31911,6 +31956,44 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["CommandList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listNumbers: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Numbers"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
