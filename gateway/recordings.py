@@ -156,7 +156,7 @@ class Recordings(Works[RecordingInfo]):
             unfinished.unlink(missing_ok=True)
         for path in sorted(folder.glob(f"*{form.SUFFIX}")):
             try:
-                self._keep(_info_of(path))
+                self._keep(info_of(path))
             except (OSError, form.NotARecording):
                 log.exception("%s cannot be read; it is left as it is", path)
 
@@ -542,7 +542,8 @@ def _size(folder: Path) -> int:
     return sum(it.stat().st_size for it in folder.rglob("*") if it.is_file())
 
 
-def _info_of(path: Path) -> RecordingInfo:
+def info_of(path: Path) -> RecordingInfo:
+    """Describe the file of a recording; errors as of `form.Recording`."""
     with form.opened(path) as recording:
         record = _record(path.stem, recording.manifest)
     record.status, record.bytes = "finished", path.stat().st_size

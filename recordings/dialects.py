@@ -14,6 +14,7 @@ NUMBERED: Final = frozenset({"gateway: fence", "gateway: probe"})
 UNIT: Final = b"|"
 """Between the selected unit and the text of a key."""
 _MARK: Final = re.compile(rb"GW-[0-9a-f]{8}")
+_DIGITS: Final = re.compile(rb"\d+")
 _SELECTED: Final = re.compile(rb"UNT (\d+)")
 _UNIT_NOW: Final = re.compile(rb"^UNT \d+")
 _ANY_MARK: Final = b"GW-........"
@@ -34,6 +35,11 @@ class Dialect(ABC):
         """What a frame and the same one of another life have in common."""
         text = _MARK.sub(_ANY_MARK, frame)
         return self.unit + UNIT + (self.fence_number.sub(b"[#]", text) if caller in NUMBERED else text)
+
+    def drawn_number(self, frame: bytes, caller: str | None) -> int | None:
+        """The number of a fence; None of all else."""
+        found = self.fence_number.search(frame) if caller in NUMBERED else None
+        return None if found is None else int(b"".join(_DIGITS.findall(found[0])))
 
     def saw(self, _frame: bytes, /) -> None:
         """Note what a frame has changed that frames behind it depend on."""

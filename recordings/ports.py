@@ -89,6 +89,10 @@ class ReplayPort(Transport):
         self.began_at = 0.0
         """Time of the loop at which the recording begins."""
         self._receiver: Receiver | None = None
+        self.numbers: Sequence[int] = ()
+        """Of the fences that were written then."""
+        self._fences = self._drawn = 0
+        """How many are written now, and drawn to be written."""
 
     @property
     def byte_time_s(self) -> float:
@@ -105,11 +109,20 @@ class ReplayPort(Transport):
         if self.difference is not None or not self._may_open():
             raise TransportUnavailable(f"{self.address} was not opened: it was not open then.")
         self._receiver = receiver
+        self._drawn = 0  # what was drawn before is not written any more
+
+    def draw(self, other: int) -> int:
+        """Draw the number of the next fence: that of then, or another beyond the last."""
+        place = self._fences + self._drawn
+        self._drawn += 1
+        return self.numbers[place] if place < len(self.numbers) else other
 
     def write(self, data: bytes) -> None:
         """Compare what is written with what was written, and answer as then."""
         if self._receiver is None:
             raise TransportLost(f"{self.address} is not open")
+        if self.line.dialect.drawn_number(data, self.sender()[0]) is not None:
+            self._fences, self._drawn = self._fences + 1, max(self._drawn - 1, 0)
         if self.difference is None:
             self._compare(data)
 

@@ -3,10 +3,11 @@
 import asyncio
 import json
 import random
-from collections.abc import Callable, Coroutine, Mapping, Sequence
+from collections.abc import Callable, Coroutine, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import cycle
 from typing import Any, Final, TypeVar
 
 from pydantic import ValidationError
@@ -18,7 +19,7 @@ from gateway.core.origin import Origin, acting
 from gateway.door.calls import carry_out
 from gateway.door.table import Operation, adapter_of, operations
 from gateway.plant import Plant
-from recordings.dialects import DIALECTS, NUMBERED, Dialect
+from recordings.dialects import DIALECTS, Dialect
 from recordings.form import REQUESTS, Manifest, Recording, before_member, line_member
 from recordings.line_script import NS, Numbered, script_of
 from recordings.pcapng import families_of
@@ -118,11 +119,12 @@ class Replay:
                 line = Line(
                     table.id, table.address, *speed_of(table.id, table.address), self._dialects[table.id]
                 )
-                self.ports[table.address] = self._port(line)
+                port = self.ports[table.address] = self._port(line)
+                port.numbers = _numbers(script.records[table.id], line.dialect)
         self.over = asyncio.Event()
         self.asked: list[dict[str, Any]] = []
         """What was asked, with its times in this replay."""
-        self.plant = plant_class(config, open_transport=self._open, rng=_Dice(script, self._dialects))
+        self.plant = plant_class(config, open_transport=self._open, rng=_Dice(self.ports.values()))
         for port in self.ports.values():
             recorder = self.plant.recorders[port.line.line_id]
             recorder.clocks = _clocks
@@ -231,23 +233,30 @@ def _values(operation: Operation, told: Mapping[str, Any]) -> dict[str, Any]:
     return values
 
 
+def _numbers(records: Sequence[Numbered], dialect: Dialect) -> list[int]:
+    """The numbers of the fences that were written, in their order."""
+    found = (dialect.drawn_number(entry.data, entry.caller) for _, entry in records if entry.kind == "tx")
+    return [it for it in found if it is not None]
+
+
 class _Dice(random.Random):
-    """Draws the numbers of fences in the order in which they were drawn then."""
+    """Draws the numbers of fences as they were written then, for each line in the order of the lines.
 
-    def __init__(self, script: Script, dialects: Mapping[str, Dialect]) -> None:
+    A number that was drawn and not written, as the port was lost, is drawn again: nobody has recorded it.
+    """
+
+    def __init__(self, ports: Iterable[ReplayPort]) -> None:
         super().__init__(0)
-        self._drawn: list[int] = []
-        for line_id, dialect in dialects.items():
-            for _, entry in script.records[line_id]:
-                number = dialect.fence_number.search(entry.data) if entry.caller in NUMBERED else None
-                if number is not None:
-                    self._drawn.append(int("".join(filter(str.isdigit, number[0].decode()))))
+        self._ports = iter(ports)
 
-    def sample(self, population: Any, k: int, **options: Any) -> list[Any]:
-        """Give what was drawn then first."""
-        then = list(dict.fromkeys(it for it in self._drawn if it in population))
-        rest = super().sample([it for it in population if it not in set(then)], k - len(then), **options)
-        return [*then, *rest]
+    def sample(self, population: Any, k: int, **options: Any) -> Any:
+        """Give them, without an end."""
+        return self._as_then(next(self._ports), super().sample(population, k, **options))
+
+    @staticmethod
+    def _as_then(port: ReplayPort, others: Sequence[int]) -> Iterator[int]:
+        for other in cycle(others):
+            yield port.draw(other)
 
 
 def replay(script: Script, speed: float | None = None, **options: Any) -> Replayed:

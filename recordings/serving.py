@@ -14,12 +14,14 @@ from typing import Any, Final
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, ValidationError
 from starlette.datastructures import MutableHeaders
 from starlette.requests import Request
-from starlette.responses import JSONResponse, Response
+from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from api.app import create_app
 from gateway.config import Config
+from gateway.door.recordings import CONTENT
 from gateway.plant import Plant
+from gateway.recordings import info_of
 from recordings.form import EVENTS, STATES, NotARecording, Recording, line_member
 from recordings.line_script import NS
 from transports import Transport
@@ -37,7 +39,8 @@ LEAD_S: Final = 1.0
 CONTROL: Final = "/replay"
 _WHY: Final = "This is a replay of a recording: nothing is sent to a controller, and nothing is changed."
 _OWN: Final = re.compile(
-    r"/|/(?:events|version|livez|openapi|docs|assets|commands|system/identity)\b.*|/lines/[^/]+/trace.*"
+    r"/|/(?:events|version|livez|openapi|docs|assets|commands|translations|leases|system/identity)\b.*"
+    r"|/lines/[^/]+/trace.*"
 )
 """What the application answers itself: streams and traces of what is played, and what is always the same."""
 _POSTS: Final = ("/tickets",)
@@ -95,13 +98,16 @@ class Playback:
 
         :raises NotARecording: it is of some lines only, or a part of it cannot be read.
         """
-        self.manifest = manifest = recording.manifest
+        self.path, self.manifest = recording.path, recording.manifest
+        manifest = self.manifest
         if not manifest.whole_plant:
             raise NotARecording(f"{recording.path} is of some lines only; one of the whole plant is served.")
         config = Config.model_validate({**manifest.configuration, "access": {"mode": "open"}})
         self.plant = Plant(config, open_transport=NoPort)
         self.speed, self.paused = speed, False
         self.states: dict[str, Any] = {}
+        """What is told of each address now."""
+        self._itself = info_of(recording.path).model_dump(mode="json")
         self._moment = manifest.clocks.at, manifest.clocks.monotonic_ns
         self._first_event = next((int(row["sequence"]) for _, row in recording.rows(EVENTS)), 1)
         told = [*self._of_events(recording), *self._of_states(recording), *self._of_lines(recording)]
@@ -112,6 +118,11 @@ class Playback:
         self._since = 0.0
         self._woken = asyncio.Event()
         self._rewind()
+
+    @property
+    def content(self) -> str:
+        """The address of its file."""
+        return f"/recordings/{self._itself['id']}/content"
 
     @property
     def length_s(self) -> float:
@@ -177,7 +188,7 @@ class Playback:
     def _rewind(self) -> None:
         """Begin anew: nothing has been told."""
         self._next = 0
-        self.states.clear()
+        self.states = {"/recordings": {"recordings": [self._itself]}}
         self.plant.events.resume(self.manifest.epoch, {}, self._first_event - 1, [])
         for line_id in self.manifest.lines:
             self.plant.recorders[line_id] = Recorder(100_000)
@@ -186,12 +197,21 @@ class Playback:
         for _, line in recording.lines(EVENTS):
             row, text = json.loads(line), line.decode()
             at_s = (datetime.fromisoformat(row["time"]) - self.manifest.from_).total_seconds()
-            yield _Told(at_s, partial(self.plant.events.tell_again, row["type"], row["subject"], text))
+            yield _Told(at_s, partial(self._happens, row, text))
+
+    def _happens(self, row: Mapping[str, Any], text: str) -> None:
+        """Tell an event; that of a move is its record at that time."""
+        if "event_cursor" in row["data"]:
+            self.states[f"{row['subject']}/moves/{row['data']['id']}"] = row["data"]
+        self.plant.events.tell_again(row["type"], row["subject"], text)
 
     def _of_states(self, recording: Recording) -> Iterator[_Told]:
         for _, row in recording.rows(STATES):
-            note = partial(self.states.__setitem__, row["path"], row["state"])
+            note = partial(self._note, row["path"], row["state"])
             yield _Told(self._seconds(row["monotonic_ns"]), note)
+
+    def _note(self, path: str, state: object) -> None:
+        self.states[path] = state
 
     def _of_lines(self, recording: Recording) -> Iterator[_Told]:
         for line_id in self.manifest.lines:
@@ -247,6 +267,8 @@ class ReplayApp:
         path, playback = request.url.path, self._playback
         if path == CONTROL:
             return await self._control(request)
+        if path == playback.content:
+            return FileResponse(playback.path, media_type=CONTENT, filename=playback.path.name)
         if request.method not in ("GET", "HEAD"):
             return _problem(403, "replay", _WHY, "Ask a gateway that serves lines.")
         found = state_at(playback.states, path)
@@ -279,7 +301,9 @@ _IDS: Final = {
 
 
 def state_at(states: Mapping[str, Any], path: str) -> Any:
-    """Find a list, or one of its members by its whole address, or by the short one of a body."""
+    """Find a list or a move, or a member of a list by its whole address, or by the short one of a body."""
+    if (told := states.get(path)) is not None:
+        return told
     collection, *names = path.strip("/").split("/")
     listed = states.get(f"/{collection}")
     if not names or listed is None:

@@ -3,6 +3,7 @@
 import { type AnyMove, type Deed, GatewayError, Refused, type Right, type Schemas, type Target, patient } from "./gateway.ts";
 import { addressOf, leases } from "./leases.svelte.ts";
 import { plant } from "./plant.svelte.ts";
+import { replay } from "./replay.svelte.ts";
 import { named, translated, words } from "./words/index.svelte.ts";
 
 const SHOWN_MS = 6000;
@@ -117,6 +118,7 @@ export function obstacle(right: Right, target?: Target): string | undefined {
   const { why, rights, connection } = words();
   const { identity } = plant;
   if (!plant.fresh) return why.disconnected;
+  if (replay.of && right !== "view") return why.replay;
   if (identity && !identity.rights.includes(right))
     return why.role(named(connection.role, identity.role), named(rights, right));
   if (!target) return undefined;

@@ -3,6 +3,7 @@
 import { GatewayError } from "../../clients/typescript/src/errors.ts";
 import { Gateway } from "../../clients/typescript/src/gateway.ts";
 import type { Schemas } from "../../clients/typescript/src/types.ts";
+import { replay } from "./replay.svelte.ts";
 import { language } from "./words/index.svelte.ts";
 
 export { GatewayError, NoAnswer, Refused } from "../../clients/typescript/src/errors.ts";
@@ -87,6 +88,7 @@ export function isOwn(request_id: string | null): boolean {
 
 async function fetchNoting(request: Request): Promise<Response> {
   const answer = await fetch(speaking(request));
+  replay.note(answer);
   const id = request.method === "GET" ? null : answer.headers.get(REQUEST_ID);
   if (id) own.add(id);
   for (const oldest of own) if (own.size > MOST_OWN) own.delete(oldest);
@@ -112,6 +114,14 @@ export async function quietly(read: () => Promise<unknown>): Promise<void> {
   } catch (error) {
     if (!(error instanceof GatewayError)) throw error;
   }
+}
+
+type Download = (path: string, options: object) => Promise<{ data?: Blob }>;
+
+/** Download the file of a recording, which the OpenAPI document does not have. */
+export async function contentOf({ http }: Gateway, recording_id: string): Promise<Blob | undefined> {
+  const download = http.GET as unknown as Download;
+  return (await download("/recordings/{recording_id}/content", { params: { path: { recording_id } }, parseAs: "blob" })).data;
 }
 
 /** Write the request of a deed as a command line. Nothing is sent, and the deed never gets an answer to go on with. */

@@ -143,7 +143,11 @@ export function csvOf(rows: readonly (readonly string[])[]): string {
 
 /** Let the browser save a text; Excel knows a table as UTF-8 by its first character. */
 export function save(name: string, type: string, text: string): void {
-  const url = URL.createObjectURL(new Blob([type === "text/csv" ? "\ufeff" : "", text], { type }));
+  saveBlob(name, new Blob([type === "text/csv" ? "\ufeff" : "", text], { type }));
+}
+
+export function saveBlob(name: string, blob: Blob): void {
+  const url = URL.createObjectURL(blob);
   const link = Object.assign(document.createElement("a"), { href: url, download: name });
   link.click();
   URL.revokeObjectURL(url);

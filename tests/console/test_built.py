@@ -1,5 +1,6 @@
 """The pages in the package are those of the sources, and the sources are typed throughout."""
 
+import gzip
 import os
 import subprocess
 from pathlib import Path
@@ -11,6 +12,8 @@ from tests.console.console import CONSOLE, ROOT, require_packages
 pytestmark = pytest.mark.prove
 
 BUILT = ROOT / "api" / "console" / "built"
+MOST_BYTES = 250_000
+"""Of all files, packed."""
 
 
 def run(script: str, *arguments: str) -> None:
@@ -34,6 +37,10 @@ def test_the_pages_are_built_from_the_sources(tmp_path: Path) -> None:
     made, committed = files_in(tmp_path), files_in(BUILT)
     assert made.keys() == committed.keys(), "make console builds them anew"
     assert made == committed, "make console builds them anew"
+
+
+def test_the_pages_are_light_enough_for_a_slow_network() -> None:
+    assert sum(len(gzip.compress(content)) for content in files_in(BUILT).values()) < MOST_BYTES
 
 
 def test_the_sources_are_typed_and_accessible() -> None:

@@ -20,16 +20,16 @@ Open = Callable[..., Console]
 PAGES = (
     *("#/", "#/axis/line1.3F", "#/robot/r1", "#/positions/line1.3F", "#/motion/line1.3F"),
     *("#/program/line1.3F", "#/settings/line1.3F", "#/events", "#/shift", "#/wire/line1", "#/system"),
-    "#/commission/line1",
+    *("#/commission/line1", "#/recordings"),
 )
 TITLES = {
     "en": (
         *("Plant", "line1.3F", "r1", "Positions", "Motion"),
-        *("Program", "Settings", "Events", "Shift", "Wire", "System", "First contact"),
+        *("Program", "Settings", "Events", "Shift", "Wire", "System", "First contact", "Recordings"),
     ),
     "ja": (
         *("設備", "line1.3F", "r1", "位置", "加減速"),
-        *("プログラム", "設定", "イベント", "シフト", "通信", "システム", "初回確認"),
+        *("プログラム", "設定", "イベント", "シフト", "通信", "システム", "初回確認", "記録"),
     ),
 }
 FAR = 2_000_000
@@ -337,6 +337,23 @@ def test_faults_of_a_program_are_marked_and_a_good_one_runs(plant: Plant, open_c
     expect(console.page.locator(".running")).to_have_text("WAT 300")
     console.page.keyboard.press("Escape")
     console.shows("Does not run. Last end: stopped")
+
+
+def test_the_keys_of_the_editor_move_select_and_delete(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/program/line1.01")
+    editor = console.page.get_by_label("Source")
+    editor.fill("  1+M500\nEND")
+    for key in (
+        *("Control+Home", "End", "Enter", "W", "A", "T", "Space", "7", "Backspace", "5"),
+        *("ArrowDown", "Home", "Shift+End", "Delete", "E", "N", "X", "Backspace", "D"),
+        *("Control+Home", "Delete", "Control+End", "Enter", "Z", "Z", "Control+Backspace", "Backspace"),
+    ):
+        editor.press(key)
+    assert editor.inner_text() == " 1+M500\n  WAT 5\nEND"
+    editor.press("Control+z")
+    editor.press("Control+a")
+    editor.press("Backspace")
+    assert editor.inner_text().strip() == ""
 
 
 def test_a_program_that_was_not_read_is_replaced_only_when_asked_and_can_be_put_back(

@@ -1,6 +1,7 @@
 """A replay to clients: events, states and traces as then; nothing is opened, sent or changed."""
 
 import asyncio
+import json
 from collections.abc import Awaitable, Callable
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -87,6 +88,29 @@ def test_states_and_traces_are_those_of_the_time(path: Path) -> None:
             entries = [entry for _, entry in recording.entries(line_member("line1"))]
         assert [TraceEntry.model_validate(it) for it in trace] == entries
         assert (await client.get("/bodies/3F/position")).status_code == 404
+
+    played(path, story)
+
+
+def test_the_pages_have_what_they_ask_for(path: Path) -> None:
+    """A move is told as it was at the time, the recording itself can be read, and nobody has a lease."""
+    file = path.read_bytes()
+
+    async def story(playback: Playback, client: AsyncClient) -> None:
+        moves = [it for it in map(json.loads, events_of(path)) if it["type"].startswith("body.move.")]
+        sent = next(it for it in moves if it["type"] == "body.move.sent")
+        address = f"{sent['subject']}/moves/{sent['data']['id']}"
+        ended = [it for it in moves if it["data"]["id"] == sent["data"]["id"]][-1]
+        for told, status in ((sent, "sent"), (ended, ended["data"]["status"])):
+            await client.post("/replay", json={"to": told["time"], "paused": True})
+            await asyncio.sleep(1)
+            assert (await client.get(address)).json()["status"] == status
+        (listed,) = (await client.get("/recordings")).json()["recordings"]
+        assert (await client.get(f"/recordings/{listed['id']}")).json() == listed
+        content = await client.get(f"/recordings/{listed['id']}/content")
+        assert content.content == file
+        assert (await client.get("/leases")).json() == {"leases": []}
+        assert (await client.get("/translations")).json()["ja"]
 
     played(path, story)
 

@@ -1,9 +1,9 @@
 /** An editor of programs, in a shadow root: the page's policy allows no styles but its own. */
 
-import { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
+import * as edit from "@codemirror/commands";
 import { lintGutter, setDiagnostics } from "@codemirror/lint";
 import { EditorState, StateEffect, StateField } from "@codemirror/state";
-import { Decoration, type DecorationSet, EditorView, keymap, lineNumbers } from "@codemirror/view";
+import { type Command, Decoration, type DecorationSet, EditorView, type KeyBinding, keymap, lineNumbers } from "@codemirror/view";
 
 export interface Fault {
   line: number;
@@ -40,6 +40,41 @@ const LOOK = EditorView.theme({
   ".cm-selectionBackground, &.cm-focused .cm-selectionBackground": { backgroundColor: "var(--bar) !important" },
 });
 
+function way(keys: Partial<KeyBinding>, run: Command, shift: Command): KeyBinding {
+  return { ...keys, run, shift, preventDefault: true };
+}
+
+/** Delete what is selected, or else what this command selects. */
+function erasing(select: Command): Command {
+  return (view) => {
+    if (view.state.selection.main.empty) select(view);
+    view.dispatch({ ...view.state.replaceSelection(""), userEvent: "delete", scrollIntoView: true });
+    return true;
+  };
+}
+
+/** Those of its own list that need no grammar of the language: that would be a third of the editor. Escape stops. */
+const KEYS: readonly KeyBinding[] = [
+  way({ key: "ArrowLeft" }, edit.cursorCharLeft, edit.selectCharLeft),
+  way({ key: "ArrowRight" }, edit.cursorCharRight, edit.selectCharRight),
+  way({ key: "Mod-ArrowLeft", mac: "Alt-ArrowLeft" }, edit.cursorGroupLeft, edit.selectGroupLeft),
+  way({ key: "Mod-ArrowRight", mac: "Alt-ArrowRight" }, edit.cursorGroupRight, edit.selectGroupRight),
+  way({ key: "ArrowUp" }, edit.cursorLineUp, edit.selectLineUp),
+  way({ key: "ArrowDown" }, edit.cursorLineDown, edit.selectLineDown),
+  way({ key: "PageUp" }, edit.cursorPageUp, edit.selectPageUp),
+  way({ key: "PageDown" }, edit.cursorPageDown, edit.selectPageDown),
+  way({ key: "Home", mac: "Cmd-ArrowLeft" }, edit.cursorLineBoundaryBackward, edit.selectLineBoundaryBackward),
+  way({ key: "End", mac: "Cmd-ArrowRight" }, edit.cursorLineBoundaryForward, edit.selectLineBoundaryForward),
+  way({ key: "Mod-Home", mac: "Cmd-ArrowUp" }, edit.cursorDocStart, edit.selectDocStart),
+  way({ key: "Mod-End", mac: "Cmd-ArrowDown" }, edit.cursorDocEnd, edit.selectDocEnd),
+  way({ key: "Enter" }, edit.insertNewlineKeepIndent, edit.insertNewlineKeepIndent),
+  way({ key: "Backspace" }, erasing(edit.selectCharLeft), erasing(edit.selectCharLeft)),
+  { key: "Delete", run: erasing(edit.selectCharRight) },
+  { key: "Mod-Backspace", mac: "Alt-Backspace", run: erasing(edit.selectGroupLeft) },
+  { key: "Mod-Delete", mac: "Alt-Delete", run: erasing(edit.selectGroupRight) },
+  { key: "Mod-a", run: edit.selectAll },
+];
+
 export class Editor {
   readonly #view: EditorView;
 
@@ -54,8 +89,8 @@ export class Editor {
           LOOK,
           lineNumbers(),
           lintGutter(),
-          history(),
-          keymap.of([...defaultKeymap.filter(({ key }) => key !== "Escape"), ...historyKeymap]),
+          edit.history(),
+          keymap.of([...KEYS, ...edit.historyKeymap]),
           runningLine,
           EditorView.contentAttributes.of({ "aria-label": label }),
           EditorView.updateListener.of((update) => update.docChanged && changed(update.state.doc.toString())),
