@@ -79,9 +79,15 @@ class Recognition:
     async def _told(self, address: str, differences: Sequence[Difference]) -> Swap:
         own = folder_of_nights(self._plant) / address.partition(".")[0]
         nights = await asyncio.to_thread(lambda: [it.stem for it in own.glob(f"*{ENDING}")])
-        named = [f"{it.name}: {it.wanted or '-'} -> {it.held or '-'}" for it in differences]
+        told = [_told(it) for it in differences]
         other = [it for it in differences if (it.wanted or "").startswith(SetUserComment.code)]
-        return Swap(night=max(nights), differing=len(differences), told=named[:TOLD], certain=bool(other))
+        return Swap(night=max(nights), differing=len(differences), told=told[:TOLD], certain=bool(other))
+
+
+def _told(it: Difference) -> str:
+    """A difference in the words of the controller: the commands of a body have their names in themselves."""
+    name = "" if it.section == "settings" else f"{it.section}, {it.name}: "
+    return f"{name}{it.wanted or '-'} -> {it.held or '-'}"
 
 
 async def _signs_of_body(plant: Plant, address: str) -> Wanted:

@@ -91,7 +91,7 @@ async def test_settings_that_were_never_saved_may_be_lost_or_those_of_another(tm
         await asyncio.sleep(RECOGNISED_S)
         [event] = swaps(it)
         assert (event.data["certain"], event.data["differing"]) == (False, 1)
-        assert event.data["told"] == ["origin offset, pulses: 0SS25 -> 0SS77"]
+        assert event.data["told"] == ["0SS25 -> 0SS77"]
 
 
 async def restored(it: Rig, **wanted: object) -> Restore:
