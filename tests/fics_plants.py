@@ -219,6 +219,7 @@ async def fics_rig(
     options: str = "",
     bits: str = "",
     seed: int = 0,
+    more: str = "",
 ) -> AsyncIterator[FicsRig]:
     """Start a plant and wait until its line is ready; `prepare` may touch the robot before.
 
@@ -227,7 +228,7 @@ async def fics_rig(
     tables = ", ".join([SCARA, CARTESIAN][:units])
     config = parse(
         f'[[lines]]\nid = "cell"\naddress = "tcp://127.0.0.1:1"\nprotocol = "fics"\nmode = {mode}\n'
-        f'robot = {{id = "r1", units = [{tables}]{bits}}}\n{options}{OPEN}',
+        f'robot = {{id = "r1", units = [{tables}]{bits}}}\n{options}{OPEN}{more}',
         "test.toml",
     )
     machine = build_line(Layout(units=there or units), settings=settings, seed=seed)

@@ -20,7 +20,13 @@ Whose = Annotated[
         help="Address or name of a body or a robot, or a line's id: 3F, r1, arm.", autocompletion=addresses
     ),
 ]
-Backup = Annotated[Path, typer.Argument(help="A backup.")]
+Backup = Annotated[Path | None, typer.Argument(help="A backup; left out where --nightly says which.")]
+Nightly = Annotated[str | None, typer.Option("--nightly", help=words.of("restoreLine", "nightly"))]
+Without = Annotated[
+    list[str] | None,
+    typer.Option("--without", help=words.of("restoreLine", "without")),
+]
+FASTER_BAUD = 38400
 From = Annotated[str | None, typer.Option("--from", help="Of a body: take what the backup has of this one.")]
 Only = Annotated[list[str] | None, typer.Option("--body", help="Of a line: only this body; can be repeated.")]
 
@@ -59,7 +65,9 @@ def backup(
 
 def diff(
     target: Whose,
-    file: Backup,
+    file: Backup = None,
+    nightly: Nightly = None,
+    without: Without = None,
     from_body: From = None,
     only: Only = None,
     units: UnitsOption = None,
@@ -68,15 +76,19 @@ def diff(
 ) -> None:
     """Tell what differs from a backup, and change nothing. Exit code 1: something does."""
     client = Client.at(url, key_file)
-    plan = _plan(client, _path_of(client, target), _wanted(file, from_body, only, units))
+    wanted = _wanted(file, nightly, without, from_body, only, units)
+    plan = _plan(client, _path_of(client, target), wanted)
     _tell_scales(plan)
     _tell(plan["differences"])
+    _sum_up(plan)
     raise typer.Exit(exits.REFUSED if plan["differences"] else exits.DONE)
 
 
 def restore(
     target: Whose,
-    file: Backup,
+    file: Backup = None,
+    nightly: Nightly = None,
+    without: Without = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help=words.of("restoreLine", "dry_run"))] = False,
     flash: Annotated[bool, typer.Option("--flash", help=words.of("restoreLine", "flash"))] = False,
     power_cycle: Annotated[
@@ -91,12 +103,13 @@ def restore(
 ) -> None:
     """Bring a body, a robot or the bodies of a line back to a backup, and see that they hold it."""
     client = Client.at(url, key_file)
-    path, wanted = _path_of(client, target), _wanted(file, from_body, only, units)
+    path, wanted = _path_of(client, target), _wanted(file, nightly, without, from_body, only, units)
     if dry_run:
         plan = _plan(client, path, wanted)
         _tell_scales(plan)
         typer.echo("".join(f"{command}\n" for command in plan["commands"]), nl=False)
         _tell([it for it in plan["differences"] if not it["restorable"]])
+        _sum_up(plan)
         return
     wanted |= {"flash": flash, "power_cycle": power_cycle}
     with going_on_after("the restore"):
@@ -128,12 +141,39 @@ def _read(client: Client, record: dict[str, Any], records: str) -> dict[str, Any
 
 def _being_read(record: dict[str, Any]) -> str:
     of = "" if record["expected"] is None else f" of {record['expected']} at most"
-    return f"reading {record['controller']}: {record['read']}{of}"
+    return f"reading {record['controller']}: {record['read']}{of}{_left(record)}"
 
 
 def _being_restored(record: dict[str, Any]) -> str:
     written = f", {record['written']} of {record['commands']} written" if record["commands"] else ""
-    return f"{record['phase'].replace('_', ' ')}: {record['read']} read{written}"
+    return f"{record['phase'].replace('_', ' ')}: {record['read']} read{written}{_left(record)}"
+
+
+def _left(record: dict[str, Any]) -> str:
+    return "" if record["left_s"] is None else f", {_minutes(record['left_s'])} left"
+
+
+def _minutes(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest} s" if minutes else f"{rest} s"
+
+
+def _sum_up(plan: dict[str, Any]) -> None:
+    """Say on standard error how much differs, how long a restore takes, and what makes it faster."""
+    differing = plan["differing"]
+    if not differing:
+        return
+    counts = ", ".join(
+        f"{count} {kind if count > 1 else kind.removesuffix('s')}" for kind, count in differing.items()
+    )
+    told = f"Differs from the backup in {counts}."
+    baud, restore_s = plan["baud"], plan["restore_s"]
+    if restore_s is not None:
+        told += f" A restore takes {_minutes(restore_s)}{f' at {baud} baud' if baud else ''}."
+    if baud and baud < FASTER_BAUD:
+        faster = f"At {FASTER_BAUD} baud it takes less than half of that"
+        told += f" {faster}: set the link master, and `baud` of the line."
+    typer.echo(told, err=True)
 
 
 def _followed(
@@ -190,17 +230,34 @@ def _tell(differences: list[dict[str, Any]]) -> None:
 
 
 def _wanted(
-    file: Path, from_body: str | None, only: list[str] | None, units: Units | None
+    file: Path | None,
+    nightly: str | None,
+    without: list[str] | None,
+    from_body: str | None,
+    only: list[str] | None,
+    units: Units | None,
 ) -> dict[str, object]:
-    """The backup in a file, and its target."""
+    """The backup in a file, or that of a night, and its target."""
+    if (file is None) == (nightly is None):
+        raise Misuse("give the file of a backup, or --nightly")
+    chosen = {
+        "backup": None if file is None else _read_file(file),
+        "nightly": nightly,
+        "without": without or None,
+        "from_body": from_body,
+        "bodies": only or None,
+        "units": units,
+    }
+    return {name: value for name, value in chosen.items() if value is not None}
+
+
+def _read_file(file: Path) -> str:
     try:
-        text = file.read_bytes().decode("utf-8-sig")
+        return file.read_bytes().decode("utf-8-sig")
     except OSError as error:
         raise Misuse(f"{file}: {error.strerror or error}") from None
     except UnicodeDecodeError:
         raise Misuse(f"{file} is not UTF-8 text") from None
-    chosen = {"from_body": from_body, "bodies": only or None, "units": units}
-    return {"backup": text, **{name: value for name, value in chosen.items() if value is not None}}
 
 
 def _path_of(client: Client, word: str) -> str:

@@ -44,6 +44,11 @@ export function alarmsOf(address: string): Alarm[] {
   return inOrder(boxes(plant.alarms.filter(({ subject }) => subject.split("/")[2] === address)));
 }
 
+/** Whether something came back otherwise than it was in the last night. */
+export function isSwapped(address: string): boolean {
+  return plant.alarms.some(({ cause, subject }) => cause.endsWith(".swapped") && subject.split("/")[2] === address);
+}
+
 /** How many events there are; several alarms may tell one. */
 export function countOfAlarms(): number {
   return boxes(plant.alarms).length;

@@ -1,5 +1,6 @@
 """Backups that are read from controllers, and comparisons of controllers with backups."""
 
+import asyncio
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from functools import partial
@@ -7,9 +8,10 @@ from typing import Protocol, TypeVar
 
 from gateway.core.backup_record import Backup, BackupComparison
 from gateway.core.move_log import new_id
+from gateway.core.pace import left_s
 from gateway.core.readings import Progress, Readings
-from gateway.core.restore_record import Difference
-from gateway.core.restores import Controller, Restores, scales_of
+from gateway.core.restore_record import Difference, differing
+from gateway.core.restores import Controller, Restores, answers_of, baud_of, scales_of
 
 C = TypeVar("C", bound=Controller)
 
@@ -20,6 +22,10 @@ class Source(Protocol):
     @property
     def address(self) -> str:
         """Its unique address."""
+
+    @property
+    def baud(self) -> int | None:
+        """The speed of its line; None where its port does not tell."""
 
     async def require_ready(self) -> None:
         """Make sure that it answers, and is not being changed as a whole.
@@ -51,7 +57,8 @@ class Backups(Readings[Backup]):
         self.require_none(target)
         now = datetime.now(UTC)
         addresses = [source.address for source in sources]
-        record = Backup(id=new_id(now), target=target, controllers=addresses, started_at=now)
+        baud = next((it.baud for it in sources), None)
+        record = Backup(id=new_id(now), target=target, controllers=addresses, baud=baud, started_at=now)
         return self.follow(record, partial(_read, record, preamble, sources))
 
 
@@ -83,6 +90,7 @@ class Comparisons(Readings[BackupComparison]):
             target=target,
             controllers=addresses,
             scales=scales_of(controllers),
+            baud=baud_of(controllers),
             started_at=now,
         )
         return self.follow(record, partial(_compare, record, restores, controllers))
@@ -91,12 +99,15 @@ class Comparisons(Readings[BackupComparison]):
 async def _compare(
     record: BackupComparison, restores: Restores[C], controllers: Sequence[C], progress: Progress
 ) -> None:
+    began_at = asyncio.get_running_loop().time()
     commands: list[str] = []
     differences: list[Difference] = []
+    progress.expect(answers_of(controllers))
     for controller in controllers:
         record.controller = controller.address
-        progress.expect(controller.answers)
         found = await restores.plan(record.target, [controller], progress)
         commands += found.commands
         differences += found.differences
-    record.commands, record.differences = commands, differences
+    record.commands, record.differences, record.differing = commands, differences, differing(differences)
+    took_s = asyncio.get_running_loop().time() - began_at
+    record.restore_s = left_s(3 * record.read + len(commands), record.read, took_s, record.baud)

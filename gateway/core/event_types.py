@@ -25,6 +25,20 @@ class Nothing(EventData):
     """The type says all."""
 
 
+class Swap(EventData):
+    """What a controller holds otherwise than its backup of the last night, after a loss of power."""
+
+    night: str = Field(description="The night of the backup, as YYYY-MM-DD.")
+    differing: int = Field(description="Number of settings, and of a robot's positions, that differ.")
+    told: list[str] = Field(
+        description="The first five of them, as in the backup and as the controller holds them."
+    )
+    certain: bool = Field(
+        description="True where a user comment is another, in which a serial number may stand: then it is "
+        "another controller. Else what was not in flash memory may have been lost."
+    )
+
+
 class Unreadable(EventData):
     """Why the state could not be learned."""
 

@@ -189,6 +189,11 @@ class PortLoop(ABC):
             return self._begun(carry_on(f"the port of line {self.id}", self._keep_open))
 
     @property
+    def baud(self) -> int | None:
+        """The speed of the wire; None where the port does not tell."""
+        return round(10 / self.byte_time_s) if self.byte_time_s else None
+
+    @property
     def state(self) -> LineState:
         """What the line can do now."""
         if not self._open:

@@ -10,6 +10,7 @@ from typing import Protocol, TypeVar
 from gateway.core.backup_record import BackupError, Reading, Status
 from gateway.core.errors import BodyBusy, Cancelled, GatewayError, ShuttingDown
 from gateway.core.kept_works import KeptWorks
+from gateway.core.pace import left_s
 from gateway.core.works import CutOff
 
 HISTORY = 10
@@ -36,17 +37,24 @@ class _Followed:
     record: Reading
     publish: Callable[[str], None]
     told_at: float = field(default_factory=lambda: asyncio.get_running_loop().time())
+    began_at: float = field(default_factory=lambda: asyncio.get_running_loop().time())
 
     def expect(self, answers: int | None) -> None:
         known = self.record.expected
         self.record.expected = None if answers is None or known is None else known + answers
+        self._estimate()
 
     def has_read(self) -> None:
         self.record.read += 1
-        now = asyncio.get_running_loop().time()
+        now = self._estimate()
         if now - self.told_at >= PROGRESS_S:
             self.told_at = now
             self.publish("progress")
+
+    def _estimate(self) -> float:
+        now, record = asyncio.get_running_loop().time(), self.record
+        record.left_s = left_s(record.expected, record.read, now - self.began_at, record.baud)
+        return now
 
 
 class Readings(KeptWorks[R]):
@@ -106,7 +114,7 @@ class Readings(KeptWorks[R]):
             self._end(record, "cancelled", ShuttingDown() if self._closed else unwanted)
 
     def _end(self, record: R, status: Status, error: GatewayError | None) -> None:
-        record.status, record.ended_at = status, datetime.now(UTC)
+        record.status, record.ended_at, record.left_s = status, datetime.now(UTC), None
         record.error = None if error is None else BackupError.of(error)
         self.tell(status, record)
 

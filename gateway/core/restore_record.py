@@ -1,7 +1,9 @@
 """What a restore tells: what differs from the backup, how far it has come, how it has ended."""
 
+from collections import Counter
+from collections.abc import Iterable
 from datetime import datetime
-from typing import Literal, Self
+from typing import Final, Literal, Self
 
 from pydantic import Field
 
@@ -42,6 +44,21 @@ class Difference(Record):
     restorable: bool = Field(description="False where no command can bring it back.")
 
 
+PROGRAM: Final = "program"
+DIFFERING: Final = (
+    "Number of differences by kind: settings, positions, program and others; a program counts once."
+)
+
+
+def differing(differences: Iterable[Difference]) -> dict[str, int]:
+    """Count differences by their kind; a program that differs in many places is one for each controller."""
+    kinds = [(it.section.split()[-1], it) for it in differences]
+    found = Counter(kind for kind, _ in kinds)
+    if PROGRAM in found:
+        found[PROGRAM] = len({it.target for kind, it in kinds if kind == PROGRAM})
+    return dict(found)
+
+
 class RestoreError(Record):
     """What has ended a restore early, in the words of a problem detail."""
 
@@ -72,6 +89,7 @@ class RestorePlan(Record):
     dry_run: Literal[True] = True
     commands: list[str] = Field(description="The exact commands, in their order.")
     differences: list[Difference] = Field(description="Empty where the controllers hold the backup already.")
+    differing: dict[str, int] = Field(description=DIFFERING)
     scales: list[ScaleDifference] = SCALES
 
 
@@ -91,6 +109,7 @@ class Restore(Record):
     commands: int = Field(0, description="Commands to be written, as far as is known.")
     written: int = Field(0, description="Those that were.")
     read: int = Field(0, description="What was read so far, before and after.")
+    left_s: float | None = Field(None, description="Seconds it takes still; null where nobody knows.")
     flash: bool = Field(description="Whether it is to be written to flash memory.")
     saved: bool = Field(False, description="Whether it was, of all controllers.")
     power_cycle: bool = Field(description="Whether it is compared once more when the power was off and on.")

@@ -9,6 +9,7 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 from gateway.core.errors import BodyBusy, Cancelled, GatewayError, NotFound, ShuttingDown, StoppedFirst
 from gateway.core.kept_works import KeptWorks
 from gateway.core.move_log import new_id
+from gateway.core.pace import left_s
 from gateway.core.restore_record import (
     Difference,
     Phase,
@@ -17,6 +18,7 @@ from gateway.core.restore_record import (
     RestorePlan,
     ScaleDifference,
     Status,
+    differing,
 )
 from gateway.core.works import CutOff
 
@@ -78,6 +80,10 @@ class Controller(Protocol):
     def answers(self) -> int | None:
         """How many a comparison takes at most; None where nobody knows."""
 
+    @property
+    def baud(self) -> int | None:
+        """The speed of its line; None where its port does not tell."""
+
     async def require_rest(self) -> None:
         """Make sure that nothing moves, or runs a program.
 
@@ -120,10 +126,14 @@ class _Work:
 
     record: Restore
     works: KeptWorks[Restore]
+    answers: int | None
+    """As many as the two readings of all controllers take at most."""
+    baud: int | None
     unwanted: bool = False
     saved: int = 0
     """Controllers whose flash memory holds the backup."""
     told_at: float = field(default_factory=lambda: asyncio.get_running_loop().time())
+    began_at: float = field(default_factory=lambda: asyncio.get_running_loop().time())
 
     def require_wanted(self) -> None:
         if self.unwanted:
@@ -139,10 +149,22 @@ class _Work:
 
     def begin(self, phase: Phase) -> None:
         self.record.phase = phase
+        self._estimate()
         self.works.on_change(self.record)
 
+    def has_compared(self, expected: int | None, read: int) -> None:
+        """Expect no more of the second reading of a controller than the first has taken."""
+        if self.answers is not None and expected is not None:
+            self.answers -= 2 * (expected - read)
+
+    def _estimate(self) -> float:
+        now, record = asyncio.get_running_loop().time(), self.record
+        expected = None if self.answers is None else self.answers + record.commands
+        record.left_s = left_s(expected, record.read + record.written, now - self.began_at, self.baud)
+        return now
+
     def _progress(self) -> None:
-        now = asyncio.get_running_loop().time()
+        now = self._estimate()
         if now - self.told_at >= PROGRESS_S:
             self.told_at = now
             self.works.tell("progress", self.record)
@@ -175,7 +197,11 @@ class Restores(KeptWorks[Restore], Generic[C]):
             commands += found.commands
             differences += found.differences
         return RestorePlan(
-            target=target, commands=commands, differences=differences, scales=scales_of(controllers)
+            target=target,
+            commands=commands,
+            differences=differences,
+            differing=differing(differences),
+            scales=scales_of(controllers),
         )
 
     async def start(
@@ -198,7 +224,8 @@ class Restores(KeptWorks[Restore], Generic[C]):
             power_cycle=power_cycle,
             started_at=now,
         )
-        work = _Work(record, self)
+        answers = answers_of(controllers)
+        work = _Work(record, self, answers and 2 * answers, baud_of(controllers))
         self._current |= {it.address: (work, it) for it in controllers}
         try:
             for controller in controllers:
@@ -277,7 +304,7 @@ class Restores(KeptWorks[Restore], Generic[C]):
 
     def _end(self, work: _Work, status: Status, error: GatewayError | None) -> None:
         record = work.record
-        record.status, record.ended_at = status, datetime.now(UTC)
+        record.status, record.ended_at, record.left_s = status, datetime.now(UTC), None
         record.error = None if error is None else RestoreError.amid(error, record.written, record.commands)
         if status == "verified":
             record.phase = "done"
@@ -295,6 +322,17 @@ class Restores(KeptWorks[Restore], Generic[C]):
             remedy="Restore the backup again: what differs is written, and all is read back.",
         )
         self.tell("failed", record)
+
+
+def answers_of(controllers: Sequence[Controller]) -> int | None:
+    """How many answers a comparison of all takes at most; None where nobody knows."""
+    each = [it.answers for it in controllers]
+    return None if None in each else sum(filter(None, each))
+
+
+def baud_of(controllers: Sequence[Controller]) -> int | None:
+    """The speed of their line; None where its port does not tell."""
+    return next((it.baud for it in controllers), None)
 
 
 def scales_of(controllers: Sequence[Controller]) -> list[ScaleDifference]:
@@ -338,7 +376,9 @@ async def _restored(work: _Work, controller: Controller) -> _Ended:
 async def _written(work: _Work, controller: Controller) -> list[Difference]:
     """Write what differs, and give what differs still."""
     work.begin("comparing")
+    read = work.record.read
     found = await _compared(work, controller, sure=False)
+    work.has_compared(controller.answers, work.record.read - read)
     for _ in range(ROUNDS):
         if not found.commands:
             break

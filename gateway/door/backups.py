@@ -1,16 +1,18 @@
 """Backups: all that controllers keep, read as text, compared with one, brought back."""
 
+import asyncio
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Annotated, Any, Final, NamedTuple
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal, NamedTuple, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from gateway.core.addresses import there_are
 from gateway.core.aside import aside
 from gateway.core.backup_record import Backup, BackupComparison
 from gateway.core.backups import Source
-from gateway.core.errors import InvalidRequest
+from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.operation import Rows, Run, Text, Wait
 from gateway.core.records import RequestModel, example
 from gateway.core.restore_record import Restore, RestorePlan, Units
@@ -26,6 +28,7 @@ from gateway.fics.family import Fics
 from gateway.plant import Plant
 from gateway.rorze import backup, backup_scale
 from gateway.rorze.backup import BodySource, Contents
+from gateway.rorze.backup_places import Section
 from gateway.rorze.backup_restore import BodyRestore
 from gateway.rorze.bodies import Body
 from gateway.rorze.family import Rorze
@@ -39,6 +42,12 @@ TEXTS: Final = Rows("backups")
 """As text alone, read while the request waits."""
 TEXT: Final = "text/plain"
 AS_TEXT: Final[Mapping[str, Any]] = {"media": TEXT, "answered": "The backup."}
+ENDING: Final = ".backup"
+LAST: Final = "last"
+Night = Annotated[
+    str, Field(pattern=r"^\d{4}-\d\d-\d\d$", description="As YYYY-MM-DD.", examples=["2026-11-28"])
+]
+WITHOUT: Final = "Sections of the backup that are left as they are, such as positions."
 NO_MORE: Final = "Read no more."
 WRITE_NO_MORE: Final = "Write no more; what differs is still read and told, unless it is cancelled once more."
 SMALL = "[body 3F]\n[settings]\n0SS10 ; origin offset, pulses\n"
@@ -56,6 +65,35 @@ class Reading(NamedTuple):
     """The path of what is asked for."""
     preamble: str
     sources: Sequence[Source]
+
+
+def folder_of_nights(plant: Plant) -> Path:
+    """Where the backups lie that are read by night, by their targets.
+
+    :raises NotFound: none are.
+    """
+    if plant.nightly_backups is None:
+        raise NotFound("No backups are kept by night here; nothing was sent.", "Set [backups] nightly_at.")
+    return plant.nightly_backups
+
+
+async def text_of_night(plant: Plant, target: str, night: str, ending: str = ENDING) -> str:
+    """Give the backup of a line or a robot that was read in a night, or in the last one.
+
+    :raises NotFound: there is none.
+    """
+    own = folder_of_nights(plant) / target
+    try:
+        return await asyncio.to_thread(_read_night, own, night, ending)
+    except FileNotFoundError:
+        raise NotFound(f"There is no {target}/{night}{ending}; nothing was sent.") from None
+
+
+def _read_night(own: Path, night: str, ending: str) -> str:
+    files = sorted(own.glob(f"*{ending}")) if night == LAST else [own / f"{night}{ending}"]
+    if not files:
+        raise FileNotFoundError(own)
+    return files[-1].read_text("utf-8")
 
 
 class Wanted(NamedTuple):
@@ -308,14 +346,24 @@ def _bodies_of(plant: Plant, line_id: str) -> list[Body]:
 
 
 class ComparisonRequest(RequestModel, json_schema_extra=example(backup=SMALL)):
-    """A backup to be compared with. A section that it does not have is not looked at."""
+    """A backup to be compared with, as text or of a night. A section that it lacks is not looked at."""
 
-    backup: str = Field(description="The text of a backup; comments after `;` mean nothing.")
+    backup: str | None = Field(None, description="The text of a backup; comments after `;` mean nothing.")
+    nightly: Literal["last"] | Night | None = Field(
+        None, description="Instead of `backup` the one that was read by night: the last, or that of a date."
+    )
+
+    @model_validator(mode="after")
+    def _one_backup(self) -> Self:
+        if (self.backup is None) == (self.nightly is None):
+            raise ValueError("give backup or nightly")
+        return self
 
 
 class OfBodies(ComparisonRequest):
     """A backup of bodies, which have scales."""
 
+    without: list[Section] | None = Field(None, description=WITHOUT)
     units: Units | None = Field(
         None,
         description="For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the "
@@ -342,6 +390,8 @@ class LineComparisonRequest(OfBodies, json_schema_extra=example(backup=SMALL)):
 
 class RobotComparisonRequest(ComparisonRequest, json_schema_extra=example(backup=OF_ROBOT)):
     """A backup that a robot is to be compared with."""
+
+    without: list[robot_backup.Kind] | None = Field(None, description=WITHOUT)
 
 
 class RestoreRequest(ComparisonRequest, json_schema_extra=example(backup=SMALL, dry_run=True)):
@@ -471,8 +521,24 @@ async def compare_robot(
 
 
 async def _for_body(plant: Plant, body_id: str, wanted: BodyComparisonRequest) -> Wanted:
-    found = await aside(check_bodies, wanted.backup)
+    body = plant.family(Rorze).body(body_id)
+    found = await _held(plant, body.line.id, wanted)
     return for_body(plant, body_id, found, wanted.from_body, wanted.units)
+
+
+async def _held(plant: Plant, line_id: str, wanted: OfBodies) -> Held:
+    """What a backup has of bodies; errors as of `check_bodies` and `text_of_night`."""
+    found = await aside(check_bodies, await _text_of(plant, line_id, wanted))
+    left = {number: it.without(wanted.without or ()) for number, it in found.items()}
+    if not any(it.sections for it in left.values()):
+        raise InvalidRequest("without: nothing of the backup is left; nothing was sent.", "Name fewer.")
+    return left
+
+
+async def _text_of(plant: Plant, target: str, wanted: ComparisonRequest) -> str:
+    if wanted.backup is not None:
+        return wanted.backup
+    return await text_of_night(plant, target, wanted.nightly or LAST)
 
 
 def _require_ends(plant: Plant, target: Wanted) -> None:
@@ -484,12 +550,14 @@ def _require_ends(plant: Plant, target: Wanted) -> None:
 
 
 async def _for_line(plant: Plant, line_id: str, wanted: LineComparisonRequest) -> Wanted:
-    found = await aside(check_bodies, wanted.backup)
+    found = await _held(plant, line_id, wanted)
     return for_line(plant, line_id, found, wanted.bodies, wanted.units)
 
 
 async def _for_robot(plant: Plant, robot_id: str, wanted: RobotComparisonRequest) -> Wanted:
-    return for_robot(plant, robot_id, await aside(check_robot, plant, robot_id, wanted.backup))
+    robot = plant.family(Fics).robot(robot_id)
+    found = await aside(check_robot, plant, robot.id, await _text_of(plant, robot.id, wanted))
+    return for_robot(plant, robot.id, found.without(wanted.without or ()))
 
 
 def chosen_of(bodies: str | None) -> list[str] | None:

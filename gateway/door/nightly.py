@@ -5,7 +5,7 @@ import logging
 from datetime import datetime, time, timedelta
 from difflib import unified_diff
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Final
 
 from pydantic import BaseModel, Field
 
@@ -14,7 +14,17 @@ from gateway.core.operation import Rows, Text
 from gateway.core.origin import Origin, acting
 from gateway.core.own_faults import carry_on
 from gateway.core.whole_files import write_whole
-from gateway.door.backups import AS_TEXT, Reading, of_line, of_robot
+from gateway.door.backups import (
+    AS_TEXT,
+    ENDING,
+    Night,
+    Reading,
+    folder_of_nights,
+    of_line,
+    of_robot,
+    text_of_night,
+)
+from gateway.door.swaps import Recognition
 from gateway.fics.family import Fics
 from gateway.plant import Plant
 from gateway.rorze.family import Rorze
@@ -23,7 +33,7 @@ log = logging.getLogger(__name__)
 
 ROWS: Final = Rows("backups")
 TEXTS: Final = Rows("backups")
-ENDING: Final = ".backup"
+DIFF: Final = ".diff"
 QUIET_S: Final = 60.0
 """A target is read after nothing of it has moved for this long."""
 LOOK_S: Final = 5.0
@@ -55,26 +65,32 @@ class Nightly:
         self._plant, self._folder = plant, folder
         if plant.config.backups.nightly_at is not None:
             plant.nightly_backups = folder
-        self._task: asyncio.Task[None] | None = None
+        self._recognition = Recognition(plant)
+        self._tasks: list[asyncio.Task[None]] = []
 
     def start(self) -> None:
         """Wait for the nights, if the configuration names an hour."""
         if self._plant.config.backups.nightly_at is not None:
-            nights = carry_on("the nightly backups", self._nights)
-            self._task = asyncio.create_task(nights, name="nightly backups")
+            works = {
+                "the nightly backups": self._nights,
+                "the recognition of swapped controllers": self._recognition.watch,
+            }
+            with acting(ORIGIN):
+                self._tasks = [
+                    asyncio.create_task(carry_on(what, work), name=what) for what, work in works.items()
+                ]
 
     async def close(self) -> None:
         """Read no more."""
-        if self._task is not None:
-            self._task.cancel()
-            await asyncio.gather(self._task, return_exceptions=True)
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
 
     async def _nights(self) -> None:
         while (at := self._plant.config.backups.nightly_at) is not None:
             await asyncio.sleep(seconds_until(at, datetime.now().astimezone()))
             await self.read_all()
 
-    @acting(ORIGIN)
     async def read_all(self) -> None:
         """Read everything once, target by target; one that fails has told so by its record and event."""
         targets = readings(self._plant)
@@ -112,7 +128,7 @@ class Nightly:
         for file in self._folder.glob(f"*/*{ENDING}"):
             if file.stem < oldest.isoformat():
                 file.unlink(missing_ok=True)
-                file.with_suffix(".diff").unlink(missing_ok=True)
+                file.with_suffix(DIFF).unlink(missing_ok=True)
 
 
 def seconds_until(at: str, now: datetime) -> float:
@@ -144,7 +160,7 @@ def keep(folder: Path, target: str, night: str, text: str) -> None:
         changes = unified_diff(
             before.read_text("utf-8").splitlines(True), text.splitlines(True), before.stem, night, n=1
         )
-        write_whole(own / f"{night}.diff", "".join(changes))
+        write_whole(own / f"{night}{DIFF}", "".join(changes))
     write_whole(own / f"{night}{ENDING}", text)
 
 
@@ -152,7 +168,7 @@ def kept(folder: Path) -> list[NightlyBackup]:
     """List the backups of a folder, the newest first."""
     files = sorted(folder.glob(f"*/*{ENDING}"), key=lambda it: (it.stem, it.parent.name), reverse=True)
     return [
-        NightlyBackup(target=it.parent.name, date=it.stem, changed=_changed(it.with_suffix(".diff")))
+        NightlyBackup(target=it.parent.name, date=it.stem, changed=_changed(it.with_suffix(DIFF)))
         for it in files
     ]
 
@@ -166,37 +182,26 @@ def _changed(diff: Path) -> int | None:
     return sum(line[:1] in "+-" and line[:3] not in ("+++", "---") for line in lines)
 
 
-def _folder(plant: Plant, target: str | None = None) -> Path:
-    if plant.nightly_backups is None or (target is not None and target not in readings(plant)):
-        raise NotFound("No backups are kept by night here; nothing was sent.", "Set [backups] nightly_at.")
-    return plant.nightly_backups
-
-
-Night = Annotated[
-    str, Field(pattern=r"^\d{4}-\d\d-\d\d$", description="As YYYY-MM-DD.", examples=["2026-11-28"])
-]
+def _require_target(plant: Plant, target: str) -> None:
+    if target not in readings(plant):
+        raise NotFound(f"There is no line of bodies and no robot {target}; nothing was sent.")
 
 
 @ROWS.get("/backups/nightly")
 async def list_nightly_backups(plant: Plant) -> NightlyBackups:
     """List the backups that were read by night, of every line and robot, with how much each changes."""
-    return NightlyBackups(backups=await asyncio.to_thread(kept, _folder(plant)))
+    return NightlyBackups(backups=await asyncio.to_thread(kept, folder_of_nights(plant)))
 
 
 @TEXTS.get("/backups/nightly/{target}/{night}", whole_plant=True, **AS_TEXT)
 async def get_nightly_backup(plant: Plant, target: str, night: Night) -> Text:
     """Give a backup that was read by night, as a restore takes it."""
-    return Text(await _text(_folder(plant, target) / target / f"{night}{ENDING}"))
+    _require_target(plant, target)
+    return Text(await text_of_night(plant, target, night))
 
 
 @TEXTS.get("/backups/nightly/{target}/{night}/changes", whole_plant=True, **AS_TEXT)
 async def get_nightly_changes(plant: Plant, target: str, night: Night) -> Text:
     """Give what a nightly backup changes of the one before it, as a unified diff."""
-    return Text(await _text(_folder(plant, target) / target / f"{night}.diff"))
-
-
-async def _text(file: Path) -> str:
-    try:
-        return await asyncio.to_thread(file.read_text, "utf-8")
-    except FileNotFoundError:
-        raise NotFound(f"There is no {file.parent.name}/{file.name}; nothing was sent.") from None
+    _require_target(plant, target)
+    return Text(await text_of_night(plant, target, night, DIFF))

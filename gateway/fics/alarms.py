@@ -5,7 +5,7 @@ from typing import Final
 
 from gateway.core.alarms import Cause, Facts, Kind, causes_of_moves, stopped
 from gateway.core.next_calls import ACKNOWLEDGE, STOP
-from gateway.core.power_alarms import facts_of_power_loss
+from gateway.core.power_alarms import facts_of_power_loss, swapped
 from gateway.core.restore_alarms import causes_of_restores
 from gateway.fics.calls import ERRORS, MOVE, RESET, ROBOT, STATUS
 from gateway.fics.robot import Robot
@@ -31,6 +31,7 @@ ROBOTS: Final[Sequence[Kind[Robot]]] = (
         lambda robot: robot.power.cycled,
         facts=facts_of_power_loss,
     ),
+    swapped("robot", "C-HOST manual 1-1-1"),
     Kind(
         "robot.error",
         "C-HOST manual 2-12 to 2-14",

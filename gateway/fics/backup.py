@@ -1,9 +1,9 @@
 """What a robot keeps, as far as it tells: variables, settings, positions; as text, and compared with one."""
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, Final
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Final, Literal
 
 from pydantic import ValidationError
 
@@ -25,6 +25,8 @@ from protocols.wording import plain_number, sentence
 
 KIND = "robot"
 VARIABLES = "variables"
+Kind = Literal["variables", "settings", "positions"]
+"""Of sections; each unit has its own of settings and of positions."""
 PREAMBLE = (
     "; Backup of motion controllers. Restore it by `motion-gateway restore TARGET FILE`.\n"
     "; Positions that a section does not name are not set, and variables are 0.\n"
@@ -56,6 +58,12 @@ class RobotContents:
 
     variables: dict[int, float] | None = None
     units: dict[int, UnitContents] = field(default_factory=dict)
+
+    def without(self, kinds: Collection[str]) -> "RobotContents":
+        """The same without kinds of sections, which a restore leaves as they are."""
+        emptied = dict.fromkeys({"settings", "positions"} & {*kinds})
+        units = {number: replace(it, **emptied) for number, it in self.units.items()}
+        return RobotContents(None if VARIABLES in kinds else self.variables, units)
 
 
 def whole(robot: Robot) -> RobotContents:
@@ -140,6 +148,11 @@ class RobotSource:
     def address(self) -> str:
         """The robot's id."""
         return self.robot.id
+
+    @property
+    def baud(self) -> int | None:
+        """The speed of its line; None where its port does not tell."""
+        return self.robot.line.baud
 
     async def require_ready(self) -> None:
         """Make sure that it answers and is not being restored; errors as of `text_of`."""

@@ -53,6 +53,11 @@ class RobotRestore:
         return self.robot.id
 
     @property
+    def baud(self) -> int | None:
+        """The speed of its line; None where its port does not tell."""
+        return self.robot.line.baud
+
+    @property
     def scale(self) -> None:
         """A robot counts in its own units, which are those of its backup."""
 

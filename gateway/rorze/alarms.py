@@ -6,7 +6,7 @@ from typing import Final
 
 from gateway.core.alarms import Cause, Facts, Kind, causes_of_moves, stopped
 from gateway.core.next_calls import ACKNOWLEDGE, LINE_STATE, STOP, NextCall
-from gateway.core.power_alarms import facts_of_power_loss
+from gateway.core.power_alarms import facts_of_power_loss, swapped
 from gateway.core.restore_alarms import causes_of_restores
 from gateway.rorze.bodies import Body
 from gateway.rorze.calls import (
@@ -74,6 +74,7 @@ BODIES: Final[Sequence[Kind[Body]]] = (
         lambda body: body.power.cycled,
         facts=facts_of_power_loss,
     ),
+    swapped("body", "RC-420 manual 18"),
     Kind(
         "body.stop.unconfirmed",
         "RC-420 manual 5.4.1, 14.6",

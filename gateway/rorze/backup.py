@@ -3,7 +3,7 @@
 import asyncio
 import re
 from collections import deque
-from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping
+from collections.abc import Awaitable, Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Final, TypeVar
@@ -102,6 +102,11 @@ class Contents:
         """Whether its positions are encoder counts, as its settings tell (EAS)."""
         settings = self.places.get("settings", {}).values()
         return any(isinstance(it, SetOperatingMode) and it.mode == "encoder" for it in settings)
+
+    def without(self, sections: Collection[str]) -> "Contents":
+        """The same without sections, which a restore leaves as they are."""
+        places = {name: commands for name, commands in self.places.items() if name not in sections}
+        return replace(self, places=places, program=None if "program" in sections else self.program)
 
     def lasting(self) -> "Contents":
         """The same without what is gone with the power."""
@@ -252,6 +257,11 @@ class BodySource:
     def address(self) -> str:
         """Its unique address."""
         return self.body.address
+
+    @property
+    def baud(self) -> int | None:
+        """The speed of its line; None where its port does not tell."""
+        return self.body.line.baud
 
     async def require_ready(self) -> None:
         """Make sure that it answers and is not being changed; errors as of `text_of`."""

@@ -60,6 +60,11 @@ class BodyRestore:
         return self.body.address
 
     @property
+    def baud(self) -> int | None:
+        """The speed of its line; None where its port does not tell."""
+        return self.body.line.baud
+
+    @property
     def answers(self) -> int:
         """As many as the sections have places at most."""
         return backup.answers_of(self.wanted)

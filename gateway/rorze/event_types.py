@@ -8,6 +8,7 @@ from gateway.core.event_types import (
     EventType,
     LeftMoving,
     Nothing,
+    Swap,
     Unreadable,
     backup_types,
     lease_types,
@@ -159,6 +160,9 @@ BODIES = (
     EventType("body.unreadable", BODY, Unreadable, "the health poll could not learn its state"),
     EventType("body.status.changed", BODY, StatusChange, "bits of its controller status have changed"),
     EventType("body.power_cycled", BODY, BodyPowerLoss, "it has lost its power, or seems to"),
+    EventType(
+        "body.swapped", BODY, Swap, "its settings after a loss of power are not those of the last night"
+    ),
     EventType("body.power_cycle.acknowledged", BODY, PowerAcknowledged, "it may go to places again"),
     EventType("body.power_mark.missing", BODY, MarkMissing, "no mark can be kept in it"),
     EventType("body.controller_event", BODY, ControllerEvent, "it has reported a change of state (frame 7E)"),

@@ -53,7 +53,7 @@ class Plant:
 
 
 @contextmanager
-def plant_in(folder: Path, bodies: str = BODIES) -> Iterator[Plant]:
+def plant_in(folder: Path, bodies: str = BODIES, more: str = "") -> Iterator[Plant]:
     """Run a plant, and end it with the block; on its line answer `bodies`."""
     with simulated_line(folder, bodies) as line:
         robot = SimulatedRobot(folder)
@@ -61,7 +61,7 @@ def plant_in(folder: Path, bodies: str = BODIES) -> Iterator[Plant]:
         cell = f'[[lines]]\nid = "cell"\nprotocol = "fics"\naddress = "serial://{robot.place}?baud=115200"\n'
         cell += 'robot = { id = "r1", units = [{ number = 1, axes = ["X", "Y", "Z"] }] }\n'
         text = config.read_text().replace("port = 0", f"port = {free_port()}")
-        config.write_text(text.replace("\n[access]", f"\n{cell}\n[access]"))
+        config.write_text(text.replace("\n[access]", f"\n{cell}{more}\n[access]"))
         gateway = Gateway(config).wait_until_ready()
         try:
             yield Plant(line, robot, gateway)

@@ -35,6 +35,7 @@ def record(status: str, differences: list[Any] | None = None, **more: Any) -> di
         "saved": False,
         "error": None,
         "differences": differences,
+        "left_s": None,
         **more,
     }
 
@@ -55,6 +56,10 @@ def reading(path: str, status: str, **more: Any) -> dict[str, Any]:
         "read": 40,
         "expected": 2400,
         "text": None,
+        "left_s": 75.4,
+        "differing": None,
+        "restore_s": 210.0,
+        "baud": 9600,
         "error": None,
         **more,
     }
@@ -116,6 +121,17 @@ def test_what_differs_is_told_line_by_line(file: Path, monkeypatch: pytest.Monke
     assert (said.exit_code, said.stdout) == (1, told)
     assert gateway.posted == [(COMPARISONS, {"backup": TEXT, "from_body": "40"})]
     assert gateway.run(monkeypatch, "diff", "3F", str(file)).exit_code == 0
+
+
+def test_a_night_stands_for_a_file_and_what_differs_is_summed_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    counts = {"settings": 14, "positions": 37, "program": 1}
+    gateway = FakeGateway({COMPARISONS: [(200, comparison([DIFFERENCE]) | {"differing": counts})]})
+    said = gateway.run(monkeypatch, "diff", "3F", "--nightly", "last", "--without", "memories")
+    assert gateway.posted == [(COMPARISONS, {"nightly": "last", "without": ["memories"]})]
+    assert "Differs from the backup in 14 settings, 37 positions, 1 program." in said.stderr
+    assert "A restore takes 3 min 30 s at 9600 baud. At 38400 baud it takes less than half" in said.stderr
+    for words in (("diff", "3F"), ("restore", "3F", "some.backup", "--nightly", "last")):
+        assert gateway.run(monkeypatch, *words).exit_code == 2
 
 
 def test_who_interrupts_a_comparison_ends_it_at_the_gateway(

@@ -20,6 +20,7 @@ class Machine:
 
     address: str
     answers: int = 3
+    baud: int | None = None
     scale: None = None
     is_known: bool = True
     is_ready: bool = True

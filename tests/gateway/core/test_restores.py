@@ -20,6 +20,7 @@ class Machine:
 
     address = "m"
     answers = 1
+    baud = None
     scale = None
 
     def __init__(self, count: int = 1) -> None:

@@ -268,6 +268,10 @@ class Backup(TypedDict):
     """Answers so far."""
     expected: int | None
     """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
+    left_s: float | None
+    """Seconds it takes still: by the line's speed first, then by its own pace; null: unknown."""
+    baud: int | None
+    """The speed of its line, where its port tells: 38400 takes a third of the time of 9600."""
     error: BackupError | None
     """Why it was not read."""
     request_id: str | None
@@ -293,6 +297,10 @@ class BackupComparison(TypedDict):
     """Answers so far."""
     expected: int | None
     """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
+    left_s: float | None
+    """Seconds it takes still: by the line's speed first, then by its own pace; null: unknown."""
+    baud: int | None
+    """The speed of its line, where its port tells: 38400 takes a third of the time of 9600."""
     error: BackupError | None
     """Why it was not read."""
     request_id: str | None
@@ -305,6 +313,10 @@ class BackupComparison(TypedDict):
     """The exact commands of a restore, in their order, once it has succeeded. Events leave them and the differences out: ask for the record."""
     differences: list[Difference] | None
     """Empty where the controllers hold the backup already."""
+    differing: dict[str, int] | None
+    """Number of differences by kind: settings, positions, program and others; a program counts once."""
+    restore_s: float | None
+    """Seconds that a restore would take, and read it back; null where nobody knows."""
 
 
 class BackupError(TypedDict):
@@ -454,8 +466,14 @@ class BodyComparisonProgressEvent(TypedDict):
 class BodyComparisonRequest(TypedDict):
     """A backup that a body is to be compared with."""
 
-    backup: str
+    backup: NotRequired[str | None]
     """The text of a backup; comments after `;` mean nothing."""
+    nightly: NotRequired[Literal["last"] | str | None]
+    """Instead of `backup` the one that was read by night: the last, or that of a date."""
+    without: NotRequired[
+        list[Literal["settings", "speed-sets", "patterns", "positions", "memories", "program"]] | None
+    ]
+    """Sections of the backup that are left as they are, such as positions."""
     units: NotRequired[Literal["keep_pulses", "convert"] | None]
     """For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse."""
     from_body: NotRequired[str | None]
@@ -1490,8 +1508,14 @@ class BodyRestoreProgressEvent(TypedDict):
 class BodyRestoreRequest(TypedDict):
     """A backup to be restored to one body."""
 
-    backup: str
+    backup: NotRequired[str | None]
     """The text of a backup; comments after `;` mean nothing."""
+    nightly: NotRequired[Literal["last"] | str | None]
+    """Instead of `backup` the one that was read by night: the last, or that of a date."""
+    without: NotRequired[
+        list[Literal["settings", "speed-sets", "patterns", "positions", "memories", "program"]] | None
+    ]
+    """Sections of the backup that are left as they are, such as positions."""
     units: NotRequired[Literal["keep_pulses", "convert"] | None]
     """For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse."""
     from_body: NotRequired[str | None]
@@ -1788,6 +1812,22 @@ class BodyStopUnconfirmedEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: StopReport
+
+
+class BodySwappedEvent(TypedDict):
+    """Its settings after a loss of power are not those of the last night; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.swapped"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Swap
 
 
 class BodyUnreadableEvent(TypedDict):
@@ -2410,6 +2450,7 @@ class EventList(TypedDict):
         | BodyUnreadableEvent
         | BodyStatusChangedEvent
         | BodyPowerCycledEvent
+        | BodySwappedEvent
         | BodyPowerCycleAcknowledgedEvent
         | BodyPowerMarkMissingEvent
         | BodyControllerEventEvent
@@ -2522,6 +2563,7 @@ class EventList(TypedDict):
         | RobotUnreadableEvent
         | RobotErrorEvent
         | RobotErrorsResetEvent
+        | RobotSwappedEvent
         | RobotPowerCycledEvent
         | RobotSpeedsRestoredEvent
         | RobotPowerCycleAcknowledgedEvent
@@ -3551,8 +3593,14 @@ class LineComparisonProgressEvent(TypedDict):
 class LineComparisonRequest(TypedDict):
     """A backup that bodies of a line are to be compared with."""
 
-    backup: str
+    backup: NotRequired[str | None]
     """The text of a backup; comments after `;` mean nothing."""
+    nightly: NotRequired[Literal["last"] | str | None]
+    """Instead of `backup` the one that was read by night: the last, or that of a date."""
+    without: NotRequired[
+        list[Literal["settings", "speed-sets", "patterns", "positions", "memories", "program"]] | None
+    ]
+    """Sections of the backup that are left as they are, such as positions."""
     units: NotRequired[Literal["keep_pulses", "convert"] | None]
     """For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse."""
     bodies: NotRequired[list[str] | None]
@@ -3876,8 +3924,14 @@ class LineRestoreProgressEvent(TypedDict):
 class LineRestoreRequest(TypedDict):
     """A backup to be restored to bodies of a line."""
 
-    backup: str
+    backup: NotRequired[str | None]
     """The text of a backup; comments after `;` mean nothing."""
+    nightly: NotRequired[Literal["last"] | str | None]
+    """Instead of `backup` the one that was read by night: the last, or that of a date."""
+    without: NotRequired[
+        list[Literal["settings", "speed-sets", "patterns", "positions", "memories", "program"]] | None
+    ]
+    """Sections of the backup that are left as they are, such as positions."""
     units: NotRequired[Literal["keep_pulses", "convert"] | None]
     """For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse."""
     bodies: NotRequired[list[str] | None]
@@ -4743,6 +4797,10 @@ class PositionReading(TypedDict):
     """Answers so far."""
     expected: int | None
     """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
+    left_s: float | None
+    """Seconds it takes still: by the line's speed first, then by its own pace; null: unknown."""
+    baud: int | None
+    """The speed of its line, where its port tells: 38400 takes a third of the time of 9600."""
     error: BackupError | None
     """Why it was not read."""
     request_id: str | None
@@ -5132,6 +5190,8 @@ class Restore(TypedDict):
     """Those that were."""
     read: int
     """What was read so far, before and after."""
+    left_s: float | None
+    """Seconds it takes still; null where nobody knows."""
     flash: bool
     """Whether it is to be written to flash memory."""
     saved: bool
@@ -5169,6 +5229,8 @@ class RestorePlan(TypedDict):
     """The exact commands, in their order."""
     differences: list[Difference]
     """Empty where the controllers hold the backup already."""
+    differing: dict[str, int]
+    """Number of differences by kind: settings, positions, program and others; a program counts once."""
     scales: list[ScaleDifference]
     """The bodies whose scale is not that of the backup, and what `units` made of that."""
 
@@ -5334,8 +5396,12 @@ class RobotComparisonProgressEvent(TypedDict):
 class RobotComparisonRequest(TypedDict):
     """A backup that a robot is to be compared with."""
 
-    backup: str
+    backup: NotRequired[str | None]
     """The text of a backup; comments after `;` mean nothing."""
+    nightly: NotRequired[Literal["last"] | str | None]
+    """Instead of `backup` the one that was read by night: the last, or that of a date."""
+    without: NotRequired[list[Literal["variables", "settings", "positions"]] | None]
+    """Sections of the backup that are left as they are, such as positions."""
 
 
 class RobotComparisonStartedEvent(TypedDict):
@@ -6175,8 +6241,12 @@ class RobotRestoreProgressEvent(TypedDict):
 class RobotRestoreRequest(TypedDict):
     """A backup to be restored to a robot."""
 
-    backup: str
+    backup: NotRequired[str | None]
     """The text of a backup; comments after `;` mean nothing."""
+    nightly: NotRequired[Literal["last"] | str | None]
+    """Instead of `backup` the one that was read by night: the last, or that of a date."""
+    without: NotRequired[list[Literal["variables", "settings", "positions"]] | None]
+    """Sections of the backup that are left as they are, such as positions."""
     dry_run: NotRequired[bool]
     """Tell what would be written and what differs, and write nothing. Left out: false."""
     flash: NotRequired[bool]
@@ -6381,6 +6451,22 @@ class RobotStopUnconfirmedEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: RobotStopReport
+
+
+class RobotSwappedEvent(TypedDict):
+    """After a loss of power it is not as in the last night; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.swapped"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Swap
 
 
 class RobotUnitChangedEvent(TypedDict):
@@ -7458,6 +7544,19 @@ class Strictness(TypedDict):
     strict: bool
 
 
+class Swap(TypedDict):
+    """What a controller holds otherwise than its backup of the last night, after a loss of power."""
+
+    night: str
+    """The night of the backup, as YYYY-MM-DD."""
+    differing: int
+    """Number of settings, and of a robot's positions, that differ."""
+    told: list[str]
+    """The first five of them, as in the backup and as the controller holds them."""
+    certain: bool
+    """True where a user comment is another, in which a serial number may stand: then it is another controller. Else what was not in flash memory may have been lost."""
+
+
 class TableUpload(TypedDict):
     """Positions that are being stored in a body, or were: all are sent, then all are read back."""
 
@@ -7473,6 +7572,10 @@ class TableUpload(TypedDict):
     """Answers so far."""
     expected: int | None
     """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
+    left_s: float | None
+    """Seconds it takes still: by the line's speed first, then by its own pace; null: unknown."""
+    baud: int | None
+    """The speed of its line, where its port tells: 38400 takes a third of the time of 9600."""
     error: BackupError | None
     """Why it was not read."""
     request_id: str | None
@@ -7846,6 +7949,7 @@ Event: TypeAlias = (
     | BodyUnreadableEvent
     | BodyStatusChangedEvent
     | BodyPowerCycledEvent
+    | BodySwappedEvent
     | BodyPowerCycleAcknowledgedEvent
     | BodyPowerMarkMissingEvent
     | BodyControllerEventEvent
@@ -7958,6 +8062,7 @@ Event: TypeAlias = (
     | RobotUnreadableEvent
     | RobotErrorEvent
     | RobotErrorsResetEvent
+    | RobotSwappedEvent
     | RobotPowerCycledEvent
     | RobotSpeedsRestoredEvent
     | RobotPowerCycleAcknowledgedEvent
