@@ -188,7 +188,7 @@ def test_the_key_that_makes_repetitions_harmless_stands_at_all_that_does_somethi
     assert not any(keyed(item["get"]) for item in paths.values() if "get" in item)
 
 
-UNIT_IN_NAME = re.compile(r"(^|_)(s|ms|us|ns|hz|pps|pps_s|percent|um|pulses|seconds|bytes)$")
+UNIT_IN_NAME = re.compile(r"(^|_)(baud|s|ms|us|ns|hz|pps|pps_s|percent|um|pulses|seconds|bytes)$")
 UNIT_IN_WORDS = re.compile(
     r"pulse|percent|second|_unit|counted_in|counts|`units?`|micrometres|degree|%|number", re.IGNORECASE
 )
