@@ -13,9 +13,9 @@ from gateway.core.origin import Origin
 from gateway.door import operations, stopping
 from gateway.door.caller import address_of
 from gateway.door.doing import do
-from gateway.door.groups import GroupDefinition
 from gateway.door.leases import LeaseRequest
 from gateway.plant import Plant
+from gateway.rorze.door.groups import GroupDefinition
 from gateway.rorze.memories import MemoryChange
 from gateway.rorze.units import Length
 from protocols.rorze.moves import MoveClockwise
