@@ -29,11 +29,11 @@ from gateway.door.metrics import metrics_of
 from gateway.door.opening import Plant
 from gateway.door.remedies import calls_for
 from gateway.door.system import VERSION
-from gateway.door.table import Operation, Right, operations_of
+from gateway.door.table import FAMILIES, Operation, Right, operations_of
 from gateway.door.traffic import Traffic
 
-DESCRIPTION = """\
-RORZE RC-420 motion controllers behind RC-400 link masters, and Fics robots that speak C-HOST.
+DESCRIPTION = f"""\
+{", and ".join(it.controllers for it in FAMILIES.values() if it.controllers)}.
 
 Bodies are addressed by two hex digits where only one line has them (`3F`), and always with their line
 (`arm.3F`); robots by their names, and their axes by unit. Errors are problem details (RFC 9457); `moved`

@@ -113,6 +113,19 @@ class Client:
                 exits.UNKNOWN,
             ) from None
 
+    def made(self, kind: str) -> list[dict[str, Any]]:
+        """All of what an extension makes, such as `scaras`; none where the gateway does not have that.
+
+        :raises Failure: the gateway did not tell.
+        """
+        try:
+            listed: list[dict[str, Any]] = self.request("GET", f"/{kind}")[kind]
+        except Failure as failure:
+            if failure.code != exits.USAGE:
+                raise
+            return []
+        return listed
+
     def begin(self, path: str, content: object, wait_s: float, progress: Progress) -> list[dict[str, Any]]:
         """Start what moves, and give its moves: one, or those of a group's members.
 

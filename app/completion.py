@@ -16,7 +16,7 @@ def addresses(context: typer.Context, begun: str) -> list[str]:
     key_file = context.params.get("key_file")  # while a word is completed, options are text
     try:
         client = Client.at(context.params.get("url") or LOCAL, Path(key_file) if key_file else None)
-        listed = {kind: client.request("GET", f"/{kind}")[kind] for kind in _IDS}
+        listed = {kind: client.made(kind) for kind in _IDS}
     except Failure:
         return []
     words = [word for kind, items in listed.items() for it in items for word in _words(it, _IDS[kind])]

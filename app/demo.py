@@ -64,7 +64,7 @@ def demo_config(
             "server": server,
             "access": {"mode": "open"},
             "lines": [line, cell],
-            "scaras": [_SCARA],
+            **({"scaras": [_SCARA]} if "scaras" in Config.model_fields else {}),
             **({} if plant is None else {"plant": _member(plant)}),
         }
     )

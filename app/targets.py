@@ -67,7 +67,7 @@ def find(client: Client, word: str) -> Target:
     for robot in robots:
         if robot["robot_id"] == name.lower():
             return _robot(robot, number)
-    scaras = client.request("GET", "/scaras")["scaras"]
+    scaras = client.made("scaras")
     if any(scara["scara_id"] == word.lower() for scara in scaras):
         return Target("scaras", word.lower())
     found = [_robot(robot, number) for robot in robots if robot["name"] == name]

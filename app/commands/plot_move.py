@@ -162,7 +162,7 @@ def _path_of(client: Client, move_id: str, target: str | None) -> str:
 def _places(client: Client) -> Iterator[str]:
     for body in client.request("GET", "/bodies")["bodies"]:
         yield f"/bodies/{body['body_id']}"
-    for scara in client.request("GET", "/scaras")["scaras"]:
+    for scara in client.made("scaras"):
         yield f"/scaras/{scara['scara_id']}"
     for robot in client.request("GET", "/robots")["robots"]:
         yield from (f"/robots/{robot['robot_id']}/units/{it['number']}" for it in robot["units"])

@@ -28,7 +28,8 @@ def status(url: Url = LOCAL, key_file: KeyFile = None, as_json: Json = False) ->
     """Show the lines, bodies, SCARA robots and robots of a running gateway; no controller is asked."""
     client = Client.at(url, key_file)
     everything = {
-        kind: client.request("GET", f"/{kind}")[kind] for kind in ("lines", "bodies", "scaras", "robots")
+        kind: client.made(kind) if kind == "scaras" else client.request("GET", f"/{kind}")[kind]
+        for kind in ("lines", "bodies", "scaras", "robots")
     }
     if as_json:
         typer.echo(json_text(everything))

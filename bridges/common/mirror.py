@@ -86,11 +86,21 @@ class Mirror:
             self._forget(path)
         self.known.set()
 
+    async def _scaras(self) -> list[Document]:
+        """The SCARA robots: none of a gateway without their extension."""
+        try:
+            listed: list[Document] = (await self._gateway.call("GET", "/scaras"))["scaras"]
+        except Refused as refusal:
+            if refusal.status != NOT_FOUND:
+                raise
+            return []
+        return listed
+
     async def _list(self) -> set[str]:
         """Read all collections; gives the paths of what there is."""
         lines = (await self._gateway.call("GET", "/lines"))["lines"]
         robots = (await self._gateway.call("GET", "/robots"))["robots"]
-        scaras = (await self._gateway.call("GET", "/scaras"))["scaras"]
+        scaras = await self._scaras()
         query = {"standing": "true", "limit": MOST_ALARMS}
         alarms = (await self._gateway.call("GET", "/alarms", query=query))["alarms"]
         found: set[str] = set()

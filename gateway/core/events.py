@@ -70,7 +70,7 @@ class CloudEvent(BaseModel):
     type: str
     subject: str
     """`/lines/LINE`, `/bodies/LINE.3F`, `/groups/LINE.80`, `/robots/ROBOT`, `/robots/ROBOT/units/1`,
-    `/scaras/SCARA`, or `/events` for the stream itself."""
+    or `/events` for the stream itself."""
     time: AwareDatetime
     datacontenttype: Literal["application/json"] = "application/json"
     sequence: str = Field(pattern="^[0-9]{12}$")

@@ -21,10 +21,10 @@ from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED, MoveRecord
-from gateway.core.operation import Rows
+from gateway.core.operation import Rows, Section, Words
 from gateway.core.parts import Part
 from gateway.core.records import Record
-from gateway.core.stops import StopMode
+from gateway.core.stops import Report, StopMode
 from gateway.core.targets import Stopped, Target
 from gateway.texts import text
 from protocols.table import Command
@@ -147,14 +147,22 @@ class Registered(ABC):
 
     collections: ClassVar[Sequence[str]]
     """The resources its targets are among, such as `bodies`."""
+    called: ClassVar[Sequence[str]] = ()
+    """What people call them, if otherwise."""
     move_records: ClassVar[Sequence[type[MoveRecord]]] = ()
     """What `move_logs` keep."""
     event_types: ClassVar[Sequence[EventType]] = ()
     """What it publishes, beside what all lines do."""
     rows: ClassVar[Sequence[Rows]] = ()
-    """What callers may ask of its things beside the commands."""
+    """What callers may ask of its things beside the commands; what takes the plant is in its `door`."""
     things: ClassVar[Mapping[type, Callable[..., Any]]] = {}
     """What paths lead to, and how it is found by what they name."""
+    names: ClassVar[Mapping[str, Any]] = {}
+    """The descriptions of the names in its paths; all others are text."""
+    sections: ClassVar[Sequence[Section]] = ()
+    """The sections of the documents that its rows stand in, in their order."""
+    words: ClassVar[Mapping[str, Words]] = {}
+    """Of its places whose routes have words of their own."""
 
     def __init__(self, site: Site) -> None:
         self.site = site
@@ -248,6 +256,14 @@ class Family(Registered):
 
     line_table: ClassVar[type[tables.Line]]
     """What the configuration says of a line."""
+    controllers: ClassVar[str] = ""
+    """What it is the family of, as the documents begin."""
+    told_of_ports: ClassVar[str] = ""
+    """Who may be at a port."""
+    told_of_stops: ClassVar[str] = ""
+    """How its controllers are told to stop in both ways."""
+    stop_report: ClassVar[type[Report]]
+    """How far the stop of one of what is `seen` has come."""
     line_info: ClassVar[type[PortInfo]]
     """What a line tells."""
     now: ClassVar[type[Record]]

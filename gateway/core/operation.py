@@ -3,7 +3,7 @@
 from collections.abc import Awaitable, Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from inspect import Parameter, Signature, getdoc, signature
-from typing import Annotated, Any, Final, Literal, TypeVar, get_origin
+from typing import Annotated, Any, Final, Literal, NamedTuple, TypeVar, get_origin
 from warnings import catch_warnings, simplefilter
 
 from pydantic import BaseModel, Field, TypeAdapter
@@ -45,6 +45,26 @@ _EFFECTS: Final[Mapping[Right, Effect]] = {
 """What an operation with a right does, if nothing else is said."""
 LEASED: Final = frozenset({Right.OPERATE, Right.SETUP})
 """The rights that, where somebody has a lease, only the holder can use."""
+
+
+class Section(NamedTuple):
+    """A section of the documents."""
+
+    tag: str
+    told: str
+    """One sentence."""
+    before: str = ""
+    """The section of the gateway itself that it stands before; else at the end."""
+    is_needed_first: bool = False
+    """Whether it is among what is needed first: to move, to stop, and to see what has happened."""
+
+
+class Words(NamedTuple):
+    """The words of a place's routes."""
+
+    replied: str = "The controller's reply."
+    over: str = "The move is over; `status` says how it ended."
+    begun: str = "The controller has accepted the move; ask again at Location."
 
 
 @dataclass(frozen=True)

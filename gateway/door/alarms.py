@@ -13,7 +13,7 @@ from gateway.core.event_types import GATEWAY
 from gateway.core.operation import Rows
 from gateway.core.rights import Right
 from gateway.door.caller import require, sees
-from gateway.fics.family import Fics
+from gateway.door.names import COLLECTIONS
 from gateway.plant import Plant
 from gateway.security import entries
 
@@ -68,10 +68,11 @@ def listed(plant: Plant, *, standing: bool | None = None) -> Sequence[Alarm]:
 
 def _line_of(plant: Plant, subject: str) -> str | None:
     """The line behind a body, a group or a robot; None where nothing is configured any more, or ever was."""
-    _, kind, address = subject.split("/", 2) if subject.count("/") > 1 else ("", "", "")
-    if kind == "robots":
-        return next((it.line.id for it in plant.family(Fics).robots() if it.id == address), None)
-    return address.partition(".")[0] if kind in ("bodies", "groups") else None
+    kind, slash, address = subject.removeprefix("/").partition("/")
+    if not slash or "/" in address or f"/{kind}" not in COLLECTIONS:
+        return None
+    line_id, dot, _ = address.partition(".")
+    return line_id if dot else next((it.line_id for it in plant.territory.parts(address)), None)
 
 
 def _is_seen(plant: Plant, alarm: Alarm) -> bool:

@@ -18,6 +18,7 @@ from gateway.core.own_faults import twice
 from gateway.core.rights import Right
 from gateway.core.targets import Looked, Target
 from gateway.door.caller import require
+from gateway.door.names import COLLECTIONS
 from gateway.families import registered
 from gateway.plant import Plant
 from protocols.table import Effect
@@ -25,7 +26,7 @@ from transports.recorder import clocks
 
 __all__ = ["aside", "carry_out", "require_right", "twice"]
 
-_OF_LINES: Final = ("/bodies", "/groups", "/lines", "/robots", "/scaras")
+_OF_LINES: Final = ("/lines", *COLLECTIONS)
 _BY_ITSELF: Final = "gateway"
 _OF_RECORDINGS: Final = ("/recordings", "/tickets")
 log = logging.getLogger(__name__)

@@ -2,13 +2,16 @@
 
 from collections.abc import Awaitable
 from functools import partial
+from typing import Any
 
 from gateway.core.errors import NotAllowed
 from gateway.core.move_record import START_WITHIN_S
+from gateway.core.origin import current
 from gateway.core.own_faults import twice
 from gateway.core.rights import RIGHT_OF
-from gateway.core.targets import AnyCommand, Result
+from gateway.core.targets import AnyCommand, Result, Target
 from gateway.door.caller import for_caller, require
+from gateway.door.keys import not_honoured
 from gateway.plant import Plant
 from protocols.table import Effect
 
@@ -53,3 +56,16 @@ def read_text(plant: Plant, target: str, text: str) -> AnyCommand:
             "Use the command's own route, or set raw_commands in the configuration.",
         )
     return plant.target(target).read(text)
+
+
+async def do_text(
+    plant: Plant, target: Target, text: str, wait: float | None, *, keyed: bool
+) -> tuple[Any, Result]:
+    """Carry out what a text says; errors as of `read_text` and `do`.
+
+    :raises InvalidRequest: it is no stop, and its sender relies on a key; nothing was sent.
+    """
+    command = read_text(plant, target.path, text)
+    if keyed and command.effect is not Effect.STOP:
+        raise not_honoured()
+    return command, await do(plant, current(), target.path, command, wait or 0.0)

@@ -12,6 +12,7 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.events import FASTEST_HZ, SLOWEST_HZ, Event, SlowConsumer, Subscription, Writer
 from gateway.core.operation import Rows, Written
 from gateway.door.event_models import EventList
+from gateway.door.names import CALLED, COLLECTIONS, listed
 from gateway.event_types import EVENT_TYPES
 from gateway.plant import Plant
 from protocols.wording import shown, unknown
@@ -41,7 +42,7 @@ After = Annotated[str | None, Field(description="Only events after this cursor."
 Bodies = Annotated[
     str | None,
     Field(
-        description="Only events of these bodies, groups, SCARA robots and robots: addresses joined by "
+        description=f"Only events of these {listed(*CALLED)}: addresses joined by "
         "commas, such as 3F,arm.02,wafer,r1,r2/units/1. A robot's address means its units too."
     ),
 ]
@@ -109,7 +110,7 @@ def addresses_of(plant: Plant, text: str | None) -> list[str] | None:
             listed = f"; {there_are(sorted(known))}" if current().scope is None else ""
             raise InvalidRequest(
                 f"bodies: there is no {address}{listed}.",
-                "GET /bodies, /groups, /scaras, /robots list what there is.",
+                f"GET {', '.join(COLLECTIONS)} list what there is.",
             )
     return wanted
 

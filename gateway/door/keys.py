@@ -11,11 +11,9 @@ from gateway.core.errors import Ambiguous, InvalidRequest, NoReply, NotFound
 from gateway.core.journal import writes
 from gateway.core.journal.journal import Journal, JournalUnavailable
 from gateway.core.journal.writes import Value
-from gateway.core.move_record import Move, MoveRecord
+from gateway.core.move_record import MoveRecord
 from gateway.core.targets import Begun
 from gateway.plant import Plant
-from gateway.rorze.family import Rorze
-from gateway.rorze_scara.record import ScaraMove
 
 ASKED_WITHIN_S = 1.0
 """The journal is asked for this time what was answered before."""
@@ -79,15 +77,13 @@ class LeftOpen(NamedTuple):
 
     moves: Sequence[MoveRecord]
     """None where it was for something else: nobody knows what has become of that."""
+    among: str = ""
+    """The resources that the first of them is among."""
 
     def begun(self) -> Begun:
         """The moves, as they were to be told when they had begun."""
-        first = self.moves[0]
-        if isinstance(first, ScaraMove):
-            return Begun(f"/scaras/{first.scara_id}", [first])
-        if isinstance(first, Move):
-            return Begun(f"/bodies/{first.body_id}", self.moves, first.group_id)
-        return Begun(f"/robots/{first.body_id}", self.moves)
+        first, *_ = its_own = [it for it in self.moves if type(it) is type(self.moves[0])]
+        return Begun(f"/{self.among}/{first.body_id}", its_own, getattr(first, "group_id", None))
 
     def unknown(self) -> NoReply:
         """What is told of anything else."""
@@ -124,29 +120,24 @@ class Keys:
 
     async def _left_open(self, key: Key) -> LeftOpen | None:
         rows = await self._rows("SELECT move_id FROM intents WHERE key = ? ORDER BY id", key.name)
-        moves = [move for (ids,) in rows for it in (ids or "").split() for move in self._move(it)]
-        return LeftOpen(moves) if rows else None
+        ids = dict.fromkeys(it for (ids,) in rows for it in (ids or "").split())
+        moves = [found for it in ids if (found := self._move(it))]
+        return LeftOpen([it for _, it in moves], *(among for among, _ in moves[:1])) if rows else None
 
     def place_of(self, path: str) -> str:
         """The path with the whole address in it: a body and a group have several, `3f`, `3F` and `arm.3F`."""
         kind, _, rest = path.removeprefix("/").partition("/")
         address, slash, what = rest.partition("/")
-        rorze = self._plant.family(Rorze)
-        with suppress(NotFound, Ambiguous):
-            if kind == "bodies":
-                address = rorze.body(address).address
-            elif kind == "groups":
-                address = rorze.group(address).address
-        return f"/{kind}/{address}{slash}{what}" if slash else path
+        with suppress(NotFound, Ambiguous, InvalidRequest):
+            return f"{self._plant.target(f'/{kind}/{address}').path}/{what}" if slash else path
+        return path
 
-    def _move(self, move_id: str) -> list[MoveRecord]:
+    def _move(self, move_id: str) -> tuple[str, MoveRecord] | None:
         for it in self._plant.registered:
             for moves in it.move_logs():
-                try:
-                    return [moves.get(move_id)]
-                except NotFound:
-                    continue
-        return []
+                with suppress(NotFound):
+                    return it.collections[0], moves.get(move_id)
+        return None
 
     def begin(self, key: Key) -> None:
         """Write the key down: it is durable before the first intent of its request is.

@@ -11,6 +11,7 @@ from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Opened
 from gateway.door.caller import claim, holder, require, sees
+from gateway.door.names import COLLECTIONS, listed
 from gateway.plant import Plant
 from protocols.wording import as_given
 
@@ -95,5 +96,5 @@ def _path(plant: Plant, scope: str) -> str:
     except NotFound:
         raise NotFound(
             f"There is no line, body, group or robot {as_given(scope)}; nothing was leased.",
-            "GET /lines, /bodies, /groups, /scaras and /robots list what there is.",
+            f"GET {listed('/lines', *COLLECTIONS)} list what there is.",
         ) from None

@@ -1,11 +1,11 @@
-"""Lines: their state, and scans of them."""
+"""Lines: their state, and who has them."""
 
 from typing import Annotated, Any, Final, Literal, Union
 
 from pydantic import Field
 from typing_extensions import TypedDict
 
-from gateway.core.operation import Rows, Wait
+from gateway.core.operation import Rows
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.tables import Slug
@@ -14,8 +14,6 @@ from gateway.door.caller import sees
 from gateway.door.names import LineId
 from gateway.families import FAMILIES
 from gateway.plant import Plant
-from gateway.rorze.family import Rorze
-from gateway.rorze.scans import Scan
 
 ROWS: Final = Rows("lines")
 TAKE_OVERS: Final = Rows("configuration")
@@ -61,22 +59,3 @@ async def take_over_line(plant: Plant, line_id: LineId, take_over: TakeOverReque
     """
     await taking_over.take_over(plant, line_id, take_over.old)
     return plant.info(line_id)
-
-
-@ROWS.post("/lines/{line_id}/scans", Right.SETUP, leased=False, over="The scan is over.")
-async def start_scan(plant: Plant, line_id: LineId, *, wait: Wait = None) -> Scan:
-    """Ask all 120 body numbers of the line, between its other work, whether somebody is there.
-
-    A line with a robot has none.
-    """
-    plant.target(f"/lines/{line_id}")  # a line that leads to a robot says so
-    rorze = plant.family(Rorze)
-    scan = rorze.scans.start(rorze.lines[line_id])
-    return await rorze.scans.get(line_id, scan.id, wait or 0.0)
-
-
-@ROWS.get("/lines/{line_id}/scans/{scan_id}")
-async def get_scan(plant: Plant, line_id: LineId, scan_id: str, *, wait: Wait = None) -> Scan:
-    """Get a scan, at once or when it is over."""
-    plant.target(f"/lines/{line_id}")
-    return await plant.family(Rorze).scans.get(line_id, scan_id, wait or 0.0)

@@ -1,15 +1,18 @@
 """Moves in the words of clients: begun, planned without moving, and found again."""
 
 import asyncio
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
 from gateway.core.errors import MoveOver, NotFound
 from gateway.core.move_record import MoveRecord
 from gateway.core.targets import AnyCommand, Result, Target
 from gateway.plant import Plant
 from protocols.wording import as_given
+
+Limit = Annotated[int, Field(ge=1, le=1000)]
+"""How many of the newest are listed."""
 
 
 async def start(plant: Plant, target: Target, request: Any, wait_s: float = 0.0) -> Result | BaseModel:

@@ -1,37 +1,25 @@
-"""The names in paths, as every front end describes them."""
+"""The names in paths, and of what stands there, as every front end describes them."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, Final
 
 from pydantic import Field
 
-from protocols.fics.notation import Unit
+from gateway.families import registered
 
 LineId = Annotated[str, Field(description="The line's id.", examples=["line1"])]
-BodyId = Annotated[
-    str,
-    Field(
-        description="Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.",
-        examples=["3F"],
-    ),
-]
-GroupId = Annotated[
-    str,
-    Field(
-        description="Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80.",
-        examples=["80"],
-    ),
-]
-RobotId = Annotated[str, Field(description="The robot's id in the configuration.", examples=["r1"])]
-UnitNumber = Annotated[Unit, Field(description="Number of the unit, from 1.", examples=[1])]
-ScaraId = Annotated[str, Field(description="The robot's id in the configuration.", examples=["wafer"])]
 
 NAMES: Final[Mapping[str, Any]] = {
     "line_id": LineId,
-    "body_id": BodyId,
-    "group_id": GroupId,
-    "robot_id": RobotId,
-    "unit": UnitNumber,
-    "scara_id": ScaraId,
+    **{name: described for kind in registered() for name, described in kind.names.items()},
 }
 """The descriptions of names in paths; all others are text."""
+COLLECTIONS: Final = tuple(f"/{name}" for kind in registered() for name in kind.collections)
+"""The resources of what is on lines."""
+CALLED: Final = tuple(name for kind in registered() for name in kind.called or kind.collections)
+"""The same, as people call them."""
+
+
+def listed(*names: str) -> str:
+    """Join words as a sentence does."""
+    return f"{', '.join(names[:-1])} and {names[-1]}"

@@ -14,20 +14,10 @@ from gateway.core.operation import Rows, Text
 from gateway.core.origin import Origin, acting
 from gateway.core.own_faults import carry_on
 from gateway.core.whole_files import write_whole
-from gateway.door.backups import (
-    AS_TEXT,
-    ENDING,
-    Night,
-    Reading,
-    folder_of_nights,
-    of_line,
-    of_robot,
-    text_of_night,
-)
+from gateway.door.backups import AS_TEXT, ENDING, Night, Reading, folder_of_nights, text_of_night
+from gateway.door.doors import doors
 from gateway.door.swaps import Recognition
-from gateway.fics.family import Fics
 from gateway.plant import Plant
-from gateway.rorze.family import Rorze
 
 log = logging.getLogger(__name__)
 
@@ -138,9 +128,8 @@ def seconds_until(at: str, now: datetime) -> float:
 
 
 def readings(plant: Plant) -> dict[str, Reading]:
-    """All that is read by night: each line of bodies, and each robot."""
-    lines = {line_id: of_line(plant, line_id) for line_id in plant.family(Rorze).lines}
-    return lines | {robot.id: of_robot(plant, robot.id) for robot in plant.family(Fics).robots()}
+    """All that is read by night, by what is backed up as one."""
+    return {name: it for backups in doors("backups") for name, it in backups.readings(plant).items()}
 
 
 def _moving(plant: Plant) -> set[str]:

@@ -9,6 +9,7 @@ from gateway.core.errors import NotFound
 from gateway.core.operation import Rows, Wait
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
+from gateway.families import FAMILIES
 from gateway.plant import Plant
 from gateway.port_scans import GATEWAY, Port, PortScan
 from gateway.security import entries
@@ -35,19 +36,26 @@ class PortScanRequest(RequestModel, json_schema_extra=example(ports=["/dev/ttyUS
     )
 
 
+_MAY_BE: Final = ", or ".join(it.told_of_ports for it in FAMILIES.values() if it.told_of_ports)
+
+
 @ROWS.get("/system/ports", Right.ADMIN)
 async def list_ports(plant: Plant) -> PortList:
     """List the serial ports of the gateway's machine, and which line has each; nothing is sent."""
     return PortList(ports=await asyncio.to_thread(plant.port_scans.ports))
 
 
-@ROWS.post("/system/scans", Right.ADMIN, over="The scan is over.")
-async def start_port_scan(plant: Plant, wanted: PortScanRequest, *, wait: Wait = None) -> PortScan:
-    """Ask who is at ports that no line has: an RC-400 with which bodies, or a Fics robot.
+@ROWS.post(
+    "/system/scans",
+    Right.ADMIN,
+    over="The scan is over.",
+    description=f"""Ask who is at ports that no line has: {_MAY_BE}.
 
-    Only questions are sent; whatever else is at a port hears bytes that it does not know. `POST /lines` adds
-    the `line` of what is found, with its `comment`.
-    """
+Only questions are sent; whatever else is at a port hears bytes that it does not know. `POST /lines` adds
+the `line` of what is found, with its `comment`.""",
+)
+async def start_port_scan(plant: Plant, wanted: PortScanRequest, *, wait: Wait = None) -> PortScan:
+    """Begin a scan of ports."""
     plant.admission.require()
     scan = plant.port_scans.start(wanted.ports)
     plant.security.note(entries.PORT_SCAN, ", ".join(wanted.ports), scan=scan.id)

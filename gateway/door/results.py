@@ -1,18 +1,15 @@
 """The results that operations of several sections have, as they are told."""
 
-from collections.abc import Sequence
 from typing import Annotated, Any, Final
 
-from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, WithJsonSchema
+from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, WithJsonSchema, create_model
 
 from gateway.core.errors import GatewayError
 from gateway.core.move_record import Move
-from gateway.core.stops import Report
 from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Result, Stopped
 from gateway.core.times import age_ms_of
 from gateway.door.problems import Problem, problem_of
-from gateway.fics.stops import RobotStopReport
-from gateway.rorze.stops import StopReport
+from gateway.families import FAMILIES
 from protocols.table import Reply
 
 __all__ = [
@@ -38,14 +35,19 @@ class GroupMove(BaseModel):
     moves: list[Move]
 
 
-class StopResult(BaseModel):
-    """How far the stop has come, after two seconds at most."""
-
-    confirmed: bool = Field(
-        description="Whether every controller reports standstill. If not, use the hardware stop."
-    )
-    bodies: list[StopReport]
-    robots: list[RobotStopReport]
+_CONFIRMED: Final = Field(
+    description="Whether every controller reports standstill. If not, use the hardware stop."
+)
+_REPORTS: Final[dict[str, Any]] = {
+    it.collections[0]: list[it.stop_report]  # type: ignore[name-defined]
+    for it in FAMILIES.values()
+}
+StopResult: Any = create_model(
+    "StopResult",
+    __doc__="How far the stop has come, after two seconds at most.",
+    confirmed=(bool, _CONFIRMED),
+    **_REPORTS,
+)
 
 
 _ANY_REPLY: Final = {"anyOf": [{"type": "object", "additionalProperties": True}, {"type": "null"}]}
@@ -100,7 +102,7 @@ def _member(body_id: str, reply: Reply | GatewayError, instance: str, *, japanes
 
 
 def _stopped(result: Stopped, *, japanese: bool) -> dict[str, Any]:
-    reports: dict[str, Sequence[Report]] = {"bodies": [], "robots": [], **result.reports}
+    reports = {**{it.collections[0]: [] for it in FAMILIES.values()}, **result.reports}
     if japanese:
         reports = {what: [it.in_japanese() for it in those] for what, those in reports.items()}
     return {"confirmed": result.confirmed, **reports}

@@ -13,13 +13,14 @@ from gateway.core.aside import aside
 from gateway.core.origin import POLL, acting
 from gateway.core.own_faults import carry_on
 from gateway.door.calls import carry_out
+from gateway.door.names import COLLECTIONS
 from gateway.door.table import Operation, operations
 from gateway.plant import Plant
 from gateway.recordings import STATES_REACH_S
 from transports.recorder import clocks
 
 STATES_S: Final = 2.0
-LISTS: Final = ("/lines", "/bodies", "/groups", "/scaras", "/robots", "/alarms")
+LISTS: Final = ("/lines", *COLLECTIONS, "/alarms")
 """What is noted: none of them asks a controller."""
 
 

@@ -11,6 +11,7 @@ from gateway.core.operation import (
     Expectation,
     Operation,
     Text,
+    Words,
     Written,
     adapter_of,
     names_in,
@@ -20,36 +21,24 @@ from gateway.door import (
     access_keys,
     alarms,
     audit,
-    backups,
-    bodies,
-    body_positions,
     catalogue,
     commissionings,
     configuration,
     events,
-    groups,
-    jogs,
     leases,
     lines,
-    moves,
     nightly,
     of_http,
     port_scans,
-    programs,
     recordings,
-    robot_moves,
-    robot_positions,
-    robots,
-    scara_moves,
-    scaras,
     security_log,
     shifts,
     stops,
     system,
-    text_commands,
     traces,
 )
 from gateway.door.commands import rows_of
+from gateway.door.doors import door_of
 from gateway.families import FAMILIES, registered
 from protocols.table import Effect
 
@@ -63,31 +52,16 @@ __all__ = [
     "Operation",
     "Right",
     "Text",
+    "Words",
     "Written",
     "adapter_of",
     "names_in",
     "operations",
     "operations_of",
+    "registered",
 ]
 
 SECTIONS: Final = (
-    bodies.ROWS,
-    moves.ROWS,
-    moves.SAMPLES,
-    groups.ROWS,
-    jogs.ROWS,
-    body_positions.ROWS,
-    programs.ROWS,
-    scaras.ROWS,
-    stops.OF_SCARAS,
-    scaras.PATHS,
-    scara_moves.ROWS,
-    robots.ROWS,
-    stops.OF_ROBOTS,
-    robot_moves.ROWS,
-    robot_moves.SAMPLES,
-    jogs.OF_ROBOTS,
-    robot_positions.ROWS,
     stops.ROWS,
     alarms.ROWS,
     audit.ROWS,
@@ -102,23 +76,16 @@ SECTIONS: Final = (
     lines.ROWS,
     lines.TAKE_OVERS,
     commissionings.ROWS,
-    backups.ROWS,
     nightly.ROWS,
     system.HEALTH,
-    body_positions.TABLES,
-    robot_positions.TABLES,
-    moves.SAMPLES_AS_CSV,
-    robot_moves.SAMPLES_AS_CSV,
     events.ROWS,
     of_http.STREAMS,
     catalogue.ROWS,
     of_http.HEALTH,
-    text_commands.ROWS,
     traces.ROWS,
     of_http.TICKETS,
     recordings.ROWS,
     of_http.RECORDINGS,
-    backups.TEXTS,
     nightly.TEXTS,
 )
 """What takes more than one thing of a family: the plant with its names, leases, alarms and logs."""
@@ -135,7 +102,7 @@ def operations_of(kinds: Iterable[type[Registered]]) -> Iterator[Operation]:
     for rows in SECTIONS:
         yield from rows
     for kind in kinds:
-        for rows in kind.rows:
+        for rows in (*getattr(door_of(kind), "ROWS", ()), *kind.rows):
             yield from rows
         if issubclass(kind, Family):
             yield from rows_of(kind)

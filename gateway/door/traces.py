@@ -15,7 +15,6 @@ from gateway.core.trace_filter import TraceFilter
 from gateway.door.caller import require
 from gateway.door.names import LineId
 from gateway.plant import Plant
-from gateway.rorze.family import Rorze
 from transports.trace import Record, TraceEntry
 
 ROWS: Final = Rows("lines")
@@ -78,11 +77,11 @@ def filter_of(
     :raises InvalidRequest: a body is on another line.
     """
     line = plant.port(line_id)
-    wanted = [plant.family(Rorze).body(body_id) for body_id in bodies or ()]
-    for body in wanted:
-        if body.line.id != line_id:
-            raise InvalidRequest(f"bodies: {body.address} is not on line {line_id}.", "Ask its own line.")
-    numbers = None if bodies is None else {body.number for body in wanted}
+    wanted = [plant.target(f"/bodies/{body_id}").address for body_id in bodies or ()]
+    for address in wanted:
+        if not address.startswith(f"{line_id}."):
+            raise InvalidRequest(f"bodies: {address} is not on line {line_id}.", "Ask its own line.")
+    numbers = None if bodies is None else {int(address.rpartition(".")[2], 16) for address in wanted}
     return TraceFilter(line.subject_of, bodies=numbers, request_id=request_id)
 
 

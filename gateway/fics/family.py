@@ -27,6 +27,7 @@ from gateway.core.kept_works import KeptWorks
 from gateway.core.lanes import Lane
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED
+from gateway.core.operation import Section, Words
 from gateway.core.own_faults import all_of, safely, seen_to, survived, twice
 from gateway.core.parts import Part
 from gateway.core.restore_record import Restore
@@ -48,8 +49,10 @@ from gateway.fics.live import ChannelSource, UnitSource
 from gateway.fics.macros import Macros
 from gateway.fics.move_record import RobotMove
 from gateway.fics.moves import RobotMoves
+from gateway.fics.names import RobotId, UnitNumber
 from gateway.fics.robot import Robot
 from gateway.fics.robot_now import RobotNow
+from gateway.fics.stops import RobotStopReport
 from gateway.fics.units import RobotUnit
 from gateway.fics.watch import watch
 from protocols.fics.commands import ROWS, Row, of_the_robot
@@ -62,6 +65,7 @@ from transports.base import Transport
 
 ROBOT = Place("/robots/{robot_id}", RobotMove, tag="robot commands")
 UNIT = Place("/robots/{robot_id}/units/{unit}", RobotMove, tag="robot commands")
+WORDS: Final = Words("The robot's reply.", begun="The robot has not refused the move; ask again at Location.")
 _ANSWERED: Final[Mapping[WhenAnswered, str]] = {
     WhenAnswered.ALWAYS: "answered at once",
     WhenAnswered.ON_COMPLETION: "answered when it is done, in Ver.2 not at all",
@@ -87,6 +91,23 @@ class Fics(Family):
     move_records = (RobotMove,)
     collections = ("robots",)
     event_types = TYPES
+    controllers = "Fics robots that speak C-HOST"
+    told_of_ports = "a Fics robot"
+    told_of_stops = "for robots ASS and AES (C-HOST manual 2-7, 2-8)"
+    stop_report = RobotStopReport
+    sections = (
+        Section(
+            "robots", "Fics robots: units, axes, state, errors, inputs, outputs and variables.", "lines", True
+        ),
+        Section("robot moves", "Moves of a robot's units, and runs of its macros.", "lines", True),
+        Section(
+            "robot positions", "The table of positions that a robot keeps, as JSON and as CSV.", "backups"
+        ),
+        Section("robot settings", "Speeds, soft limits and homing of a robot's axes.", "backups"),
+        Section("robot commands", "Every command of the C-HOST manual to a robot or to one of its units."),
+    )
+    words: ClassVar = dict.fromkeys((ROBOT.path, UNIT.path), WORDS)
+    names: ClassVar = {"robot_id": RobotId, "unit": UnitNumber}
     commands = tuple((ROBOT if of_the_robot(row) else UNIT, row) for row in ROWS)
     stop_modes = STOP_MODES
     sessions: ClassVar = {StartJog: JogSession}

@@ -28,6 +28,7 @@ from gateway.core.jogs import News
 from gateway.core.kept_works import KeptWorks
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED, Move, MoveStatus
+from gateway.core.operation import Section, Words
 from gateway.core.origin import RESTART, acting
 from gateway.core.own_faults import safely, seen_to, survived
 from gateway.core.parts import Part
@@ -66,12 +67,13 @@ from gateway.rorze.jogs import BodyJog, BodyJogs
 from gateway.rorze.line import Line
 from gateway.rorze.live import PositionSource, SignalSource
 from gateway.rorze.moves import Moves
+from gateway.rorze.names import BodyId, GroupId
 from gateway.rorze.poll_intervals import Health
 from gateway.rorze.power import Power
 from gateway.rorze.program_runs import ProgramRun, ProgramRuns
 from gateway.rorze.program_uploads import ProgramUpload, ProgramUploads
 from gateway.rorze.scans import Scans
-from gateway.rorze.stops import Stops
+from gateway.rorze.stops import StopReport, Stops
 from gateway.rorze.sweep import Sweep
 from gateway.rorze.targets import STOP_MODES, BodyTarget, GroupTarget, LinkMasterTarget
 from protocols.rorze.commands import COMMANDS, Row
@@ -133,6 +135,41 @@ class Rorze(Family):
     move_records = (Move,)
     collections = ("bodies", "groups")
     event_types = TYPES
+    controllers = "RORZE RC-420 motion controllers behind RC-400 link masters"
+    told_of_ports = "an RC-400 with which bodies"
+    told_of_stops = "`decelerate` is command 5SS, `immediate` is 5IS (RC-420 manual 14)"
+    stop_report = StopReport
+    sections = (
+        Section(
+            "bodies", "RC-420 controllers: what they are, where they stand, and their state.", "moves", True
+        ),
+        Section("positions", "The table of positions that a body keeps, as JSON and as CSV.", "lines", True),
+        Section("groups", "Bodies that one frame reaches together.", "lines", True),
+        Section(
+            "inputs and outputs",
+            "Inputs, outputs, sensors and error outputs of a body, by their names.",
+            "backups",
+        ),
+        Section("captures", "Positions that a body takes down when an input changes.", "backups"),
+        Section(
+            "body settings",
+            "What a body keeps: settings, homing, encoder, speed sets, patterns with their curves.",
+            "backups",
+        ),
+        Section("programs", "The user program of a body: upload, run, and its memories.", "backups"),
+        Section(
+            "commands",
+            "Every command of the RC-420 manual to a body, under the name that `GET /commands` lists.",
+        ),
+        Section("group commands", "The commands of the RC-420 manual to all members of a group."),
+        Section("line commands", "The commands to the link master of a line (RC-400)."),
+    )
+    names: ClassVar = {"body_id": BodyId, "group_id": GroupId}
+    words: ClassVar = {
+        GROUP.path: Words(
+            over="All moves are over; `status` says how each ended.", begun="The moves are under way."
+        )
+    }
     commands = tuple(
         (place, row)
         for place in (BODY, LINE, GROUP)

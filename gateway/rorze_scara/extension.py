@@ -1,7 +1,9 @@
-"""SCARA robots made of RC-420 bodies, as the gateway knows of them: it names nothing else of this package."""
+"""SCARA robots made of RC-420 bodies, as the gateway knows of them; it names nothing else of this package."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from typing import Any, ClassVar, Final
+from typing import Annotated, Any, ClassVar, Final
+
+from pydantic import Field
 
 from gateway.core.addresses import none_such
 from gateway.core.event_types import move_types
@@ -9,6 +11,7 @@ from gateway.core.events import Event
 from gateway.core.family import Extension, Site
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED
+from gateway.core.operation import Section, Words
 from gateway.core.own_faults import survived
 from gateway.core.parts import Part
 from gateway.core.targets import Target
@@ -20,6 +23,8 @@ from gateway.rorze_scara.record import ScaraMove
 from gateway.rorze_scara.scara import Scara
 from gateway.rorze_scara.target import ScaraTarget
 
+ScaraId = Annotated[str, Field(description="The robot's id in the configuration.", examples=["wafer"])]
+
 
 class Scaras(Extension):
     """All SCARA robots of a plant."""
@@ -27,8 +32,24 @@ class Scaras(Extension):
     of = Rorze
     table = config.Scara
     collections = ("scaras",)
+    called = ("SCARA robots",)
     move_records = (ScaraMove,)
     event_types = tuple(move_types("scara", "/scaras/{scara_id}", ScaraMove))
+    sections = (
+        Section(
+            "scaras", "SCARA robots of two or three bodies: coordinates, geometry and kinematics.", "backups"
+        ),
+        Section(
+            "scara moves",
+            "Lines, paths, and moves along the arm: all axes start with one command.",
+            "backups",
+        ),
+        Section("scara paths", "The paths that the bodies of a SCARA robot keep.", "backups"),
+    )
+    words: ClassVar = {
+        "/scaras/{scara_id}": Words(begun="The controllers have accepted the move; ask again at Location.")
+    }
+    names: ClassVar = {"scara_id": ScaraId}
     things: ClassVar = {Scara: lambda scaras, scara_id: scaras.find(scara_id)}
 
     def __init__(self, site: Site, rorze: Rorze) -> None:

@@ -1,13 +1,13 @@
 """Sentences that people read, in English and Japanese, by key: `en.toml` and `ja.toml` beside this file.
 
-A translator edits these two files alone. A key is a path in them, such as `alarms.body.offline.remedy`;
-braces name the facts that are filled in.
+A translator edits these alone, and those of extensions, in their packages. A key is a path in them, such as
+`alarms.body.offline.remedy`; braces name the facts that are filled in.
 """
 
 import tomllib
 from collections.abc import Mapping
-from functools import cache
-from importlib import resources
+from functools import cache, reduce
+from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 LANGUAGES: Final = ("en", "ja")
@@ -64,4 +64,10 @@ def has(key: str) -> bool:
 @cache
 def catalogue(language: str) -> Mapping[str, Any]:
     """Read the whole catalogue of one language."""
-    return tomllib.loads(resources.files(__name__).joinpath(f"{language}.toml").read_text("utf-8"))
+    files = sorted(Path(__file__).parents[1].glob(f"*/{language}.toml"))
+    return reduce(_joined, (tomllib.loads(it.read_text("utf-8")) for it in files))
+
+
+def _joined(one: Mapping[str, Any], other: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Join tables at every depth."""
+    return {**one, **other, **{key: _joined(one[key], other[key]) for key in one.keys() & other.keys()}}

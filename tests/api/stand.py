@@ -97,7 +97,8 @@ async def build_stand(
         {"id": line, "address": addresses[line], "bodies": lines[line], "groups": groups.get(line, [])}
         for line in lines
     ]
-    config = Config.model_validate({"server": server, "access": access, "lines": tables, "scaras": scaras})
+    made = {"scaras": scaras} if scaras else {}
+    config = Config.model_validate({"server": server, "access": access, "lines": tables, **made})
     by_address = {addresses[line]: port for line, port in ports.items()}
     plant = TestedPlant(config, open_transport=lambda address: by_address.get(address) or Unplugged(address))
     ups = plant.events.subscribe(types=["line.up"])

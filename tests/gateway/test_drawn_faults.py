@@ -2,9 +2,10 @@
 
 import asyncio
 import logging
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
 from functools import cache
+from importlib import import_module
 from random import Random
 from types import CodeType
 from typing import Any, TypeVar
@@ -13,12 +14,14 @@ import pytest
 
 from gateway.access.principal import EVERYBODY, asking
 from gateway.config import parse
+from gateway.core.family import Extension
 from gateway.core.leases import Holder
 from gateway.core.loop_watch import SUSPENDED_S
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Claim, Origin
 from gateway.core.parts import Part
 from gateway.door.stopping import stop_all
+from gateway.families import EXTENSIONS
 from gateway.rorze.jogs import BodyJogRequest
 from protocols.fics.alarms import ResetErrors
 from protocols.fics.homing import HomeRobot
@@ -27,9 +30,8 @@ from protocols.fics.system import GetSystemVersion
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
 from tests.drawing import commit
-from tests.drawn_faults import STRUCK, DrawnFault, Story, Strike, functions, place, strike
+from tests.drawn_faults import AGAIN_S, STRUCK, DrawnFault, Story, Strike, functions, place, strike
 from tests.fics_plants import FicsRig, fics_rig
-from tests.gateway.rorze_scara.cell import START, cell, mm
 from tests.plants import Rig, configuration, rig
 
 pytestmark = pytest.mark.filterwarnings(  # a function that raises leaves coroutines that nothing awaits
@@ -43,8 +45,6 @@ SHORT = MoveClockwise(distance=300)
 ENDLESS = MoveClockwise(distance="endless")
 FAR = MoveRelative(coordinates=[90.0, None, None])
 NEAR = MoveRelative(coordinates=[5.0, None, None])
-AGAIN_S = 30.0
-"""After this time the gateway is itself again, whatever has happened."""
 HEARTBEAT_S = 2.0
 """From the last heartbeat of a jog: half a second, and the longest way to a standstill."""
 
@@ -272,17 +272,10 @@ async def the_configuration_is_read_anew(struck: Strike) -> None:
         assert [report.state for report in reports] == ["confirmed"] * 4
 
 
-async def a_scara_moves(struck: Strike) -> None:
-    async with cell() as robot:
-        with struck():
-            with suppress(Exception):
-                await robot.start("line", x=mm(20), y=mm(130))
-            await asyncio.sleep(AGAIN_S)
-        assert robot.scara.move is None
-        assert all(move.status.final for move in robot.moves.log.of("wafer"))
-        assert not any(robot.moving())
-        await robot.put(*START)
-        assert (await robot.finished("line", x=mm(10), y=mm(120))).status is MoveStatus.SUCCEEDED
+def stories_of(extension: type[Extension]) -> Sequence[Story]:
+    package = extension.__module__.rpartition(".")[0]
+    stories: Sequence[Story] = import_module(f"tests.{package}.stories").STORIES
+    return stories
 
 
 STORIES: tuple[Story, ...] = (
@@ -301,7 +294,7 @@ STORIES: tuple[Story, ...] = (
     the_gateway_ends,
     a_lease_ends,
     the_configuration_is_read_anew,
-    a_scara_moves,
+    *(story for it in EXTENSIONS for story in stories_of(it)),
 )
 
 

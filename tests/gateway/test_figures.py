@@ -7,7 +7,6 @@ from gateway.door.stopping import stop
 from protocols.fics.homing import HomeRobot
 from protocols.rorze.moves import MoveClockwise
 from tests.fics_plants import fics_rig
-from tests.gateway.rorze_scara.cell import cell, deg
 from tests.plants import ended, finished, in_virtual_time, rig, start
 
 ME = Origin("test")
@@ -25,13 +24,6 @@ async def test_a_move_of_a_robot_counts_for_the_line_that_leads_to_it() -> None:
     async with fics_rig() as it:
         await it.move(HomeRobot())
         assert dict(it.plant.figures.moves) == {(it.robot.line.id, "succeeded"): 1}
-
-
-@in_virtual_time
-async def test_a_move_of_a_scara_robot_counts_for_the_line_of_its_bodies() -> None:
-    async with cell() as robot:
-        await robot.finished("finger", angle=deg(60))
-        assert {line for line, _ in robot.rig.plant.figures.moves} == {"line1"}
 
 
 @in_virtual_time

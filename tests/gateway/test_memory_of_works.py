@@ -11,7 +11,9 @@ from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore
 from gateway.core.works import GATEWAY_ENDED
 from gateway.door import backups
-from gateway.door.programs import ProgramSource
+from gateway.fics.door import backups as of_robots
+from gateway.rorze.door import backups as of_bodies
+from gateway.rorze.door.programs import ProgramSource
 from gateway.rorze.positions import Wanted
 from gateway.rorze.program_runs import ProgramRun
 from gateway.rorze.program_uploads import ProgramUpload
@@ -124,14 +126,14 @@ async def test_an_upload_that_the_end_of_the_gateway_has_cancelled_says_so_after
 
 
 async def restore_to_body(plant: TestedPlant) -> Restore:
-    wanted = backups.for_body(plant, "3F", backups.check_bodies(BACKUP), None)
+    wanted = of_bodies.for_body(plant, "3F", of_bodies.check_bodies(BACKUP), None)
     return await backups.start(plant, wanted, False, False, 0.0)
 
 
 async def restore_to_robot(plant: TestedPlant) -> Restore:
     table = "".join(f"{number} X={number} Z=-7\n" for number in range(1, 60))
-    found = backups.check_robot(plant, "r1", f"[robot r1]\n[unit 1 positions]\n{table}")
-    return await backups.start(plant, backups.for_robot(plant, "r1", found), False, False, 0.0)
+    found = of_robots.check_robot(plant, "r1", f"[robot r1]\n[unit 1 positions]\n{table}")
+    return await backups.start(plant, of_robots.for_robot(plant, "r1", found), False, False, 0.0)
 
 
 @pytest.mark.parametrize("family", ["body", "robot"])

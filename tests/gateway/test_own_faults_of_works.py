@@ -13,9 +13,11 @@ from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore
 from gateway.core.works import OWN_FAULT
 from gateway.door import backups
-from gateway.door.programs import ProgramSource
 from gateway.fics.backup_restore import RobotRestore
+from gateway.fics.door import backups as of_robots
 from gateway.rorze import positions, program_uploads
+from gateway.rorze.door import backups as of_bodies
+from gateway.rorze.door.programs import ProgramSource
 from gateway.rorze.positions import NamedPosition, Position, Wanted
 from gateway.rorze.program_runs import ProgramRuns
 from gateway.rorze.program_uploads import ProgramUploads
@@ -45,14 +47,14 @@ async def upload(it: Rig) -> program_uploads.ProgramUpload:
 
 
 async def restore(it: Rig) -> Restore:
-    found = backups.check_bodies(f"[body 3F]\n[speed-sets]\n{SPEEDS}")
-    wanted = backups.for_body(it.plant, "3F", found, None)
+    found = of_bodies.check_bodies(f"[body 3F]\n[speed-sets]\n{SPEEDS}")
+    wanted = of_bodies.for_body(it.plant, "3F", found, None)
     return await backups.start(it.plant, wanted, False, False, LONGEST_S)
 
 
 async def restore_robot(it: FicsRig) -> Restore:
-    found = backups.check_robot(it.plant, "r1", f"[robot r1]\n[unit 1 positions]\n{TABLE}")
-    wanted = backups.for_robot(it.plant, "r1", found)
+    found = of_robots.check_robot(it.plant, "r1", f"[robot r1]\n[unit 1 positions]\n{TABLE}")
+    wanted = of_robots.for_robot(it.plant, "r1", found)
     return await backups.start(it.plant, wanted, False, False, LONGEST_S)
 
 
@@ -122,10 +124,10 @@ async def test_readings_and_stored_tables_that_a_fault_has_ended_say_so(
 ) -> None:
     async with rig(groups={}) as it:
         fail_once(monkeypatch, (readings, "_read"))
-        backup = await backups.read(it.plant, backups.of_body(it.plant, "3F"), LONGEST_S)
+        backup = await backups.read(it.plant, of_bodies.of_body(it.plant, "3F"), LONGEST_S)
         assert (backup.status, backup.error and backup.error.type) == ("failed", OWN_FAULT.kind)
         assert (
-            await backups.read(it.plant, backups.of_body(it.plant, "3F"), LONGEST_S)
+            await backups.read(it.plant, of_bodies.of_body(it.plant, "3F"), LONGEST_S)
         ).status == "succeeded"
 
         async def nobody(_: Sequence[Position]) -> list[NamedPosition]:

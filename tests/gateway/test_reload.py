@@ -16,7 +16,7 @@ from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NotAllow
 from gateway.core.origin import Origin
 from gateway.core.targets import Answer, Begun
 from gateway.door.doing import do
-from gateway.door.groups import GroupDefinition
+from gateway.rorze.door.groups import GroupDefinition
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
 from simulator.rorze.line import build_line

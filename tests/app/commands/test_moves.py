@@ -1,12 +1,10 @@
 """What `send` and `move` make of the gateway's answers: what is sent, and the exit code a script gets."""
 
-from typing import Any, get_args
+from typing import Any
 
 import pytest
 
 from app import exits
-from app.commands.move_requests import MoveKind
-from gateway.rorze_scara.record import ScaraMoveKind
 from tests.app.fake_gateway import FakeGateway, always, move, plant, stopped
 
 
@@ -312,7 +310,3 @@ def test_what_is_no_move_is_not_sent(
     said = gateway.run(monkeypatch, "move", *words)
     assert (said.exit_code, said.stdout, gateway.posted) == (exits.USAGE, "", []), said.output
     assert sentence in said.stderr
-
-
-def test_the_kinds_of_moves_are_those_of_the_interface() -> None:
-    assert set(get_args(MoveKind)) == {"relative", "absolute", "position", "home", *get_args(ScaraMoveKind)}

@@ -14,8 +14,9 @@ from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NotFound
 from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore, RestorePlan, Units
 from gateway.door import backups, doing, stopping
-from gateway.door.programs import ProgramSource
 from gateway.rorze.asked_body import is_mark
+from gateway.rorze.door import backups as of_bodies
+from gateway.rorze.door.programs import ProgramSource
 from gateway.rorze.units import Scale
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
@@ -55,19 +56,19 @@ SMALL = "[body 3F]\n[speed-sets]\nOLS60\nOHS40000\nOSS100000\nOAS50\nOBS50\n[pro
 
 
 async def planned(it: Rig, text: str, units: Units | None = None) -> RestorePlan:
-    wanted = backups.for_body(it.plant, "3F", backups.check_bodies(text), None, units)
+    wanted = of_bodies.for_body(it.plant, "3F", of_bodies.check_bodies(text), None, units)
     return await backups.plan(it.plant, wanted)
 
 
 async def restored(
     it: Rig, text: str, *, flash: bool = False, wait_s: float = 3000.0, units: Units | None = None
 ) -> Restore:
-    wanted = backups.for_body(it.plant, "3F", backups.check_bodies(text), None, units)
+    wanted = of_bodies.for_body(it.plant, "3F", of_bodies.check_bodies(text), None, units)
     return await backups.start(it.plant, wanted, flash, False, wait_s)
 
 
 async def read(it: Rig) -> str:
-    return await backups.text(backups.of_body(it.plant, "3F"))
+    return await backups.text(of_bodies.of_body(it.plant, "3F"))
 
 
 def parts(text: str, *names: str) -> str:
@@ -259,8 +260,8 @@ async def test_what_depends_on_each_other_is_written_in_an_order_that_works() ->
 @in_virtual_time
 async def test_a_backup_restored_is_verified_once_more_after_a_power_cycle() -> None:
     async with one_body() as it:
-        contents = backups.check_bodies(SMALL)
-        wanted = backups.for_body(it.plant, "3F", contents, None)
+        contents = of_bodies.check_bodies(SMALL)
+        wanted = of_bodies.for_body(it.plant, "3F", contents, None)
         with pytest.raises(InvalidRequest, match="lost with the power"):
             await backups.start(it.plant, wanted, False, True, 0.0)
         begun = await backups.start(it.plant, wanted, True, True, 60.0)
@@ -581,13 +582,13 @@ async def test_a_section_that_is_not_there_is_left_as_it_is() -> None:
 async def test_a_backup_of_a_line_has_all_its_bodies_and_goes_back_to_chosen_ones() -> None:
     async with rig(bodies=(0x00, 0x01), groups={}) as it:
         await teach(it, 0x01)
-        text = await backups.text(backups.of_line(it.plant, "line1"))
-        contents = backups.check_bodies(parts(text, "settings", "program"))
+        text = await backups.text(of_bodies.of_line(it.plant, "line1"))
+        contents = of_bodies.check_bodies(parts(text, "settings", "program"))
         assert list(contents) == [0x00, 0x01]
         await teach(it, 0x00)
-        every = await backups.plan(it.plant, backups.for_line(it.plant, "line1", contents, None))
+        every = await backups.plan(it.plant, of_bodies.for_line(it.plant, "line1", contents, None))
         assert {found.target for found in every.differences} == {"line1.00"}
-        one = backups.for_line(it.plant, "line1", contents, ["01"])
+        one = of_bodies.for_line(it.plant, "line1", contents, ["01"])
         over = await backups.start(it.plant, one, False, False, 3000.0)
         assert (over.status, over.target, over.controllers) == ("verified", "/lines/line1", ["line1.01"])
         assert it.types("line.restore") == ["line.restore.started", "line.restore.verified"]
@@ -599,24 +600,24 @@ async def test_a_line_is_backed_up_without_those_who_do_not_answer_only_when_tha
     async with rig(bodies=(0x00, 0x01), present=(0x01,), groups={}) as it:
         sent = len(it.wire.sent)
         with pytest.raises(GatewayError, match="00"):
-            await backups.text(backups.of_line(it.plant, "line1"))
+            await backups.text(of_bodies.of_line(it.plant, "line1"))
         assert not [frame for frame in it.wire.frames(sent) if frame[3:6] == "EAD"]
-        text = await backups.text(backups.of_line(it.plant, "line1", ["01"]))
-        assert list(backups.check_bodies(text)) == [0x01]
+        text = await backups.text(of_bodies.of_line(it.plant, "line1", ["01"]))
+        assert list(of_bodies.check_bodies(text)) == [0x01]
 
 
 @in_virtual_time
 async def test_a_backup_of_another_body_is_taken_only_when_that_is_said() -> None:
     async with rig(bodies=(0x00, 0x3F), groups={}) as it:
-        contents = backups.check_bodies(SMALL)
+        contents = of_bodies.check_bodies(SMALL)
         with pytest.raises(InvalidRequest, match="nothing of body 00; there is 3F"):
-            backups.for_body(it.plant, "00", contents, None)
-        wanted = backups.for_body(it.plant, "00", contents, "3F")
+            of_bodies.for_body(it.plant, "00", contents, None)
+        wanted = of_bodies.for_body(it.plant, "00", contents, "3F")
         assert (await backups.start(it.plant, wanted, False, False, 600.0)).status == "verified"
         assert it.axis(0x00).program == ("*A", "1AM50", "END")
         for chosen in (["00"], ["01"]):
             with pytest.raises((InvalidRequest, NotFound)):
-                backups.for_line(it.plant, "line1", contents, chosen)
+                of_bodies.for_line(it.plant, "line1", contents, chosen)
 
 
 @in_virtual_time

@@ -4,8 +4,8 @@ import pytest
 
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.origin import Origin
-from gateway.door.bodies import PositionToCall
-from gateway.door.groups import GroupDefinition
+from gateway.rorze.door.bodies import PositionToCall
+from gateway.rorze.door.groups import GroupDefinition
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time, rig
 from tests.through_the_door import ask

@@ -13,9 +13,9 @@ from gateway.core.origin import Origin
 from gateway.door import operations, stopping
 from gateway.door.caller import address_of
 from gateway.door.doing import do
-from gateway.door.groups import GroupDefinition
 from gateway.door.leases import LeaseRequest
 from gateway.plant import Plant
+from gateway.rorze.door.groups import GroupDefinition
 from gateway.rorze.memories import MemoryChange
 from gateway.rorze.units import Length
 from protocols.rorze.moves import MoveClockwise
@@ -33,7 +33,7 @@ OVER = LeaseRequest(scope="3F", ttl_s=1.0, take_over=True)
 PAIR = GroupDefinition(members=["3F", "00"])
 LISTS = {"listAlarms", "listBodies", "listGroups", "listLeases", "listLines", "listRobots", "listScaras"}
 """They show what the scope covers."""
-OF_EVERYBODY = {"getIdentity", "getPosture", "listCommands", "listTranslations", "issueTicket"}
+OF_EVERYBODY = {"getIdentity", "getPosture", "issueTicket", "listCommands", "listNumbers", "listTranslations"}
 ASKS_ITSELF = {
     "getAlarm",
     "resetAlarm",

@@ -12,8 +12,8 @@ from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, InvalidT
 from gateway.core.journal.intents import Intents
 from gateway.core.origin import Origin
 from gateway.door import doing, stopping
-from gateway.door.programs import ProgramSource, RunRequest, check
 from gateway.rorze import stored_program
+from gateway.rorze.door.programs import ProgramSource, RunRequest, check
 from gateway.rorze.errors import PartlyDone
 from gateway.rorze.memories import write
 from gateway.rorze.program_uploads import ProgramUpload

@@ -10,6 +10,7 @@ from gateway.core.errors import BodyBusy, InvalidRequest, InvalidText
 from gateway.core.origin import Origin, acting
 from gateway.core.restore_record import Restore, RestorePlan
 from gateway.door import backups, doing
+from gateway.fics.door import backups as of_robots
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
 from protocols.fics.speeds import SetSpeedPercent
@@ -24,11 +25,11 @@ SMALL = "[robot r1]\n[unit 1 settings]\nspeed_percent X=50 Y=25.5\n[unit 1 posit
 
 
 async def read(it: FicsRig) -> str:
-    return await backups.text(backups.of_robot(it.plant, "r1"))
+    return await backups.text(of_robots.of_robot(it.plant, "r1"))
 
 
 async def wanted(it: FicsRig, text: str) -> backups.Wanted:
-    return backups.for_robot(it.plant, "r1", backups.check_robot(it.plant, "r1", text))
+    return of_robots.for_robot(it.plant, "r1", of_robots.check_robot(it.plant, "r1", text))
 
 
 async def planned(it: FicsRig, text: str) -> RestorePlan:
@@ -108,7 +109,7 @@ async def test_nobody_else_changes_or_moves_the_robot_meanwhile() -> None:
         with pytest.raises(BodyBusy, match="A backup is being restored"):
             await doing.do(it.plant, OTHER, "/robots/r1/units/1", SetSpeedPercent(percents=[70.0]))
         with acting(OTHER), pytest.raises(BodyBusy, match="A backup is being restored"):
-            await backups.text(backups.of_robot(it.plant, "r1"))
+            await backups.text(of_robots.of_robot(it.plant, "r1"))
         with pytest.raises(BodyBusy, match="A backup is being restored"):
             await it.move(MoveRelative(coordinates=[1.0]))
         over = await ask(it.plant, "getRobotRestore", robot_id="r1", restore_id="current", wait=600.0)
@@ -184,7 +185,7 @@ def test_a_text_with_faults_is_refused_with_their_lines(lines: str, place: int, 
     async def story() -> None:
         async with fics_rig() as it:
             with pytest.raises(InvalidText) as refusal:
-                backups.check_robot(it.plant, "r1", lines)
+                of_robots.check_robot(it.plant, "r1", lines)
             assert [fault.line for fault in refusal.value.faults] == [place]
             assert reason in refusal.value.faults[0].reason
 

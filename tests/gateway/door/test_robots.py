@@ -8,9 +8,9 @@ from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.origin import Origin
 from gateway.core.targets import Opened
 from gateway.door.doing import do
-from gateway.door.robot_positions import read, store
 from gateway.fics import settings
 from gateway.fics.amounts import Amount, numbers
+from gateway.fics.door.positions import read, store
 from gateway.fics.jogs import JogSession
 from gateway.fics.settings import SettingsChange
 from gateway.fics.signals import OutputState, VariableSetting

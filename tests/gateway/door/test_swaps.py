@@ -12,8 +12,16 @@ from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.events import Event
 from gateway.core.restore_record import Restore
 from gateway.door import backups
-from gateway.door.backups import BodyComparisonRequest, BodyRestoreRequest, RobotComparisonRequest
 from gateway.door.nightly import Nightly
+from gateway.fics.door.backups import RobotComparisonRequest, compare_robot
+from gateway.rorze.door.backups import (
+    BodyComparisonRequest,
+    BodyRestoreRequest,
+    check_bodies,
+    compare_body,
+    of_body,
+    restore_body,
+)
 from protocols.rorze.flash import SavePositions, SaveProgram, SaveSettings
 from protocols.rorze.origin import SetOriginOffset
 from tests.fics_plants import FicsRig, fics_rig
@@ -95,7 +103,7 @@ async def test_settings_that_were_never_saved_may_be_lost_or_those_of_another(tm
 
 
 async def restored(it: Rig, **wanted: object) -> Restore:
-    over = await backups.restore_body(
+    over = await restore_body(
         it.plant, "3F", BodyRestoreRequest.model_validate({"nightly": "last", **wanted}), wait=3000.0
     )
     assert isinstance(over, Restore)
@@ -110,7 +118,7 @@ def test_it_is_told_what_differs_and_how_long_a_restore_takes(tmp_path: Path, ba
             swap(it)
             await asyncio.sleep(RECOGNISED_S)
             wanted = BodyComparisonRequest(nightly="last")
-            begun = await backups.compare_body(it.plant, "3F", wanted)
+            begun = await compare_body(it.plant, "3F", wanted)
             await asyncio.sleep(0.1)
             before_s, loop = begun.left_s, asyncio.get_running_loop()
             began_at = loop.time()
@@ -134,7 +142,7 @@ async def test_a_restore_tells_how_long_it_takes_still(tmp_path: Path) -> None:
         swap(it)
         await asyncio.sleep(RECOGNISED_S)
         wanted = BodyRestoreRequest(nightly="last", without=["positions"])
-        begun = await backups.restore_body(it.plant, "3F", wanted)
+        begun = await restore_body(it.plant, "3F", wanted)
         assert isinstance(begun, Restore)
         loop = asyncio.get_running_loop()
         told: list[tuple[float, float]] = []
@@ -154,7 +162,7 @@ async def test_without_positions_the_table_stays_as_it_is(tmp_path: Path) -> Non
         it.axis().execute("3PSP[5],77", now)
         over = await restored(it, without=["positions"])
         assert over.status == "verified"
-        held = backups.check_bodies(await backups.text(backups.of_body(it.plant, "3F")))[0x3F].places
+        held = check_bodies(await backups.text(of_body(it.plant, "3F")))[0x3F].places
         assert [it.written() for it in held["positions"].values()] == ["P[5],77"]
         assert held["settings"]["0SD"].written() == "25"
 
@@ -163,14 +171,14 @@ async def test_without_positions_the_table_stays_as_it_is(tmp_path: Path) -> Non
 async def test_a_night_that_was_not_read_is_refused_and_so_are_two_backups(tmp_path: Path) -> None:
     async with after_a_night(tmp_path) as it:
         with pytest.raises(NotFound, match="line1/2020-01-01"):
-            await backups.compare_body(it.plant, "3F", BodyComparisonRequest(nightly="2020-01-01"))
+            await compare_body(it.plant, "3F", BodyComparisonRequest(nightly="2020-01-01"))
         for given in ({}, {"backup": "[body 3F]", "nightly": "last"}):
             with pytest.raises(ValidationError, match="give backup or nightly"):
                 BodyComparisonRequest.model_validate(given)
         everything = ["settings", "speed-sets", "patterns", "positions", "memories", "program"]
         left_out = BodyComparisonRequest.model_validate({"nightly": "last", "without": everything})
         with pytest.raises(InvalidRequest, match="without"):
-            await backups.compare_body(it.plant, "3F", left_out)
+            await compare_body(it.plant, "3F", left_out)
 
 
 @in_virtual_time
@@ -186,8 +194,8 @@ async def test_a_robot_that_lost_its_positions_is_recognised_compared_and_restor
         [event] = swaps(it)
         assert (event.subject, event.data["differing"]) == ("/robots/r1", 2)
         wanted = RobotComparisonRequest(nightly="last", without=["variables"])
-        compared = await backups.compare_robot(it.plant, "r1", wanted, wait=600.0)
+        compared = await compare_robot(it.plant, "r1", wanted, wait=600.0)
         assert compared.differing == {"positions": 2}
         again = RobotComparisonRequest(nightly="last", without=["positions", "variables"])
-        assert (await backups.compare_robot(it.plant, "r1", again, wait=600.0)).differing == {}
+        assert (await compare_robot(it.plant, "r1", again, wait=600.0)).differing == {}
         await nightly.close()

@@ -6,7 +6,7 @@ import pytest
 
 from gateway.core.errors import BodyBusy, ControllerRefused, InvalidText
 from gateway.door import Door
-from gateway.door.programs import check
+from gateway.rorze.door.programs import check
 from gateway.rorze.endless_programs import has_no_end
 from protocols.rorze.programs import AddProgramInstruction, RunProgram, StepProgram
 from protocols.rorze.user_program.instruction import parse

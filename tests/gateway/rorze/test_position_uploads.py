@@ -7,7 +7,7 @@ from functools import partial
 import pytest
 
 from gateway.core.errors import BodyBusy, InvalidRequest
-from gateway.door.body_positions import named
+from gateway.rorze.door.positions import named
 from gateway.rorze.position_uploads import TableUpload
 from gateway.rorze.positions import NamedPosition, Position, Wanted, read
 from protocols.rorze.position import GetPosition

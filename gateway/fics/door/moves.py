@@ -13,7 +13,7 @@ from gateway.core.targets import Result, Target
 from gateway.door import moving
 from gateway.door.csv_tables import CSV, csv_of
 from gateway.door.doing import do
-from gateway.door.moves import Limit
+from gateway.door.moving import Limit
 from gateway.fics.move_record import RobotMove
 from gateway.fics.move_requests import RobotMoveRequest
 from gateway.fics.plans import PlannedRobotMove

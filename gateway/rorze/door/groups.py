@@ -11,10 +11,10 @@ from gateway.core.rights import Right
 from gateway.core.spelling import numbered_address
 from gateway.core.tables import check_printable
 from gateway.door.caller import require, sees
-from gateway.door.names import GroupId
 from gateway.plant import Plant
 from gateway.rorze.bodies import Group
 from gateway.rorze.family import Rorze
+from gateway.rorze.names import GroupId
 from protocols.rorze.link_master import MOST_MEMBERS
 
 ROWS: Final = Rows("groups")

@@ -9,7 +9,7 @@ from gateway.core.operation import Rows, Wait
 from gateway.core.rights import Right
 from gateway.core.targets import Begun, Target
 from gateway.door import moving
-from gateway.door.moves import Limit
+from gateway.door.moving import Limit
 from gateway.plant import Plant
 from gateway.rorze_scara.extension import Scaras
 from gateway.rorze_scara.record import PlannedScaraMove, ScaraMove, ScaraSamples

@@ -1,18 +1,19 @@
 """Moves of bodies and groups: started, planned, listed and waited for; and where a body was seen in one."""
 
-from typing import Annotated, Final
+from typing import Final
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel
 
 from gateway.core.move_record import Move, MoveRecord
 from gateway.core.operation import Rows, Text, Wait
 from gateway.core.rights import Right
 from gateway.core.targets import Result, Target
 from gateway.door import moving
-from gateway.door.bodies import SpeedRequest
 from gateway.door.csv_tables import CSV, csv_of
+from gateway.door.moving import Limit
 from gateway.door.results import GroupMove
 from gateway.plant import Plant
+from gateway.rorze.door.bodies import SpeedRequest
 from gateway.rorze.move_requests import MoveRequest
 from gateway.rorze.plans import GroupPlan, PlannedMove
 from gateway.rorze.samples import BodySamples
@@ -20,7 +21,6 @@ from gateway.rorze.samples import BodySamples
 ROWS: Final = Rows("moves")
 SAMPLES: Final = Rows("samples")
 SAMPLES_AS_CSV: Final = Rows("samples")
-Limit = Annotated[int, Field(ge=1, le=1000)]
 
 
 class MoveList(BaseModel):

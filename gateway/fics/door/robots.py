@@ -12,9 +12,9 @@ from gateway.core.rights import Right
 from gateway.core.targets import Target
 from gateway.core.times import age_ms_of, utc_of
 from gateway.door.caller import sees
-from gateway.door.names import UnitNumber
 from gateway.fics.axes import Coordinates, at_rest
 from gateway.fics.family import Fics
+from gateway.fics.names import UnitNumber
 from gateway.fics.robot import Robot
 from gateway.fics.system_errors import RobotErrorRecord
 from gateway.fics.units import RobotUnit, UnknownReason

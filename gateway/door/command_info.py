@@ -1,0 +1,48 @@
+"""A row of a command table as data: what is told of the rows of all families."""
+
+from typing import Any
+
+from pydantic import BaseModel, Field
+
+from gateway.core.rights import RIGHT_OF, Right
+from protocols.table import Command, Effect, Retry
+
+
+class CommandInfoBase(BaseModel):
+    """What all tables tell of a row."""
+
+    code: str = Field(description="Its three characters; empty where a macro's name takes their place.")
+    name: str = Field(description="The last part of its route, .../commands/NAME.")
+    title_ja: str
+    title_en: str
+    parameters: dict[str, Any] = Field(description="JSON Schema of the request body.")
+    reply: dict[str, Any] = Field(description="JSON Schema of the reply.")
+    usage: list[str] = Field(description="How the parameters are written on the line.")
+    starts_motion: bool
+    effect: Effect = Field(description="What it does, by which the right follows.")
+    right: Right = Field(description="What sending it takes.")
+    retry: Retry = Field(
+        description="What repeating it without a reply would do. The gateway repeats only "
+        "`read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look "
+        "first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice."
+    )
+    example: list[str] = Field(description="Commands and replies in turn, as the manual prints them.")
+
+
+def shared(row: type[Command[Any]]) -> dict[str, Any]:
+    """What is told of a row of any table."""
+    japanese, english = row.titles()
+    return {
+        "code": row.code,
+        "name": row.name(),
+        "title_ja": japanese,
+        "title_en": english,
+        "parameters": row.model_json_schema(),
+        "reply": row.reply_type().model_json_schema(),
+        "usage": row.usage(),
+        "starts_motion": row.starts_motion(),
+        "effect": row.effect,
+        "right": RIGHT_OF[row.effect],
+        "retry": row.retry,
+        "example": list(row.example),
+    }

@@ -1,0 +1,28 @@
+"""The rows of families and extensions that take the plant: the package `door` in the package of each.
+
+A family cannot know the plant that it is part of, so these stand above it, and nothing imports them.
+"""
+
+from collections.abc import Iterator
+from importlib import import_module
+from importlib.util import find_spec
+from types import ModuleType
+
+from gateway.core.family import Registered
+from gateway.families import registered
+
+
+def door_of(kind: type[Registered], module: str = "") -> ModuleType | None:
+    """The door of a family or an extension, or a module of it, if there is one.
+
+    Its `ROWS` are among those of the table.
+    """
+    name = f"{kind.__module__.rpartition('.')[0]}.door"
+    found = find_spec(name) and find_spec(f"{name}{module}")
+    return import_module(f"{name}{module}") if found else None
+
+
+def doors(module: str, *kinds: type[Registered]) -> Iterator[ModuleType]:
+    """The modules of this name in the doors of these, or of all."""
+    found = (door_of(kind, f".{module}") for kind in kinds or registered())
+    return (it for it in found if it is not None)
