@@ -21,11 +21,17 @@ NO_DELAY: Final = [(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)]
 
 
 def new_client(
-    file: MqttFile, will: aiomqtt.Will | None, *, suffix: str = "", keep_s: int = 0
+    file: MqttFile,
+    will: aiomqtt.Will | None,
+    *,
+    suffix: str = "",
+    keep_s: int = 0,
+    version: str | None = None,
 ) -> aiomqtt.Client:
     """Make a client for one connection: what is left of an earlier one is not sent by it.
 
-    The broker keeps its session for `keep_s` after its end: so long the will can be delayed.
+    The broker keeps its session for `keep_s` after its end: so long the will can be delayed. Without a
+    `version` of MQTT, that of the file is used.
 
     :raises OSError: a certificate cannot be used.
     """
@@ -45,15 +51,15 @@ def new_client(
         socket_options=NO_DELAY,
         transport="tcp" if mqtt.websocket_path is None else "websockets",
         websocket_path=mqtt.websocket_path,
-        **_session(file, keep_s),
+        **_session(version or file.mqtt.version, keep_s),
     )
     client.pending_calls_threshold = 1 << 20  # the window bounds them
     return client
 
 
-def _session(file: MqttFile, keep_s: int) -> dict[str, Any]:
+def _session(version: str, keep_s: int) -> dict[str, Any]:
     """No session outlives the connection: a command must never be delivered later."""
-    if file.mqtt.version != "5":
+    if version != "5":
         return {"protocol": aiomqtt.ProtocolVersion.V311, "clean_session": True}
     properties = Properties(PacketTypes.CONNECT)  # type: ignore[no-untyped-call]
     # A will is sent with the end of its session: to delay it, the session has to stay. The next life begins

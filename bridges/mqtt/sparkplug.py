@@ -28,6 +28,8 @@ REBIRTH: Final = "Node Control/Rebirth"
 BD_SEQ: Final = "bdSeq"
 NUMBERS: Final = 256
 """Sequence numbers begin anew after 255."""
+VERSION: Final = "3.1.1"
+"""Of MQTT, whatever the file says: with 5, a DISCONNECT would have to ask for the will."""
 TRY_AGAIN_S: Final = 2.0
 LEAVE_S: Final = 1.0
 METRICS: Final[Mapping[str, tuple[str, DataType]]] = {
@@ -78,10 +80,11 @@ class Node:
         """Be a node, for ever."""
         await self._mirror.known.wait()
         while True:
-            death = self._death(self._bd_seq.next())
+            death = self._death(self._bd_seq.coming)
             will = aiomqtt.Will(self._topic("NDEATH"), death, qos=1, retain=False)
             try:
-                async with new_client(self._file, will, suffix="-sparkplug", keep_s=0) as client:
+                async with new_client(self._file, will, suffix="-sparkplug", version=VERSION) as client:
+                    self._bd_seq.take()
                     await self._use(Connection(client, v5=False), death)
             except* (aiomqtt.MqttError, OSError, ValueError) as group:
                 log.info("Sparkplug: not connected to the broker: %s", group.exceptions[0])
@@ -170,29 +173,29 @@ class Node:
         self._told[""] = told
 
     async def _tell_changes(self, connection: Connection) -> None:
-        """Tell what is otherwise than the host knows: births and deaths of devices, and data."""
+        """Tell what is otherwise than the host knows: deaths and births of devices first, then data."""
         node = dict(self._of_node())
         if node.keys() != self._told[""].keys():
             await self._tell_births(connection)
-        else:
-            await self._tell_data(connection, self._topic("NDATA"), "", node, {})
-        gateway_is_there = self._host.state.is_up(GATEWAY)
-        there = dict(devices(self._mirror)) if gateway_is_there else {}
+        there = dict(devices(self._mirror)) if self._host.state.is_up(GATEWAY) else {}
         for device in [it for it in self._told if it and it not in there]:
             del self._told[device]
             await self._send(connection, f"{self._topic('DDEATH')}/{device}", [])
+        for device in [it for it in there if it not in self._told]:
+            told = _values(there[device])
+            metrics = list(self._named(device, told, there[device]))
+            await self._send(connection, f"{self._topic('DBIRTH')}/{device}", metrics)
+            self._told[device] = told
+        await self._tell_data(connection, self._topic("NDATA"), "", node, {})
         for device, document in there.items():
-            told = _values(document)
-            if device not in self._told:
-                metrics = list(self._named(device, told, document))
-                await self._send(connection, f"{self._topic('DBIRTH')}/{device}", metrics)
-                self._told[device] = told
-            else:
-                await self._tell_data(connection, f"{self._topic('DDATA')}/{device}", device, told, document)
+            topic = f"{self._topic('DDATA')}/{device}"
+            await self._tell_data(connection, topic, device, _values(document), document)
 
     async def _tell_data(
         self, connection: Connection, topic: str, device: str, told: dict[str, Value], document: Document
     ) -> None:
+        if self._rebirth:
+            return  # no data before the births that somebody has asked for
         before = self._told[device]
         changed = {name: value for name, value in told.items() if before.get(name) != value}
         if changed.keys() - _AGES:
@@ -282,9 +285,13 @@ class _KeptNumber:
         except (OSError, ValueError):
             self.number = NUMBERS - 1
 
-    def next(self) -> int:
-        """Give the next one, from 0 to 255."""
-        self.number = (self.number + 1) % NUMBERS
+    @property
+    def coming(self) -> int:
+        """The one of the next connection, from 0 to 255."""
+        return (self.number + 1) % NUMBERS
+
+    def take(self) -> None:
+        """Note that there is a connection with it."""
+        self.number = self.coming
         with suppress(OSError):
             self._path.write_text(f"{self.number}\n", "ascii")
-        return self.number

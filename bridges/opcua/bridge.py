@@ -66,6 +66,7 @@ class Bridge:
         self._news = asyncio.Event()
         self._keys_due = asyncio.Event()
         host.mirror.on_change = self._note
+        host.state.on_change = self._note_all
         self._server.address_of = self._space.address_of
         self._server.refresh = self._refresh
 
@@ -121,6 +122,11 @@ class Bridge:
 
     def _note(self, path: str, _document: Document | None) -> None:
         self._due[path] = None
+        self._news.set()
+
+    def _note_all(self) -> None:
+        """Have everything told anew: without the gateway nothing is known."""
+        self._due |= dict.fromkeys(self._host.mirror.documents)
         self._news.set()
 
     async def _tell_changes(self) -> None:

@@ -372,7 +372,7 @@ class Plant:
         for state, type_, key in STATES:
             value = document.get(key)
             value = NONE.get(state) if value is None else value
-            known = axis.is_online or state == "Online"
+            known = self.is_connected() and (axis.is_online or state == "Online")
             await self._tell_state(self._space.id(f"{axis.node}.{state}"), value, type_, at, is_known=known)
         await self.tell_position(axis)
 

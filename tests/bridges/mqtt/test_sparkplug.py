@@ -1,22 +1,33 @@
 """The plant as an edge node of Sparkplug B, as npm sparkplug-payload reads it: births, data and deaths."""
 
+import asyncio
 import json
+import re
 import subprocess
 import time
+from collections import Counter
 from collections.abc import Iterable, Iterator
+from fnmatch import fnmatchcase
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bridges.common.mirror import Mirror
+from bridges.common.state import Figures, State
+from bridges.mqtt.settings import Sparkplug
+from bridges.mqtt.sparkplug import Node, _KeptNumber
 from bridges.mqtt.sparkplug_payload import DataType, Metric, commanded, encode
+from tests.bridges.fake_gateway import FakeGateway, alarm
 from tests.bridges.mqtt.stand import MES, Broker, Client, Plant, at, bridging, relative
 from tests.clients.node import node
 from tests.e2e.processes import until
 
 HERE = Path(__file__).parent
+PAGE = HERE.parents[2] / "docs" / "mqtt.md"
 NODE_ID = "spBv1.0/fab2/{}/test"
 TABLE = "sparkplug = {{ group = 'fab2'{} }}"
 
@@ -159,6 +170,67 @@ def test_nothing_is_told_while_the_primary_host_is_offline(
         assert second == first + 1
         deaths = [metrics_of(it)["bdSeq"] for it in decoded(of(client, "NDEATH"))]
         assert deaths == [first, second], "one that ends as it should says so, too"
+
+
+class Busy:
+    """A connection; while a birth is on its way the plant changes."""
+
+    def __init__(self, mirror: Mirror) -> None:
+        self.topics: list[str] = []
+        self._mirror = mirror
+
+    async def publish(self, topic: str, *_: Any, **__: Any) -> None:
+        self.topics.append(topic.split("/", 2)[2])
+        self._mirror.documents["/alarms/a-1"] = alarm("a-1", "/bodies/line1.3F")
+        self._mirror.documents["/bodies/line1.00"]["moving"] ^= True
+
+
+def test_all_are_born_before_anything_is_told_of_one(tmp_path: Path) -> None:
+    mirror = Mirror(FakeGateway().client())
+    documents = FakeGateway().documents
+    mirror.documents |= {it: documents[it] for it in ("/lines/line1", "/bodies/line1.00", "/bodies/line1.3F")}
+    figures = Figures()
+    state = State(("gateway",), figures)
+    state.up("gateway")
+    file = SimpleNamespace(gateway=SimpleNamespace(name="n"))
+    host = SimpleNamespace(mirror=mirror, data=tmp_path, figures=figures, state=state)
+    node = Node(file, Sparkplug(group="g"), host)  # type: ignore[arg-type]  # as much as it needs
+    busy = Busy(mirror)
+
+    async def run() -> None:
+        await node._tell_births(busy)  # type: ignore[arg-type]
+        for _ in range(2):
+            await node._tell_changes(busy)  # type: ignore[arg-type]
+
+    asyncio.run(run())
+    assert busy.topics == [
+        "NBIRTH/n", "DBIRTH/n/line1.00", "DBIRTH/n/line1.3F", "NDATA/n", "DDATA/n/line1.00"
+    ]  # fmt: skip
+
+
+def test_a_number_is_taken_by_a_connection_alone_and_kept(tmp_path: Path) -> None:
+    numbers = _KeptNumber(tmp_path / "bdseq")
+    assert [numbers.coming, numbers.coming] == [0, 0], "no try that failed counts"
+    for _ in range(256):
+        numbers.take()
+    assert (numbers.number, numbers.coming) == (255, 0)
+    assert _KeptNumber(tmp_path / "bdseq").number == 255
+
+
+def test_the_page_judges_each_assertion_of_the_specification() -> None:
+    ids = (HERE / "sparkplug_assertions.txt").read_text("ascii").split()
+    table = PAGE.read_text("utf-8").partition("## Sparkplug B")[2]
+    rows = re.findall(r"^\| (`.*?) \| (\d+) \| (held|not applicable|missing|yours) \|", table, re.MULTILINE)
+    counted: Counter[str] = Counter()
+    for patterns, number, verdict in rows:
+        names = re.findall(r"`([^`]+)`", patterns)
+        judged = [it for it in ids if any(fnmatchcase(it, name) for name in names)]
+        assert len(judged) == int(number) > 0, (patterns, len(judged))
+        ids = [it for it in ids if it not in judged]
+        counted[verdict] += len(judged)
+    assert ids == [], "a row for each"
+    told = {it: int(number) for number, it in re.findall(r"(\d+) (held|not applicable|missing|yours)", table)}
+    assert counted == told
 
 
 VALUES = {

@@ -67,12 +67,19 @@ class Plant:
         store = KeyStore(self.data)
         for name, (role, scope) in KEYS.items():
             self.secrets[name] = store.create(name, role, list(scope) if scope else None, None)
-        self.program = Program(
-            self.folder / "gateway.log", "serve", "--config", str(self.config), "--data", str(self.data)
-        )
-        self.url = self.program.said(r"running on (http://[0-9.]+:\d+)")[1]
+        self.starts = 0
+        self.start()
         self.http = self.as_(self.secrets["admin"])
         until(lambda: self.http.get("/readyz").is_success, "the gateway is ready")
+
+    def start(self) -> None:
+        """Start it; a further time it has the port of the first."""
+        self.starts += 1
+        log = self.folder / f"gateway-{self.starts}.log"
+        self.program = Program(log, "serve", "--config", str(self.config), "--data", str(self.data))
+        self.url = self.program.said(r"running on (http://[0-9.]+:\d+)")[1]
+        port = self.url.rpartition(":")[2]
+        self.config.write_text(self.config.read_text().replace("port = 0\n", f"port = {port}\n"))
 
     def as_(self, secret: str) -> httpx.Client:
         """Give a client with a key."""
@@ -136,6 +143,10 @@ class Bridge:
         )
         self.metrics = self.program.said(r"metrics at (http://\S+)/metrics")[1]
         self.url = self.program.said(r"clients connect to (opc\.tcp://\S+)/")[1]
+        place = self.url.removeprefix("opc.tcp://")
+        table = "[opcua]\nlisten = "
+        text = self.config.read_text().replace(f"{table}'127.0.0.1:0'", f"{table}'{place}'")
+        self.config.write_text(text)  # a further time it has the port of the first
         until(lambda: httpx.get(f"{self.metrics}/status").is_success, "the bridge is online")
 
     def counted(self, outcome: str) -> float:
