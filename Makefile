@@ -17,12 +17,17 @@ export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help serve plant test prove fuzz bench format documents clients console screenshots release chromium peers lock
+.PHONY: help serve plant test prove fuzz bench format documents clients console screenshots site release chromium peers lock
 
 help: ## Show the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 11
 
-serve: $(VENV)/.runtime ## Start the gateway with a simulated line on http://127.0.0.1:8420
+# The site is built where a document is newer.
+MANUAL := api/manual/built/index.html
+$(MANUAL): packaging/site.py packaging/zensical.toml $(shell find docs -name '*.md') | $(VENV)/.runtime
+	$(BIN)/python packaging/site.py
+
+serve: $(VENV)/.runtime $(MANUAL) ## Start the gateway with a simulated line on http://127.0.0.1:8420
 	$(BIN)/motion-gateway serve --demo
 
 PLANT_PORT ?= 8430
@@ -64,7 +69,7 @@ documents: $(VENV)/.development ## Write the pages anew that are made of the cod
 	$(BIN)/python -m tests.bit_flips.page > docs/bit-flips.md
 	$(BIN)/python -m tests.catalogue.page > docs/faults.md
 	$(BIN)/python -m tests.promises > docs/testing.md
-	$(BIN)/python -m tests.recovery.page > docs/recovery.md
+	$(BIN)/python -m tests.recovery.page
 	$(BIN)/python -m tests.sbom
 
 clients: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) ## Write the OpenAPI documents and the generated parts of the clients anew
@@ -77,10 +82,13 @@ console: $(CONSOLE)/$(PACKAGES) ## Check the console's sources and build its pag
 	cd $(CONSOLE) && ../$(NODE) node_modules/svelte-check/bin/svelte-check --fail-on-warnings
 	cd $(CONSOLE) && ../$(NODE) node_modules/vite/bin/vite.js build
 
+site: $(MANUAL) ## Build the documents as a site, which the gateway serves as /manual/
+
 screenshots: $(VENV)/.development $(CONSOLE)/$(PACKAGES) chromium ## Take the pictures of the documents anew
 	$(BIN)/python -m tests.console.screenshots
 
 release: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) ## Build all that is given to others, with its checksums, into dist/
+	$(BIN)/python packaging/site.py
 	$(BIN)/python packaging/release.py $(CURDIR)/$(NODE) $(CURDIR)/$(NODE_HOME)/lib/node_modules/npm/bin/npm-cli.js
 
 APT := $(if $(filter-out 0,$(shell id -u)),sudo -n) env DEBIAN_FRONTEND=noninteractive RUNLEVEL=1 \

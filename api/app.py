@@ -9,7 +9,7 @@ from fastapi import FastAPI, HTTPException
 from pydantic.warnings import UnsupportedFieldAttributeWarning
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from api import by_hand, sign_in, streams, walker
+from api import by_hand, manual, sign_in, streams, walker
 from api.common import problems, schemas
 from api.common.access import Access
 from api.common.documentation import place_of
@@ -132,6 +132,7 @@ def create_app(
     app.router.routes[:0] = [*rows, *(it for it in written if not isinstance(it, HttpRoute))]
     documents.install(app, root_path)
     console.install(app)
+    manual.install(app)
     app.routes.extend(sign_in.routes())
     app.router.default = _nowhere
     for route in app.routes:

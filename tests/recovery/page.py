@@ -1,12 +1,17 @@
-"""The stories as a page: `python -m tests.recovery.page > docs/recovery.md`."""
+"""The stories as pages: `python -m tests.recovery.page` writes docs/recovery.md and docs/ja/recovery.md."""
 
-import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
 
-from gateway.core.next_calls import ACKNOWLEDGE
+from gateway.core.alarms import words_of
+from gateway.core.next_calls import ACKNOWLEDGE, NextCall
 from gateway.fics.calls import HOME as HOME_ROBOT
 from gateway.fics.calls import RESET
 from gateway.rorze.calls import CLEAR_STATUS
 from gateway.rorze.calls import HOME as HOME_BODY
+from gateway.texts import text
+from tests.recovery.japanese import JAPANESE
 from tests.recovery.stories import CLEAR, DISK, END, HOME, PANEL, STORIES, Story
 
 HEAD = f"""\
@@ -33,10 +38,12 @@ _LABELS = {CLEAR: CLEAR_STATUS, "/errors/reset": RESET, "/power-cycle/acknowledg
 
 def label_of(story: Story, tap: str) -> str:
     """The name of the button in the console."""
-    if tap == END:
-        return PANEL
+    return PANEL if tap == END else _call_of(story, tap).en.removesuffix(".")
+
+
+def _call_of(story: Story, tap: str) -> NextCall:
     home = HOME_BODY if story.target.startswith("line") else HOME_ROBOT
-    return (home if tap == HOME else _LABELS[tap]).en.removesuffix(".")
+    return home if tap == HOME else _LABELS[tap]
 
 
 def page() -> str:
@@ -62,5 +69,58 @@ def _step(story: Story, tap: str) -> str:
     return f"{story.hand}; in the demo press {name}." if tap == END else f"Press {name}."
 
 
+JAPANESE_HEAD: Final = """\
+# 復旧の手順
+
+何が起きるか、画面に何が表示されるか、次の正常な動作までに何をするかを示します。どの手順もテストで再生されており、自分でも試せます。デモを起動し
+（`make serve`、または `motion-gateway demo`）、`#/system` を開いて「故障を起こす」のボタンを押してください。
+デモでは、現場での操作の代わりに「すべての故障を終了」を押します。
+
+> ソフトウェア停止は、ハードウェアの停止の代わりにはなりません。機械に手を入れる前に、電源を切ってください。
+"""
+JAPANESE_PANEL: Final = "すべての故障を終了"
+
+
+class _Known(dict[str, str]):
+    """What a sentence of an alarm says of a story; what only the event knows is left out."""
+
+    def __missing__(self, key: str) -> str:
+        return "…"
+
+
+def japanese_page() -> str:
+    """Write all stories in Japanese."""
+    return "\n".join([JAPANESE_HEAD, *map(_japanese_section, (*STORIES, DISK))])
+
+
+def _japanese_section(story: Story) -> str:
+    told = JAPANESE[story.id]
+    known = _Known(address=story.target, lost=text("phrases.power-loss.certain.lost").ja)
+    happened = words_of(story.cause).ja.happened.format_map(known)
+    steps = [f"{number}. {_japanese_step(story, tap)}" for number, tap in enumerate(story.taps, 1)]
+    return "\n".join(
+        [
+            f"## {told.title}\n",
+            f"{told.broken}デモでは：`{story.kind}`、`{story.target}`。\n",
+            f"画面の表示：「{happened.rstrip('。')}」（`{story.cause}`）\n",
+            *steps,
+            f"\n{told.why}\n",
+        ]
+    )
+
+
+def _japanese_step(story: Story, tap: str) -> str:
+    if tap == END:
+        return f"{JAPANESE[story.id].hand}（デモでは「{JAPANESE_PANEL}」を押します）。"
+    return f"「{_call_of(story, tap).ja.rstrip('。')}」を押します。"
+
+
+DOCS: Final = Path(__file__).parents[2] / "docs"
+PAGES: Final[Mapping[Path, str]] = {
+    DOCS / "recovery.md": page(),
+    DOCS / "ja" / "recovery.md": japanese_page(),
+}
+
 if __name__ == "__main__":
-    sys.stdout.write(page())
+    for file, content in PAGES.items():
+        file.write_text(content, "utf-8")

@@ -8,7 +8,7 @@ import pytest
 
 from app.demo_faults import Kind
 from tests.app.demo_plant import Demo, demo
-from tests.recovery.page import label_of, page
+from tests.recovery.page import PAGES, label_of
 from tests.recovery.stories import DISK, END, HOME, STORIES, Story
 from tests.virtual_time import run_virtual
 
@@ -109,6 +109,6 @@ def test_each_kind_of_fault_has_a_story() -> None:
     assert set(get_args(Kind)) == {story.kind for story in (*STORIES, DISK)}
 
 
-def test_the_page_in_the_docs_is_up_to_date() -> None:
-    there = (Path(__file__).parents[2] / "docs" / "recovery.md").read_text("utf-8")
-    assert there == page(), "write it anew: python -m tests.recovery.page > docs/recovery.md"
+@pytest.mark.parametrize("file", PAGES, ids=lambda file: file.parent.name)
+def test_the_pages_in_the_docs_are_up_to_date(file: Path) -> None:
+    assert file.read_text("utf-8") == PAGES[file], "write it anew: python -m tests.recovery.page"

@@ -2,6 +2,7 @@
 
 export const en = {
   language: "English",
+  manualPage: "index.html",
   title: "Motion gateway",
   pages: {
     plant: "Plant",
@@ -918,6 +919,7 @@ export const en = {
     supportHas: "States, alarms, events, who did what, and the traces of all lines, as far as you may see them; no keys.",
     gather: "Gather and download",
     documents: "Documents",
+    manual: "Manual",
     docs: "The interface, with a form for each route",
     metrics: "Figures for Prometheus",
   },

@@ -4,6 +4,7 @@ import type { en } from "./en.ts";
 
 export const ja: typeof en = {
   language: "日本語",
+  manualPage: "ja/index.html",
   title: "モーションゲートウェイ",
   pages: {
     plant: "設備",
@@ -932,6 +933,7 @@ export const ja: typeof en = {
     supportHas: "状態、アラーム、イベント、操作の記録、全回線の通信記録です（閲覧できる範囲。キーは含みません）。",
     gather: "集めてダウンロード",
     documents: "文書",
+    manual: "説明書",
     docs: "インタフェースの一覧と試用",
     metrics: "Prometheus 用の数値",
   },
