@@ -23,7 +23,7 @@ from gateway.core.alarms import Alarm
 from gateway.core.journal.opening import open_journal
 from gateway.core.journal.schema import MIGRATIONS, VERSION
 from gateway.core.kept_works import KeptWorks
-from gateway.families import FAMILIES
+from gateway.families import registered
 from gateway.memory import make_sense
 from tests.tested_plant import TestedPlant
 
@@ -99,7 +99,7 @@ async def find_all_of(rows: list[dict[str, Any]], directory: Path) -> None:
     plant = TestedPlant(parse(CONFIGURATION, "test.toml"), journal=opened)
     await plant.start()
     try:
-        logs = [log for family in plant.families.values() for log in family.move_logs()]
+        logs = [log for it in plant.registered for log in it.move_logs()]
         for row in rows:
             if row["table"] == "moves":
                 assert any(it.id == row["id"] for log in logs for it in log.of(row["target"]))
@@ -122,7 +122,7 @@ def test_a_record_that_has_changed_comes_with_another_version_of_the_tables() ->
 def shapes() -> list[Any]:
     """The members of all kinds of records that are kept."""
     kinds: set[type[BaseModel]] = {Alarm}
-    kinds |= {kind for family in FAMILIES.values() for kind in family.move_records}
+    kinds |= {kind for it in registered() for kind in it.move_records}
     works = [it for it in below(KeptWorks) if it.__module__.startswith("gateway.")]
     kinds |= {it.record_type for it in works if "record_type" in vars(it)}
     return [without_words(kind.model_json_schema()) for kind in sorted(kinds, key=lambda kind: kind.__name__)]
