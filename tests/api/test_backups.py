@@ -19,6 +19,7 @@ async def test_a_backup_is_a_text_that_equals_what_the_body_holds(stand: Stand) 
         "dry_run": True,
         "commands": [],
         "differences": [],
+        "differing": {},
         "scales": [],
     }
 

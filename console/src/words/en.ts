@@ -759,6 +759,7 @@ export const en = {
       status: "status",
       changed: "changed",
       power_cycled: "has lost its power",
+      swapped: "may be another controller",
       power_cycle: "loss of power",
       acknowledged: "acknowledged",
       power_mark: "mark of its power",

@@ -757,6 +757,7 @@ export const ja: typeof en = {
       status: "状態",
       changed: "変化",
       power_cycled: "電源断",
+      swapped: "別のコントローラかもしれない",
       power_cycle: "電源断",
       acknowledged: "確認済み",
       order: "応答の順序",
