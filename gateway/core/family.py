@@ -258,6 +258,8 @@ class Family(Registered):
     """What the configuration says of a line."""
     controllers: ClassVar[str] = ""
     """What it is the family of, as the documents begin."""
+    told_when_up: ClassVar[Mapping[str, Any]] = {}
+    """What `line.up` tells of its lines: the type of each fact, and its field."""
     told_of_ports: ClassVar[str] = ""
     """Who may be at a port."""
     told_of_stops: ClassVar[str] = ""

@@ -92,6 +92,9 @@ class Fics(Family):
     collections = ("robots",)
     event_types = TYPES
     controllers = "Fics robots that speak C-HOST"
+    told_when_up: ClassVar = {
+        "mode": (int | None, Field(None, description="The communication mode of a Fics: 2 or 3."))
+    }
     told_of_ports = "a Fics robot"
     told_of_stops = "for robots ASS and AES (C-HOST manual 2-7, 2-8)"
     stop_report = RobotStopReport

@@ -136,6 +136,9 @@ class Rorze(Family):
     collections = ("bodies", "groups")
     event_types = TYPES
     controllers = "RORZE RC-420 motion controllers behind RC-400 link masters"
+    told_when_up: ClassVar = {
+        "controllers": (str | None, Field(None, description="What an RC-400 answered to XID."))
+    }
     told_of_ports = "an RC-400 with which bodies"
     told_of_stops = "`decelerate` is command 5SS, `immediate` is 5IS (RC-420 manual 14)"
     stop_report = StopReport
