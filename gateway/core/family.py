@@ -62,6 +62,8 @@ class Place:
     """Whether each of several members answers, and makes a move of its own."""
     tag: str = "commands"
     """The section of the documents that its commands stand in."""
+    listed: bool = False
+    """Whether rows of the family, in words of their own, list its moves and stops."""
 
 
 class LeftMoving(NamedTuple):

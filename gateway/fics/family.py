@@ -63,8 +63,8 @@ from protocols.fics.system import SetCommunicationMode
 from protocols.wording import as_given
 from transports.base import Transport
 
-ROBOT = Place("/robots/{robot_id}", RobotMove, tag="robot commands")
-UNIT = Place("/robots/{robot_id}/units/{unit}", RobotMove, tag="robot commands")
+ROBOT = Place("/robots/{robot_id}", RobotMove, tag="robot commands", listed=True)
+UNIT = Place("/robots/{robot_id}/units/{unit}", RobotMove, tag="robot commands", listed=True)
 WORDS: Final = Words("The robot's reply.", begun="The robot has not refused the move; ask again at Location.")
 _ANSWERED: Final[Mapping[WhenAnswered, str]] = {
     WhenAnswered.ALWAYS: "answered at once",

@@ -85,9 +85,9 @@ from transports.base import Transport
 
 UNATTENDED: Final = ("continuous", "jog")
 """Moves that must not go on when the gateway ends, or has ended: nobody else would stop them."""
-BODY = Place("/bodies/{body_id}", Move)
-LINE = Place("/lines/{line_id}", tag="line commands")
-GROUP = Place("/groups/{group_id}", Move, suffix="_to_group", members=True, tag="group commands")
+BODY = Place("/bodies/{body_id}", Move, listed=True)
+LINE = Place("/lines/{line_id}", tag="line commands", listed=True)
+GROUP = Place("/groups/{group_id}", Move, suffix="_to_group", members=True, tag="group commands", listed=True)
 
 
 class LineInfo(PortInfo):
