@@ -1,14 +1,15 @@
 """All types of events that the gateway publishes."""
 
 from collections.abc import Mapping
+from typing import Any, Final
 
-from pydantic import Field
+from pydantic import Field, create_model
 
 from gateway import snapshot
 from gateway.access.keys import KeyInfo
 from gateway.config_file import Changes
-from gateway.core.event_types import CORE, GATEWAY, EventData, EventType, Nothing, news_types, table_of
-from gateway.families import registered
+from gateway.core.event_types import CORE, GATEWAY, LINE, EventData, EventType, Nothing, news_types, table_of
+from gateway.families import FAMILIES, registered
 from gateway.port_scans import PortScan
 from gateway.recordings import RecordingInfo
 
@@ -94,10 +95,24 @@ OF_THE_PLANT = (
 )
 
 
+_FACTS: Final[dict[str, Any]] = {
+    name: field for family in FAMILIES.values() for name, field in family.told_when_up.items()
+}
+LINE_UP: Final = EventType(
+    "line.up",
+    LINE,
+    create_model(
+        "LineUp", __base__=EventData, __doc__="Who has answered when the line was set up.", **_FACTS
+    ),
+    "somebody answers on the line, and it is set up",
+)
+
+
 def event_types() -> Mapping[str, EventType]:
     """The types of the core and of every family, by their names."""
     families = (it.event_types for it in registered())
     return table_of(
+        [LINE_UP],
         CORE,
         OF_THE_CONFIGURATION,
         OF_PORTS,

@@ -89,7 +89,7 @@ class Plant {
     lines: async () => (this.lines = (await gateway.http.GET("/lines")).data?.lines ?? []),
     groups: async () => (this.groups = (await gateway.http.GET("/groups")).data?.groups ?? []),
     robots: async () => (this.robots = (await gateway.http.GET("/robots")).data?.robots ?? []),
-    scaras: async () => (this.scaras = (await gateway.http.GET("/scaras")).data?.scaras ?? []),
+    scaras: () => this.#readScaras(),
     alarms: async () => (this.alarms = await standingAlarms()),
     leases: () => leases.read(),
   };
@@ -205,6 +205,16 @@ class Plant {
     const units = this.robots.flatMap((robot) => robot.units.map((unit) => unit.move_id));
     const current = new Set([...this.bodies, ...this.scaras].map((it) => it.move_id).concat(units));
     return Object.values(this.moves).some((move) => move.ended_at === null && !current.has(move.id));
+  }
+
+  /** None are read of a gateway without the extension that they are. */
+  async #readScaras(): Promise<void> {
+    try {
+      this.scaras = (await gateway.http.GET("/scaras")).data?.scaras ?? [];
+    } catch (error) {
+      if (!(error instanceof Refused) || error.status !== 404) throw error;
+      this.scaras = [];
+    }
   }
 
   async #readBodies(): Promise<void> {

@@ -158,13 +158,6 @@ def lease_types(what: str, subject: str) -> list[EventType]:
 LINE = "/lines/{line_id}"
 
 
-class LineUp(EventData):
-    """Who has answered when the line was set up."""
-
-    controllers: str | None = Field(None, description="What an RC-400 answered to XID.")
-    mode: int | None = Field(None, description="The communication mode of a Fics: 2 or 3.")
-
-
 class LineDown(EventData):
     """Why a line cannot be used."""
 
@@ -187,7 +180,6 @@ class OrderViolated(EventData):
 
 
 LINES = (
-    EventType("line.up", LINE, LineUp, "somebody answers on the line, and it is set up"),
     EventType("line.down", LINE, LineDown, "its port has gone, or nobody answers any more; follows each up"),
     EventType("line.owned", LINE, LineOwner, "a person has had this gateway take the line over"),
     EventType(
@@ -256,7 +248,7 @@ class Crashed(EventData):
         description="When it was last known to live; null where it never was."
     )
     moves: list[str] = Field(description="Moves that were not over: they are followed, or resolved.")
-    targets: list[str] = Field(description="The body, unit or SCARA robot of each of these moves.")
+    targets: list[str] = Field(description="What moves in each of these moves.")
     commands: list[str] = Field(description="Commands of which nobody knows what has become of them.")
 
 

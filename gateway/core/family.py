@@ -62,6 +62,8 @@ class Place:
     """Whether each of several members answers, and makes a move of its own."""
     tag: str = "commands"
     """The section of the documents that its commands stand in."""
+    listed: bool = False
+    """Whether rows of the family, in words of their own, list its moves and stops."""
 
 
 class LeftMoving(NamedTuple):
@@ -258,6 +260,8 @@ class Family(Registered):
     """What the configuration says of a line."""
     controllers: ClassVar[str] = ""
     """What it is the family of, as the documents begin."""
+    told_when_up: ClassVar[Mapping[str, Any]] = {}
+    """What `line.up` tells of its lines: the type of each fact, and its field."""
     told_of_ports: ClassVar[str] = ""
     """Who may be at a port."""
     told_of_stops: ClassVar[str] = ""

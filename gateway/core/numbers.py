@@ -2,11 +2,21 @@
 
 import tomllib
 from collections.abc import Mapping
-from importlib import resources
+from pathlib import Path
 from typing import Final
 
-_TABLE: Final = tomllib.loads(resources.files(__package__).joinpath("numbers.toml").read_text("utf-8"))
-EVENTS: Final[Mapping[str, int]] = _TABLE["events"]
+_TABLES: Final = [
+    tomllib.loads(it.read_text("utf-8")) for it in Path(__file__).parents[1].glob("*/numbers.toml")
+]
+"""That of the gateway with its families, and those in the packages of extensions."""
+
+
+def _all(of: str) -> Mapping[str, int]:
+    rows = (row for table in _TABLES for row in table.get(of, {}).items())
+    return dict(sorted(rows, key=lambda row: row[1]))
+
+
+EVENTS: Final = _all("events")
 """By the type of an event."""
-ALARMS: Final[Mapping[str, int]] = _TABLE["alarms"]
+ALARMS: Final = _all("alarms")
 """By the cause of an alarm."""

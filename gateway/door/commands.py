@@ -23,20 +23,13 @@ AXES_OF_THE_DEMO: Final = 3
 
 
 NEWEST: Final = 100
-_OWN: Final = frozenset(
-    {
-        *("/bodies/{body_id}", "/lines/{line_id}", "/groups/{group_id}"),
-        *("/robots/{robot_id}", "/robots/{robot_id}/units/{unit}"),
-    }
-)
-"""The places whose moves and stops have rows in words of their own."""
 
 
 @cache
 def rows_of(family: type[Family]) -> list[Operation]:
     """All rows of a family, by what they are addressed to; then moves and stops that it lists no rows for."""
     listed = [_operation(family, place, row) for place, row in family.commands]
-    others = {place.path: place for place, _ in family.commands if place.path not in _OWN}
+    others = {place.path: place for place, _ in family.commands if not place.listed}
     return [*listed, *(it for place in others.values() for it in _moves_and_stop(place))]
 
 

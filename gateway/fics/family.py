@@ -63,8 +63,8 @@ from protocols.fics.system import SetCommunicationMode
 from protocols.wording import as_given
 from transports.base import Transport
 
-ROBOT = Place("/robots/{robot_id}", RobotMove, tag="robot commands")
-UNIT = Place("/robots/{robot_id}/units/{unit}", RobotMove, tag="robot commands")
+ROBOT = Place("/robots/{robot_id}", RobotMove, tag="robot commands", listed=True)
+UNIT = Place("/robots/{robot_id}/units/{unit}", RobotMove, tag="robot commands", listed=True)
 WORDS: Final = Words("The robot's reply.", begun="The robot has not refused the move; ask again at Location.")
 _ANSWERED: Final[Mapping[WhenAnswered, str]] = {
     WhenAnswered.ALWAYS: "answered at once",
@@ -92,6 +92,9 @@ class Fics(Family):
     collections = ("robots",)
     event_types = TYPES
     controllers = "Fics robots that speak C-HOST"
+    told_when_up: ClassVar = {
+        "mode": (int | None, Field(None, description="The communication mode of a Fics: 2 or 3."))
+    }
     told_of_ports = "a Fics robot"
     told_of_stops = "for robots ASS and AES (C-HOST manual 2-7, 2-8)"
     stop_report = RobotStopReport

@@ -85,9 +85,9 @@ from transports.base import Transport
 
 UNATTENDED: Final = ("continuous", "jog")
 """Moves that must not go on when the gateway ends, or has ended: nobody else would stop them."""
-BODY = Place("/bodies/{body_id}", Move)
-LINE = Place("/lines/{line_id}", tag="line commands")
-GROUP = Place("/groups/{group_id}", Move, suffix="_to_group", members=True, tag="group commands")
+BODY = Place("/bodies/{body_id}", Move, listed=True)
+LINE = Place("/lines/{line_id}", tag="line commands", listed=True)
+GROUP = Place("/groups/{group_id}", Move, suffix="_to_group", members=True, tag="group commands", listed=True)
 
 
 class LineInfo(PortInfo):
@@ -136,6 +136,9 @@ class Rorze(Family):
     collections = ("bodies", "groups")
     event_types = TYPES
     controllers = "RORZE RC-420 motion controllers behind RC-400 link masters"
+    told_when_up: ClassVar = {
+        "controllers": (str | None, Field(None, description="What an RC-400 answered to XID."))
+    }
     told_of_ports = "an RC-400 with which bodies"
     told_of_stops = "`decelerate` is command 5SS, `immediate` is 5IS (RC-420 manual 14)"
     stop_report = StopReport

@@ -38,6 +38,16 @@ def test_a_scara_stands_on_the_plant_with_its_bodies(demo: str, open_console: Op
     expect(console.page.get_by_role("heading", level=1)).to_contain_text("wafer")
 
 
+def test_a_gateway_without_scara_robots_is_shown_without_them(demo: str, open_console: Open) -> None:
+    console = open_console(demo)
+    gone = {"type": "urn:motion-gateway:not-found", "detail": "There is no GET /scaras.", "status": 404}
+    console.page.route("**/scaras", lambda route: route.fulfill(status=404, json=gone))
+    console.page.reload()
+    expect(console.page.get_by_role("link", name="lift")).to_be_visible()
+    expect(console.page.get_by_role("group", name="SCARA robot")).to_have_count(0)
+    console.page.unroute("**/scaras")
+
+
 @pytest.mark.parametrize("page", ["scara/wafer", "pendant/wafer", "axis/line1.10", "pendant/line1.10"])
 def test_a_place_from_an_unknown_origin_says_so_on_each_page(
     demo: str, open_console: Open, page: str

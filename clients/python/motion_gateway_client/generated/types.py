@@ -2137,7 +2137,7 @@ class Crashed(TypedDict):
     moves: list[str]
     """Moves that were not over: they are followed, or resolved."""
     targets: list[str]
-    """The body, unit or SCARA robot of each of these moves."""
+    """What moves in each of these moves."""
     commands: list[str]
     """Commands of which nobody knows what has become of them."""
 

@@ -9076,7 +9076,7 @@ export interface components {
             moves: string[];
             /**
              * Targets
-             * @description The body, unit or SCARA robot of each of these moves.
+             * @description What moves in each of these moves.
              */
             targets: string[];
             /**
