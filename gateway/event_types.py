@@ -7,7 +7,17 @@ from pydantic import Field
 from gateway import snapshot
 from gateway.access.keys import KeyInfo
 from gateway.config_file import Changes
-from gateway.core.event_types import CORE, GATEWAY, EventData, EventType, Nothing, news_types, table_of
+from gateway.core.event_types import (
+    CORE,
+    GATEWAY,
+    SIGNALS,
+    EventData,
+    EventType,
+    Nothing,
+    alarm_types,
+    news_types,
+    table_of,
+)
 from gateway.families import FAMILIES
 from gateway.port_scans import PortScan
 from gateway.recordings import RecordingInfo
@@ -97,8 +107,11 @@ OF_THE_PLANT = (
 def event_types() -> Mapping[str, EventType]:
     """The types of the core and of every family, by their names."""
     families = (family.event_types for family in FAMILIES.values())
+    alarmed = (path for family in FAMILIES.values() for path in family.alarmed())
     return table_of(
         CORE,
+        alarm_types(alarmed),
+        [SIGNALS],
         OF_THE_CONFIGURATION,
         OF_PORTS,
         OF_RECORDINGS,

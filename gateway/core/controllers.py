@@ -53,6 +53,11 @@ class Controllers(Family, Generic[C]):
         super().__init__(site)
         self._all: dict[str, C] = {}
 
+    @classmethod
+    def alarmed(cls) -> Sequence[str]:
+        """The path of all."""
+        return (f"/{cls.collections[0]}/{{{cls.kind}_id}}",)
+
     def every(self) -> list[C]:
         """All, in the order of the configuration."""
         return list(self._all.values())

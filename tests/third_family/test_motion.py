@@ -164,7 +164,7 @@ async def test_an_alarm_of_the_axis_is_raised_and_its_move_fails(bench: Bench) -
 async def test_a_silent_axis_is_told_and_comes_back(bench: Bench) -> None:
     bench.machine.mute = True
     await bench.post(f"{TOY}/commands/get-status")
-    await asyncio.sleep(5.0)
+    await asyncio.sleep(10.0)
     (line,) = (await bench.client.get("/lines")).json()["lines"]
     assert line["state"] == "silent"
     assert (await bench.post(f"{TOY}/commands/go", {"place": 1})).status_code == 503
