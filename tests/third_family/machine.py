@@ -103,7 +103,7 @@ class ToyMachine:
             self.truth.request = request
             answer = self._obey(command, frame.number, now)
             refused = not isinstance(answer, bytes)
-            self.truth.log("command", now, AXIS, text=command.frame(frame.number).hex(), refused=refused)
+            self.truth.log("command", now, AXIS, text=frame.packed(), what=command, refused=refused)
             self.truth.request = None
             told = Frame(frame.number, REFUSED if refused else frame.code, answer or b"")
             if not self.mute and row.name() != self.unanswered:
