@@ -8,7 +8,18 @@ from pydantic import Field, create_model
 from gateway import snapshot
 from gateway.access.keys import KeyInfo
 from gateway.config_file import Changes
-from gateway.core.event_types import CORE, GATEWAY, LINE, EventData, EventType, Nothing, news_types, table_of
+from gateway.core.event_types import (
+    CORE,
+    GATEWAY,
+    LINE,
+    SIGNALS,
+    EventData,
+    EventType,
+    Nothing,
+    alarm_types,
+    news_types,
+    table_of,
+)
 from gateway.families import FAMILIES, registered
 from gateway.port_scans import PortScan
 from gateway.recordings import RecordingInfo
@@ -111,9 +122,12 @@ LINE_UP: Final = EventType(
 def event_types() -> Mapping[str, EventType]:
     """The types of the core and of every family, by their names."""
     families = (it.event_types for it in registered())
+    alarmed = (path for family in FAMILIES.values() for path in family.alarmed())
     return table_of(
         [LINE_UP],
         CORE,
+        alarm_types(alarmed),
+        [SIGNALS],
         OF_THE_CONFIGURATION,
         OF_PORTS,
         OF_RECORDINGS,

@@ -1,6 +1,7 @@
 """What a command row is: one typed class per controller command, its wire form included, and no behaviour."""
 
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -154,8 +155,35 @@ _Part = _Literal | _Value | _Optional
 _TOKEN = re.compile(r"\{(\w+)\}|([<>])|([^{}<>]+)")
 
 
-class Form:
-    """One written form of a row's parameters, such as `<A[{pattern}],>{distance}`; reads and writes it."""
+class Form(ABC):
+    """One way in which a row's parameters stand on the wire: as text, or as the bytes of a codec."""
+
+    syntax: str
+    """The form in words a person can follow."""
+
+    @abstractmethod
+    def variants(self) -> set[frozenset[str]]:
+        """Which sets of fields this form can write."""
+
+    @abstractmethod
+    def read(self, data: Any, /) -> dict[str, object] | None:
+        """Decode the fields present; None where the data has another form."""
+
+    @abstractmethod
+    def write(self, values: Mapping[str, object]) -> Any:
+        """Encode the given fields; their set must be one of `variants`."""
+
+
+class Codec(ABC):
+    """How the rows of a protocol stand on the wire: a row says what is said, its codec says how."""
+
+    @abstractmethod
+    def forms_of(self, row: "type[Spoken]", syntax: str) -> tuple[Form, ...]:
+        """Build the forms of a row, whose fields are known now; `syntax` is its keyword `args`."""
+
+
+class TextForm(Form):
+    """A form such as `<A[{pattern}],>{distance}`."""
 
     def __init__(self, syntax: str, wires: Mapping[str, Wire]) -> None:
         self.syntax = syntax
@@ -164,11 +192,11 @@ class Form:
         self._pattern = re.compile(_pattern(self._parts))
 
     def variants(self) -> set[frozenset[str]]:
-        """Which sets of fields this form can write: every choice of its optional groups."""
+        """Every choice of its optional groups."""
         return set(_variants(self._parts))
 
-    def read(self, text: str) -> dict[str, object] | None:
-        """Decode the fields present in the text; None where the text has another form."""
+    def read(self, text: str, /) -> dict[str, object] | None:
+        """Decode the text."""
         match = self._pattern.fullmatch(text)
         if match is None:
             return None
@@ -176,8 +204,18 @@ class Form:
         return {name: self._wires[name].decode(text) for name, text in found.items() if text is not None}
 
     def write(self, values: Mapping[str, object]) -> str:
-        """Encode the given fields; their set must be one of `variants`."""
+        """Encode as text."""
         return _write(self._parts, values)
+
+
+class TextCodec(Codec):
+    """Plain text, by the forms of `args`, separated by `|`."""
+
+    def forms_of(self, row: "type[Spoken]", syntax: str) -> tuple[Form, ...]:
+        """Build one for each alternative."""
+        named = {name: it for name, it in row.model_fields.items() if f"{{{name}}}" in syntax}
+        wires = {name: wire_of(it.annotation, it.metadata) for name, it in named.items()}
+        return tuple(TextForm(form, wires) for form in syntax.split("|"))
 
 
 def _parse(syntax: str, wires: Mapping[str, Wire]) -> tuple[_Part, ...]:
@@ -246,6 +284,7 @@ class Spoken(BaseModel):
 
     model_config = ConfigDict(strict=True, frozen=True, extra="forbid", defer_build=True)
 
+    codec: ClassVar[Codec] = TextCodec()
     forms: ClassVar[tuple[Form, ...]] = ()
     _syntax: ClassVar[str] = ""
     _writer: ClassVar[dict[frozenset[str], Form]] = {}
@@ -259,12 +298,7 @@ class Spoken(BaseModel):
     @classmethod
     def __pydantic_init_subclass__(cls, **_: object) -> None:
         """Compile the forms, now that the fields are known."""
-        wires = {
-            name: wire_of(field.annotation, field.metadata)
-            for name, field in cls.model_fields.items()
-            if f"{{{name}}}" in cls._syntax
-        }
-        cls.forms = tuple(Form(syntax, wires) for syntax in cls._syntax.split("|"))
+        cls.forms = cls.codec.forms_of(cls, cls._syntax)
         # Where two forms write the same fields, the first is the one we speak.
         cls._writer = {variant: form for form in reversed(cls.forms) for variant in form.variants()}
 
@@ -288,7 +322,16 @@ class Spoken(BaseModel):
         return frozenset() in cls._writer
 
     def written(self) -> str:
-        """The parameters as they stand on the wire, without code and frame."""
+        """The parameters as text on the wire, without code and frame."""
+        text: str = self._encoded()
+        return text
+
+    def packed(self) -> bytes:
+        """The parameters as bytes on the wire, where the codec is binary."""
+        data: bytes = self._encoded()
+        return data
+
+    def _encoded(self) -> Any:
         given = self._given()
         return self._writer[given].write({name: getattr(self, name) for name in given})
 
@@ -306,9 +349,14 @@ class Spoken(BaseModel):
         return cls.read_form(text, cls.forms)
 
     @classmethod
+    def unpack(cls, data: bytes) -> Self:
+        """Decode the bytes of a binary codec; errors as of `read`."""
+        return cls.read_form(data, cls.forms)
+
+    @classmethod
     @lru_cache(READINGS_KEPT)
-    def read_form(cls, text: str, forms: tuple[Form, ...]) -> Self:
-        """Decode the text, which must have one of the given forms."""
+    def read_form(cls, text: str | bytes, forms: tuple[Form, ...]) -> Self:
+        """Decode what must have one of the given forms."""
         try:
             for form in forms:
                 values = form.read(text)
@@ -342,8 +390,9 @@ class Command(Spoken, Generic[R_co]):
     """Of a motion: it begins at once, and the controller shows its end. A program only may move something."""
     echo: ClassVar[tuple[str, ...]] = ()
     """Fields that the reply repeats and that must be equal."""
-    example: ClassVar[tuple[str, ...]] = ()
-    """Command and reply in turn, without CR, as the manual prints them (misprints mended, spaces removed)."""
+    example: ClassVar[tuple[Any, ...]] = ()
+    """Command and reply in turn: without CR, as the manual prints them (misprints mended, spaces removed);
+    of a binary protocol the whole frames."""
     _reply_type: ClassVar[type[Reply] | None] = None
 
     @classmethod
@@ -387,6 +436,12 @@ class Command(Spoken, Generic[R_co]):
         japanese, _, english = (getdoc(cls) or "").partition("\n")[0].partition(": ")
         return japanese, english.rstrip(".")
 
+    @classmethod
+    def of_example(cls) -> Self:
+        """The command of the first example."""
+        text = cls.example[0]
+        return cls.read(text.partition(cls.code)[2].lstrip() if cls.code else text)
+
     def retry_class(self) -> Retry:
         """The retry class of this very command."""
         return self.retry
@@ -395,7 +450,7 @@ class Command(Spoken, Generic[R_co]):
         """Whether the gateway may repeat it."""
         return self.retry is Retry.READ and self.retry_class() is Retry.READ
 
-    def read_reply(self, text: str) -> R_co:
+    def read_reply(self, text: str | bytes) -> R_co:
         """Decode the payload of the reply to this very command.
 
         Where command and reply have equally many forms, they correspond one to one: asked for one bit, a

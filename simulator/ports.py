@@ -112,7 +112,8 @@ class _Wire:
 
     def put(self, data: bytes, now: float) -> None:
         """Start sending, behind what is still being sent."""
-        for part in up_to_each_cr(data):
+        frames, rest = up_to_each_cr(data)
+        for part in filter(None, (*frames, rest)):
             self._free_at = max(self._free_at, now) + len(part) * self._byte_time_s
             self._under_way.append((self._free_at, part))
 

@@ -14,9 +14,11 @@ from simulator.truth import TruthLog
 _PART = re.compile(rb"[^\r]*\r[\r\n]*|[^\r]+")
 
 
-def up_to_each_cr(data: bytes) -> list[bytes]:
+def up_to_each_cr(data: bytes) -> tuple[list[bytes], bytes]:
     """Cut data into frames and a rest; more CR and LF that come with a frame's CR belong to it."""
-    return _PART.findall(data)
+    frames = _PART.findall(data)
+    rest = frames.pop() if frames and CR not in frames[-1] else b""
+    return frames, rest
 
 
 class _Due(NamedTuple):
@@ -30,7 +32,7 @@ class _Due(NamedTuple):
 class Wire:
     """Carries the host's frames to `hear`, with their running number, and the machine's to the output.
 
-    The host's frames are counted from 1, in the order of their CRs.
+    The host's frames are counted from 1, in the order of their ends; `cut` knows where these are.
     """
 
     def __init__(
@@ -40,7 +42,9 @@ class Wire:
         faults: Faults,
         logged_as: int,
         longest: int,
+        cut: Callable[[bytes], tuple[list[bytes], bytes]] = up_to_each_cr,
     ) -> None:
+        self._cut = cut
         self.requests = 0
         """How many frames the host has sent."""
         self._hear = hear
@@ -59,9 +63,8 @@ class Wire:
         self._output = bytearray()
 
     def receive(self, data: bytes, now: float) -> None:
-        """Take bytes from the host; without a CR for too long, what has come goes on as it is."""
-        frames = up_to_each_cr(self._arriving + data)
-        self._arriving = frames.pop() if frames and CR not in frames[-1] else b""
+        """Take bytes from the host; without an end for too long, what has come goes on as it is."""
+        frames, self._arriving = self._cut(self._arriving + data)
         if len(self._arriving) > self._longest:
             frames.append(self._arriving)
             self._arriving = b""

@@ -4,7 +4,7 @@ Each family has a table of its own; `gateway.event_types` joins them. What stand
 the tests check every event of every plant.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -300,11 +300,16 @@ SIGNALS = EventType(
     live=True,
 )
 
-ALARMED = "/gateway or /lines/{line_id} or /groups/{group_id} or /bodies/{body_id} or /robots/{robot_id}"
 
-ALARMS = (
-    EventType("alarm.raised", ALARMED, Alarm, "something has gone wrong"),
-    EventType("alarm.reset", ALARMED, Alarm, "somebody has seen to it, or a newer alarm stands in its place"),
-)
+def alarm_types(of_families: Iterable[str]) -> Sequence[EventType]:
+    """The types of alarms; `of_families` are the paths of what these have alarms of."""
+    subject = " or ".join((GATEWAY, LINE, *of_families))
+    return (
+        EventType("alarm.raised", subject, Alarm, "something has gone wrong"),
+        EventType(
+            "alarm.reset", subject, Alarm, "somebody has seen to it, or a newer alarm stands in its place"
+        ),
+    )
 
-CORE = (*LINES, *OF_THE_GATEWAY, *lease_types("line", LINE), *ALARMS, SIGNALS)
+
+CORE = (*LINES, *OF_THE_GATEWAY, *lease_types("line", LINE))

@@ -116,9 +116,9 @@ class Exchange(ABC, Generic[C, F, O]):
         """Read a frame as the reply to this exchange; None unless the whole grammar matches."""
 
     @property
-    @abstractmethod
     def sent(self) -> str:
         """What was sent and where to, as a clause."""
+        return f"{self.command.name()} was sent"
 
     @property
     def remedy(self) -> str:

@@ -312,6 +312,11 @@ class Family(Registered):
         """Tell the state of one of its lines."""
 
     @classmethod
+    def alarmed(cls) -> Sequence[str]:
+        """The paths of what it has alarms of."""
+        return ()
+
+    @classmethod
     def facts(cls, row: Any) -> Sequence[str]:
         """Tell about a row of its table what all clients should know."""
         return (f"Retry class `{row.retry}`.",)

@@ -19,7 +19,7 @@ from gateway.core.drawn import states
 from gateway.core.errors import GatewayError, NotFound
 from gateway.core.line import LineDriver
 from gateway.core.origin import Origin, acting, working
-from gateway.core.own_faults import all_of, at_end_of, carry_on, insist
+from gateway.core.own_faults import all_of, at_end_of, carry_on, insist, survived
 from gateway.core.records import Record
 from protocols.wording import as_given
 
@@ -327,6 +327,15 @@ class Jogs(ABC, Generic[J, T]):
         """Stop every motor that jogs: no heartbeat counts any more."""
         jogging = [it for it in self._sessions.values() if it.jogs]
         all_of(partial(self._take, it, news) for it in jogging)
+
+    def take_all(self, news: News) -> None:
+        """Something has happened to all of them; a fault at one keeps none of the others from it."""
+        survived(_WHAT, *(partial(self._take, it, news) for it in self._sessions.values()))
+
+    @property
+    def is_under_way(self) -> bool:
+        """Whether one is not over."""
+        return any(it.jog.state in ("jogging", "stopping") for it in self._sessions.values())
 
     async def settled(self) -> None:
         """Wait until every motor whose jog has ended stands still, or another stop sees to it."""

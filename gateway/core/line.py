@@ -7,15 +7,23 @@ import asyncio
 import logging
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import AsyncIterator, Callable, Coroutine, Iterable, Iterator
+from collections.abc import AsyncIterator, Callable, Collection, Coroutine, Iterable, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from functools import partial
 from math import inf
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar, cast
 
 from gateway.core.admission import Admission
 from gateway.core.echo import ECHOING, PAUSE_S, SEEN_WITHIN_S
-from gateway.core.errors import Cancelled, GatewayError, InvalidRequest, LineDown, NoReply, Overtaking
+from gateway.core.errors import (
+    Cancelled,
+    GatewayError,
+    InvalidRequest,
+    LineDown,
+    NoReply,
+    Overtaking,
+    StoppedFirst,
+)
 from gateway.core.exchange import F, X
 from gateway.core.journal.intents import Intents
 from gateway.core.lanes import Lane
@@ -40,6 +48,7 @@ LOST_S = 1.0
 REOPEN_S = (0.2, 5.0)
 """First and longest pause before a lost port is tried again; it doubles in between."""
 
+LOST_REMEDY = "Read status and position."
 REMEDY = "Mend that, or check the cable; the gateway goes on trying the port."
 GAP_S = 0.1
 """A reply that has begun may pause this long before it counts as cut off."""
@@ -494,9 +503,9 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """What a frame on it is about; where no address stands in frames, all are about the same."""
         return FrameSubject(b"")
 
-    @abstractmethod
     def _take(self, frame: W) -> None:
         """Hear a frame, let the next one go, and only then settle what it answers."""
+        self._receive(cast("F", frame))
 
     def _in_step(self) -> bool:
         return self._session.in_step
@@ -626,6 +635,12 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def _wait_longer(self, seconds: float) -> None:
         self._session.wait_longer(seconds)
 
+    def forbid(self, targets: Collection[int]) -> None:
+        """A stop of these targets begins: no command admitted before can be written any more."""
+        for target in targets:
+            self.gate.stop(target)
+        self.cancel(lambda it: it.target in targets and it.lane is Lane.COMMAND, StoppedFirst())
+
     def cancel(self, unwanted: Callable[[X], bool], reason: GatewayError) -> None:
         """Take out of the queue what is not wanted any more."""
         self._session.cancel(unwanted, reason)
@@ -642,7 +657,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         future.add_done_callback(self._promised.pop)
         return future
 
-    def _queue(self, exchange: X) -> "asyncio.Future[Any]":
+    def queue(self, exchange: X) -> "asyncio.Future[Any]":
         """Let an exchange wait for its turn; the future gives what became of it and never raises.
 
         :raises LineDown: the line echoes, and it moves something, or an echo could answer it.
@@ -655,6 +670,16 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         else:
             self._admit(exchange)
         return future
+
+    async def reply_to(self, exchange: X) -> Any:
+        """Let an exchange wait for its turn, and give its reply.
+
+        :raises GatewayError: there is none; the error says why.
+        """
+        outcome = await self.queue(exchange)
+        if isinstance(outcome, GatewayError):
+            raise outcome
+        return outcome
 
     @contextmanager
     def undertaking(self, exchanges: Callable[[], Iterable[X]]) -> Iterator[None]:
@@ -733,12 +758,14 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         self._session.garbage(what, self._last_rx_at)
         self._pump()
 
-    def _break_off_all(self, reason: str, remedy: str) -> None:
+    def _break_off(self, reason: str) -> None:
         """Settle all that waits for a port that has gone, and forget what was half read."""
         self._reader = self._new_reader()
         self.echoes, self._held_until = False, -inf
         unsent = Cancelled(f"Line {self.id} went down: {reason}. Nothing was sent.", "Try again later.")
-        lost = NoReply(f"Line {self.id} was lost before the reply came: {reason}.", remedy)
+        lost = NoReply(
+            f"Line {self.id} was lost before the reply came: {reason}.", "Read status and position."
+        )
         survived(
             f"the end of line {self.id}",
             partial(self._session.break_off, lost, unsent),

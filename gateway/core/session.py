@@ -85,6 +85,8 @@ class Session(ABC, Generic[X, F]):
         """How often a reply stayed away, could not be understood, or came though nobody had asked."""
         self.on_stray: Callable[[F], None] = lambda _: None
         """Called with a reply that nobody has asked for."""
+        self.on_silence: Callable[[], None] = lambda: None
+        """Called when the only target does not answer."""
         self.on_echo: Callable[[bool], None] = lambda _found: None
         """Called with True when the line is found to echo, and with False when it does so no longer."""
         self.echo = self._new_echo()
@@ -121,9 +123,9 @@ class Session(ABC, Generic[X, F]):
         """What has to be sent before a stop can be heard, if anything."""
         return None
 
-    @abstractmethod
     def wants_fence(self, exchange: X, now: float) -> bool:
         """Whether a fence has to go before it."""
+        return self._copies.could_answer(exchange, exchange.target, now)
 
     def was_written(self, exchange: X, _now: float) -> Awaited:
         """A frame has been handed to the port: what has to wait for its reply."""
@@ -137,9 +139,9 @@ class Session(ABC, Generic[X, F]):
         """Whether it may be written now, before the replies to what is under way."""
         return True
 
-    @abstractmethod
-    def holds_up(self, sent: X) -> bool:
+    def holds_up(self, _sent: X) -> bool:
         """Whether all but stops have to wait for something that is under way beside."""
+        return False
 
     def shows_echo(self, _exchange: X) -> bool:
         """Tell whether its frame shows an echo: no reply to it can equal it."""
@@ -157,13 +159,14 @@ class Session(ABC, Generic[X, F]):
         """Whether the target that the fences ask may have all its tries; nobody else is waited for."""
         return True
 
-    @abstractmethod
     def witness_failed(self) -> bool:
         """Give up the target that the fences have asked; whether there is another to ask."""
+        self.on_silence()
+        return False
 
-    @abstractmethod
-    def is_refusal_of_fence(self, frame: F) -> bool:
+    def is_refusal_of_fence(self, _frame: F) -> bool:
         """Whether this may be the refusal of a fence, which carries no number."""
+        return False
 
     def note_reply(self, exchange: X, frame: F, now: float) -> None:
         """A reply was credited, or a part of one."""

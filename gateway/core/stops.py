@@ -2,13 +2,15 @@
 
 import asyncio
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
-from typing import Generic, Literal, Protocol, Self, TypeVar
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from typing import Any, Generic, Literal, Protocol, Self, TypeVar
 
 from pydantic import PrivateAttr
 
 from gateway.core.errors import GatewayError, NotSent
-from gateway.core.own_faults import insist
+from gateway.core.origin import working
+from gateway.core.own_faults import at_end_of, carry_on, insist, survived
 from gateway.core.records import Record
 from gateway.core.waiting import happens
 from gateway.texts import Text, text
@@ -102,8 +104,18 @@ class Stopping(ABC):
     # what a body or a robot adds
 
     @abstractmethod
-    def submit(self) -> None:
-        """Send the stop, and note its outcome when that is known."""
+    def _send_stop(self) -> "asyncio.Future[Any]":
+        """Queue the stop, with `note_written`; the future gives its outcome, and never raises.
+
+        :raises GatewayError: it cannot be put on the wire.
+        """
+
+    def _note(self, outcome: Any, /) -> None:
+        """Take the outcome of a stop that was queued."""
+        if isinstance(outcome, NotSent):
+            self.note_not_sent(outcome)
+        elif not isinstance(outcome, GatewayError):
+            self.note_acknowledged()
 
     @abstractmethod
     async def stands_still(self) -> bool:
@@ -165,6 +177,15 @@ class Stopping(ABC):
         return self._overdue and self._was_being_proved and self._report.state == "confirmed"
 
     # repeating
+
+    def submit(self) -> None:
+        """Send the stop, and note its outcome when that is known."""
+        try:
+            stop = self._send_stop()
+        except GatewayError as error:
+            self.note_not_sent(error)
+        else:
+            stop.add_done_callback(lambda it: self._note(it.result()))
 
     async def see_through(self) -> None:
         """Repeat the stop until standstill is proved. To cancel this gives it up."""
@@ -282,14 +303,63 @@ class Stopping(ABC):
         self._report.note_japanese("".join(it.ja for it in reasons) or None)
 
 
+K = TypeVar("K")
+"""What is stopped, and how: a second stop of the same kind joins the first."""
 S = TypeVar("S", bound=Stopping)
 
 
-class StopsUnderWay(Generic[S]):
+class StopsUnderWay(Generic[K, S]):
     """Stops of one kind of controllers, until each is confirmed and the moves it has ended are recorded."""
 
     def __init__(self) -> None:
+        self._running: dict[K, S] = {}
+        """Those that are not confirmed yet."""
         self._tasks: dict[S, asyncio.Task[None]] = {}
+
+    # what a family adds
+
+    def _count(self, stop: S, /) -> None:
+        """Note that a stop has begun, or is over: `_tasks` has those under way."""
+
+    def _at_standstill(self, _stop: S, /) -> Iterable[Callable[[], object]]:
+        """Name what is to be done before it is told that a stop is confirmed, whatever meets a fault."""
+        return ()
+
+    async def _record(self, stop: S, /) -> None:
+        """Wait until the move that it has ended is recorded; no other may begin before."""
+
+    # their life
+
+    def _begin(self, key: K, stop: S, what: str, *others: Callable[[], object]) -> None:
+        """Begin a stop, and do what `others` are to do with it; its task repeats it."""
+        task = asyncio.create_task(self._see_through(stop, what), name=what)
+        self._running[key], self._tasks[stop] = stop, task
+        at_end_of(task, f"the end of {what}", partial(self._over, stop))
+        counted, told = partial(self._count, stop), partial(stop.publish, "requested")
+        survived(what, counted, stop.submit, told, *others)
+
+    async def _see_through(self, stop: S, what: str) -> None:
+        """Repeat it until it is confirmed; from then on another stop is one of its own."""
+        with working("stops"):
+            await carry_on(what, stop.see_through)
+        done = self._at_standstill(stop)
+        survived(what, partial(self._forget, stop), *done, partial(stop.publish, "confirmed"))
+        await self._record(stop)
+
+    def _over(self, stop: S) -> None:
+        """Forget a stop, which a gateway that closes may not even have begun to see through."""
+        self._tasks.pop(stop, None)
+        self._forget(stop)
+        self._count(stop)
+
+    def _forget(self, stop: S) -> None:
+        for key in [key for key, it in self._running.items() if it is stop]:
+            del self._running[key]
+
+    @property
+    def is_unconfirmed(self) -> bool:
+        """Whether one is under way that is not confirmed yet."""
+        return bool(self._running)
 
     async def confirmed(self) -> None:
         """Wait until every stop is confirmed, and its move recorded."""

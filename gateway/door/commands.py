@@ -106,10 +106,9 @@ def _example(family: type[Family], row: Row) -> dict[str, Any] | None:
     """The first example of the row's manual, as a request."""
     if not row.model_fields or not row.example or row in family.never_alone:
         return None
-    command = row.read(row.example[0].partition(row.code)[2].lstrip() if row.code else row.example[0])
     return {
         name: value[:AXES_OF_THE_DEMO] if isinstance(value, list) else value
-        for name, value in command.model_dump(mode="json", exclude_none=True).items()
+        for name, value in row.of_example().model_dump(mode="json", exclude_none=True).items()
     }
 
 

@@ -1,40 +1,29 @@
 """Fics robots: all of a plant, each alone on its line, with their moves."""
 
-import asyncio
-from collections.abc import Awaitable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import Annotated, Any, ClassVar, Final, Literal
 
 from pydantic import Field
 
-from gateway.core.addresses import none_such
 from gateway.core.alarms import Cause
+from gateway.core.controllers import Controllers
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.family import (
-    Family,
-    LeftMoving,
     Place,
     PortInfo,
-    Seen,
     Site,
     Watch,
     facts_of,
-    is_within,
-    why_it_moves,
 )
-from gateway.core.jogs import News
 from gateway.core.kept_works import KeptWorks
 from gateway.core.lanes import Lane
-from gateway.core.move_log import MoveLog
-from gateway.core.move_record import RESTARTED
 from gateway.core.operation import Section, Words
-from gateway.core.own_faults import all_of, safely, seen_to, survived, twice
-from gateway.core.parts import Part
+from gateway.core.own_faults import seen_to
 from gateway.core.restore_record import Restore
 from gateway.core.restores import Restores
 from gateway.core.sampler import Sampler
-from gateway.core.stops import StopMode
-from gateway.core.targets import Replies, Stopped, Target, stopped
+from gateway.core.targets import Replies, Target
 from gateway.fics import config, settings, signals
 from gateway.fics.addressed import STOP_MODES, RobotTarget, UnitTarget
 from gateway.fics.alarms import causes
@@ -82,9 +71,11 @@ class RobotLineInfo(PortInfo):
     online: Annotated[bool, Field(description="Whether the robot can be asked now, as far as is known.")]
 
 
-class Fics(Family):
+class Fics(Controllers[Robot]):
     """All lines with robots."""
 
+    moves: RobotMoves
+    kind = "robot"
     line_table = config.Line
     line_info = RobotLineInfo
     now = RobotNow
@@ -123,7 +114,6 @@ class Fics(Family):
 
     def __init__(self, site: Site) -> None:
         super().__init__(site)
-        self._robots: dict[str, Robot] = {}
         self._tables: dict[str, config.Line] = {}
         self.moves = RobotMoves(site.events.live.demand_changes)
         self.restores: Restores[RobotRestore] = Restores(self._publish_restore)
@@ -148,7 +138,7 @@ class Fics(Family):
         line.gate.add(motion_without_proof)
         line.gate.add(amid_a_restore(partial(self.restores.amid, it.id)))
         self._tables[it.id] = table
-        self._robots[it.id] = robot = Robot(
+        self._all[it.id] = robot = Robot(
             it.id,
             it.name or "",
             line,
@@ -161,12 +151,6 @@ class Fics(Family):
         robot.power.on_memory = self.site.known.keep(it.id, robot.power)
         return line
 
-    async def remove(self, line: FicsLine) -> None:
-        """Close a line, and forget its robot."""
-        for robot in [it for it in self.robots() if it.line is line]:
-            await robot.close()
-            del self._robots[robot.id], self._tables[robot.id]
-
     def _publish_restore(self, what: str, restore: Restore) -> None:
         self.site.events.publish(f"robot.restore.{what}", restore.target, restore, correlation=restore.id)
 
@@ -174,16 +158,11 @@ class Fics(Family):
 
     def robots(self) -> list[Robot]:
         """All robots, in the order of the configuration."""
-        return list(self._robots.values())
+        return self.every()
 
     def robot(self, robot_id: str) -> Robot:
-        """Find a robot.
-
-        :raises NotFound: there is none of this id.
-        """
-        if robot_id not in self._robots:
-            raise none_such("robot", robot_id, self._robots, "GET /robots lists them.")
-        return self._robots[robot_id]
+        """Find a robot; errors as of `find`."""
+        return self.find(robot_id)
 
     def target(self, collection: str, names: Sequence[str]) -> Target:
         """Find a robot or a unit; errors as of `robot` and `Robot.unit`."""
@@ -208,17 +187,12 @@ class Fics(Family):
             yield robot.id
             yield from (unit.address for unit in robot.units)
 
-    def seen(self) -> Iterator[Seen]:
-        """Tell of all robots."""
-        return (Seen(it.line.id, it.id, RobotNow.of(it)) for it in self.robots())
-
     def info(self, line: FicsLine) -> RobotLineInfo:
         """Tell the state of a line."""
-        (robot_id,) = (robot.id for robot in self.robots() if robot.line is line)
         return {
             **facts_of(line),
             "protocol": "fics",
-            "robot_id": robot_id,
+            "robot_id": self.on_line(line).id,
             "mode": line.mode,
             "online": line.online,
         }
@@ -246,7 +220,7 @@ class Fics(Family):
 
     def causes(self) -> Iterator[Cause]:
         """What can go wrong with robots."""
-        return causes(self._robots.get)
+        return causes(self._all.get)
 
     # over restarts
 
@@ -254,24 +228,9 @@ class Fics(Family):
         """Those of the moves."""
         return self.moves.trajectories.all
 
-    def move_logs(self) -> Iterator[MoveLog[RobotMove]]:
-        """That of all robots."""
-        yield self.moves.log
-
     def works(self) -> Mapping[str, KeptWorks[Any]]:
         """Restores."""
         return {"robot_restore": self.restores}
-
-    def resume(
-        self, records: Sequence[Mapping[str, Any]], begun: Collection[str], since: str = RESTARTED
-    ) -> None:
-        """Take over the moves of robots that are still configured."""
-        units = {unit.address for robot in self.robots() for unit in robot.units}
-        own = [RobotMove.model_validate(it) for it in records if it["body_id"] in units]
-        self.moves.log.remember(own)
-        for move in own:
-            if not move.status.final:
-                self.moves.take_over(self.robot(move.robot_id), move, begun=move.id in begun, since=since)
 
     # life
 
@@ -303,55 +262,17 @@ class Fics(Family):
         for robot in self.robots():
             robot.was_left_alone()
 
-    def stop_all(self, mode: StopMode) -> Awaitable[Stopped]:
-        """Stop all robots."""
-        own = [robot for robot in self.robots() if not robot.line.is_elsewhere()]
-        begun = all_of(partial(robot.stop, mode) for robot in own)
-        return stopped("robots", asyncio.gather(*begun))
-
     # the end
-
-    def end_motion(
-        self, *, everything: bool, within: Sequence[Part] | None = None
-    ) -> list["asyncio.Task[Any]"]:
-        """Stop what jogs, or everything that moves."""
-        robots = [robot for robot in self.robots() if is_within(robot.line.id, robot.id, within)]
-        what = "the end of motion"
-        moving = [it for it in robots if everything and safely(what, partial(_moves, it), otherwise=True)]
-        ending = (partial(robot.jogs.end_all, News.CLOSING) for robot in robots)
-        survived(what, *(partial(twice, what, end) for end in ending))
-        return all_of(partial(robot.stop, "decelerate") for robot in moving)
 
     async def at_rest(self) -> None:
         """Wait for stops, for refusals of moves, and for the ends of uploads."""
-        for robot in self.robots():
-            await robot.jogs.settled()
-            await robot.stops.confirmed()
-        await self.moves.begun()
+        await super().at_rest()
         for robot in self.robots():
             if robot.line.uploading:
                 async with robot.line.sequence_lock.held(Lane.STOP):
                     pass
 
-    def left_moving(self) -> Iterator[LeftMoving]:
-        """Name the robots that may move on."""
-        for robot in self.robots():
-            moves = [unit.move.id for unit in robot.units if unit.move is not None]
-            stopped = robot.stops.unconfirmed is not None
-            why = why_it_moves(stopped=stopped, moving=robot.moving, under_way=bool(moves))
-            if why is not None:
-                yield LeftMoving("robot", f"/robots/{robot.id}", why, next(iter(moves), None))
-
     async def let_go(self) -> None:
         """Give the waiters for moves what is known now."""
         await seen_to("the end of long work", self.restores.close)
-        self.moves.let_go()
-
-    async def close(self) -> None:
-        """End all work and close the lines."""
-        robots = (robot.close for robot in self.robots())
-        await seen_to("the end of all robots", *robots, self.moves.close)
-
-
-def _moves(robot: Robot) -> bool:
-    return bool(robot.moving)
+        await super().let_go()

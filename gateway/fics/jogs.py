@@ -9,7 +9,7 @@ from typing import Literal
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply
 from gateway.core.jogs import START_WITHIN_S, Jog, JogOutOfReach, JogOver, Jogs, News, Session
 from gateway.core.lanes import Lane
-from gateway.core.own_faults import all_of, insist, survived
+from gateway.core.own_faults import all_of, insist
 from gateway.fics.axes import Places, at_rest, unit_of
 from gateway.fics.errors import IN_MOTION, RobotBusy, UnitNotSelected, preparing
 from gateway.fics.exchange import answered
@@ -196,15 +196,12 @@ class RobotJogs(Jogs[JogSession, None]):
     def robot_stops(self) -> None:
         """The whole robot is being stopped, which sees to its standstill: no session goes on."""
         self._unsettled.clear()
-        self._take_all(News.STOP)
+        self.take_all(News.STOP)
         self._end_motion()
 
     def robot_stands_still(self) -> None:
         """The stop of the whole robot is confirmed."""
-        self._take_all(News.STILL)
-
-    def _take_all(self, news: News) -> None:
-        survived("the end of a JOG", *(partial(self._take, it, news) for it in self._sessions.values()))
+        self.take_all(News.STILL)
 
     def _require_in_reach(self, session: _Session) -> None:
         if not self._line.online:

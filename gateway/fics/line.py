@@ -38,7 +38,6 @@ ASK_AGAIN_S = (0.5, 2.0)
 """First and longest pause before a robot that is silent, or in the wrong mode, is asked again."""
 READY_WITHIN_S = 2.0
 """A request during the set-up waits this time for its end, reckoned from its beginning."""
-REMEDY = "Read status and position."
 SILENT = text("phrases.line-down.robot-silent").en
 NO_MODES = text("phrases.line-down.robot-without-modes").en
 GARBLED = text("phrases.line-down.robot-garbled").en
@@ -145,7 +144,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
 
     def _break_off(self, reason: str) -> None:
         self._was_away = True
-        self._break_off_all(reason, REMEDY)
+        super()._break_off(reason)
 
     # set-up
 
@@ -279,7 +278,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
             raise offline_error(self._session.robot_id)
         if not self._ready and exchange.lane is not Lane.STOP:
             self._wait_for_set_up(exchange)
-        return self._queue(exchange)
+        return self.queue(exchange)
 
     async def say(self, exchange: FicsExchange) -> Outcome:
         """Queue an exchange, and give what became of it; it is withdrawn if nobody waits for that any more.

@@ -126,6 +126,11 @@ class Robot:
         return self.motion.moving
 
     @property
+    def moves_under_way(self) -> list[str]:
+        """The ids of its units' moves that are not over."""
+        return [unit.move.id for unit in self.units if unit.move is not None]
+
+    @property
     def power_cycled(self) -> bool:
         """Whether it has lost its power, and nobody has acknowledged that yet."""
         return self.power.cycled

@@ -5,7 +5,7 @@ Answers are matched by name. A fence is the query of a variable, whose number co
 
 import random
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from functools import lru_cache
 from itertools import cycle
 from math import inf
@@ -80,7 +80,6 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         self._last_action = 0
         """The number of the last frame that was no mere read."""
         self._said_silently = 0
-        self.on_silence: Callable[[], None] = lambda: None
         dice = rng or random.Random()  # noqa: S311  # against mix-ups, not against people
         self._variables = cycle(dice.sample(range(VARIABLES), VARIABLES))
         self._forbidding: frozenset[Block] = frozenset()

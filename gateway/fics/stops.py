@@ -1,7 +1,7 @@
 """Software stops of a robot: sent ahead of everything, repeated, believed only when all axes stand still."""
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import Any
@@ -10,7 +10,7 @@ from pydantic import Field
 
 from gateway.core.errors import GatewayError
 from gateway.core.lanes import Lane
-from gateway.core.own_faults import all_of, at_end_of, carry_on, seen_to, survived, twice
+from gateway.core.own_faults import all_of, seen_to, twice
 from gateway.core.records import request_id_field
 from gateway.core.stops import (
     CONFIRM_WITHIN_S,
@@ -65,7 +65,7 @@ class RobotStopReport(BilingualReport):
     )
 
 
-class RobotStops(StopsUnderWay["_RobotStop"]):
+class RobotStops(StopsUnderWay[StopMode, "_RobotStop"]):
     """The stops of a robot that are under way. A second one of the same kind joins the first."""
 
     def __init__(self, units: Sequence[RobotUnit], motions: Motions, jogs: RobotJogs, tell: Tell) -> None:
@@ -74,7 +74,6 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
         self._jogs = jogs
         bits, ramps = motions.commander.bits, motions.state.ramps
         self._new = partial(_RobotStop, units, motions.line, motions.errors, bits, ramps, tell)
-        self._running: dict[StopMode, _RobotStop] = {}
         self.was_proved = False
         """Whether the last stop was being proved already when it was called late."""
         motions.commander.on_told = self._hear_error
@@ -88,7 +87,8 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
         return asyncio.create_task(self._report(stop, self._tasks[stop]), name="stop report")
 
     def _stop(self, mode: StopMode) -> "_RobotStop":
-        send = self._running[mode].submit if mode in self._running else partial(self._begin, mode)
+        running = self._running.get(mode)
+        send = partial(self._begin_new, mode) if running is None else running.submit
         all_of([self._line.begin_stop, self._jogs.robot_stops, send])
         return self._running[mode]
 
@@ -98,14 +98,12 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
         reports = [stop.report for stop in self._tasks]
         return next((report for report in reports if report.state != "confirmed"), None)
 
-    def _begin(self, mode: StopMode) -> None:
+    def _begin_new(self, mode: StopMode) -> None:
         stop = self._new(mode)
-        what = f"stop {stop.report.robot_id}"
-        task = asyncio.create_task(self._see_through(stop), name=what)
-        self._running[mode], self._tasks[stop] = stop, task
+        self._begin(mode, stop, f"the stop of {stop.report.robot_id}")
+
+    def _count(self, _: "_RobotStop") -> None:
         self._motion.stops = len(self._tasks)
-        at_end_of(task, f"the end of {what}", partial(self._over, stop))
-        survived(f"the {what}", stop.submit, partial(stop.publish, "requested"))  # its task repeats it
 
     def _hear_error(self, error: str, asked_after: int) -> None:
         """In Ver.2 a refusal is told only to who asks for the error next: each stop hears of its own."""
@@ -116,32 +114,17 @@ class RobotStops(StopsUnderWay["_RobotStop"]):
         for stop in judged:
             stop.hear_error(error, one_brakes=one_brakes)
 
-    def _over(self, stop: "_RobotStop") -> None:
-        """Forget a stop, which a gateway that closes may not even have begun to see through."""
-        self._tasks.pop(stop, None)
-        self._motion.stops = len(self._tasks)
-        self._forget(stop)
-
-    def _forget(self, stop: "_RobotStop") -> None:
-        if self._running.get(stop.mode) is stop:
-            del self._running[stop.mode]
-
     @staticmethod
     async def _report(stop: "_RobotStop", task: "asyncio.Task[None]") -> RobotStopReport:
         await asyncio.wait({task}, timeout=CONFIRM_WITHIN_S)
         return stop.report
 
-    async def _see_through(self, stop: "_RobotStop") -> None:
-        """Repeat it until it is confirmed; from then on another stop is one of its own.
-
-        No move may begin before this one is recorded.
-        """
-        what = f"the stop of {stop.report.robot_id}"
-        await carry_on(what, stop.see_through)
+    def _at_standstill(self, stop: "_RobotStop") -> Sequence[Callable[[], object]]:
         self.was_proved = stop.disproves_its_alarm
-        forgotten, told = partial(self._forget, stop), partial(stop.publish, "confirmed")
-        survived(what, forgotten, self._motion.confirm_stop, self._jogs.robot_stands_still, told)
-        await seen_to(what, self._errors.poll)
+        return self._motion.confirm_stop, self._jogs.robot_stands_still
+
+    async def _record(self, stop: "_RobotStop") -> None:
+        await seen_to(f"the stop of {stop.report.robot_id}", self._errors.poll)
         await happens(self._motion.idle, RECORD_WITHIN_S)
 
 
@@ -179,20 +162,14 @@ class _RobotStop(Stopping):
 
     # sending
 
-    def submit(self) -> None:
-        """Send a stop, and note its outcome when that is known."""
+    def _send_stop(self) -> "asyncio.Future[Outcome]":
         line = self._line
         command: FicsCommand[Any] = (
             StopAllImmediately() if self.mode == "immediate" else StopAllDecelerating()
         )
         exchange = line.exchange(command, Lane.STOP)
         exchange.on_written = self._note_written
-        try:
-            future = line.submit(exchange)
-        except GatewayError as error:
-            self.note_not_sent(error)
-            return
-        future.add_done_callback(lambda outcome: self._note(outcome.result()))
+        return line.submit(exchange)
 
     def _note_written(self, now: float) -> None:
         self._said_at = self._line.unheard

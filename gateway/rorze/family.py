@@ -409,6 +409,11 @@ class Rorze(Family):
         }
 
     @classmethod
+    def alarmed(cls) -> Sequence[str]:
+        """Groups and bodies."""
+        return "/groups/{group_id}", "/bodies/{body_id}"
+
+    @classmethod
     def facts(cls, row: Row) -> list[str]:
         """Tell what stands on the row's page of the manual."""
         modes = ", ".join(f"{mode} ({MODE_NAMES[mode]})" for mode in row.modes)

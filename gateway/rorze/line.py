@@ -226,7 +226,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
     def _break_off(self, reason: str) -> None:
         if self._session.awaits_replies():
             self._session.last_error_at = self._loop.time()
-        self._break_off_all(reason, "Read status and position.")
+        super()._break_off(reason)
 
     # set-up
 
@@ -343,7 +343,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         if expires_at is None and lane in PEOPLE_WAIT:
             expires_at = self._loop.time() + WRITTEN_WITHIN_S
         exchange.expires_at, exchange.on_written = expires_at, on_written
-        return self._queue(exchange)
+        return self.queue(exchange)
 
     def sending(self, body: int, commands: Sequence[RorzeCommand[Any]]) -> AbstractContextManager[None]:
         """Wait for the disk once, whatever of these is sent to a body or group here and now."""
@@ -354,7 +354,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         exchange = self._session.self_identifying_read(body)
         exchange.timeout_s, exchange.lane = timeout_s, lane
         if self._open:
-            return self._queue(exchange)
+            return self.queue(exchange)
         future = self._promise(exchange)
         exchange.settle(self._down())
         return future

@@ -12,8 +12,7 @@ from pydantic import Field
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSent, StoppedFirst
 from gateway.core.events import EventHub
 from gateway.core.lanes import Lane
-from gateway.core.origin import working
-from gateway.core.own_faults import all_of, at_end_of, carry_on, safely, survived, twice
+from gateway.core.own_faults import all_of, safely, twice
 from gateway.core.records import request_id_field
 from gateway.core.stops import (
     CONFIRM_WITHIN_S,
@@ -68,7 +67,7 @@ class StopReport(BilingualReport):
     request_id: str | None = request_id_field("the request that asked for it first")
 
 
-class Stops(StopsUnderWay["_BodyStop"]):
+class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
     """The stops under way. A second stop of the same kind joins the first."""
 
     def __init__(
@@ -83,7 +82,6 @@ class Stops(StopsUnderWay["_BodyStop"]):
         self._groups_of = groups_of
         self.on_begin: Callable[[Body], None] = lambda _: None
         """Called with each body whose stop begins."""
-        self._running: dict[tuple[Body, StopMode], _BodyStop] = {}
         self._silent_lines = SilentLines(events, self._unconfirmed_on)
 
     def stop(self, bodies: Iterable[Body], mode: StopMode) -> "asyncio.Task[list[StopReport]]":
@@ -104,7 +102,7 @@ class Stops(StopsUnderWay["_BodyStop"]):
             [
                 *(partial(self._forbid_what_waits, body) for body in wanted),
                 partial(self._stop_groups, wanted, new, mode),
-                *(partial(self._begin, body, mode) for body in new),
+                *(partial(self._begin_new, body, mode) for body in new),
             ]
         )
         return [self._running[body, mode] for body in wanted]
@@ -174,36 +172,24 @@ class Stops(StopsUnderWay["_BodyStop"]):
 
     def _forbid_what_waits(self, body: Body) -> None:
         """Nothing admitted before the stop, for the body or a group it is in, can be written after it."""
-        numbers = {body.number, *(group.number for group in self._groups_of(body))}
-        for number in numbers:
-            body.line.gate.stop(number)
-        body.line.cancel(lambda it: it.body in numbers and it.lane is Lane.COMMAND, StoppedFirst())
+        body.line.forbid({body.number, *(group.number for group in self._groups_of(body))})
 
-    def _begin(self, body: Body, mode: StopMode) -> None:
+    def _begin_new(self, body: Body, mode: StopMode) -> None:
         stop = _BodyStop(
             body, mode, self._events, self._sweeps[body.line.id], self._company_of, self._silent_lines
         )
-        task = asyncio.create_task(self._see_through(stop), name=f"stop {body.address}")
-        self._running[body, mode], self._tasks[stop] = stop, task
-        body.being_stopped = True
-        at_end_of(task, "the end of a stop", partial(self._over, stop))
-        begun = (stop.submit, partial(stop.publish, "requested"), partial(self.on_begin, body))
-        survived(f"the stop of {body.address}", *begun)  # it is repeated by its task
+        self._begin((body, mode), stop, f"the stop of {body.address}", partial(self.on_begin, body))
+
+    def _count(self, stop: "_BodyStop") -> None:
+        stop.body.being_stopped = self.under_way(stop.body)
 
     def _company_of(self, body: Body) -> list[Body]:
         """The bodies of its line with stops that are not confirmed yet."""
         return [stop.body for stop in self._unconfirmed_on(body.line)]
 
     def _over(self, stop: "_BodyStop") -> None:
-        """Forget a stop, which a gateway that closes may not even have begun to see through."""
-        self._tasks.pop(stop, None)
+        super()._over(stop)
         stop.end_asking()
-        self._forget(stop)
-        stop.body.being_stopped = self.under_way(stop.body)
-
-    def _forget(self, stop: "_BodyStop") -> None:
-        if self._running.get((stop.body, stop.mode)) is stop:
-            del self._running[stop.body, stop.mode]
 
     async def _report(self, stops: "list[_BodyStop]") -> list[StopReport]:
         wait_s, running = CONFIRM_WITHIN_S, [self._tasks[stop] for stop in stops if stop in self._tasks]
@@ -214,16 +200,14 @@ class Stops(StopsUnderWay["_BodyStop"]):
             wait_s = REPEAT_S
         return [stop.report for stop in stops]
 
-    async def _see_through(self, stop: "_BodyStop") -> None:
-        """Repeat it until it is confirmed; from then on another stop is one of its own."""
-        what, body = f"the stop of {stop.body.address}", stop.body
-        with working("stops"):
-            await carry_on(what, stop.see_through)
-        survived(what, stop.withdraw, partial(self._forget, stop))
+    def _at_standstill(self, stop: "_BodyStop") -> Sequence[Callable[[], object]]:
+        body = stop.body
         body.stop_was_proved = stop.disproves_its_alarm
         body.being_stopped = any(it is not stop and it.body is body for it in self._tasks)
-        survived(what, partial(body.was_stopped, stop.report.position), partial(stop.publish, "confirmed"))
-        await _move_recorded(body)
+        return stop.withdraw, partial(body.was_stopped, stop.report.position)
+
+    async def _record(self, stop: "_BodyStop") -> None:
+        await _move_recorded(stop.body)
 
 
 class _BodyStop(Stopping):
@@ -248,6 +232,7 @@ class _BodyStop(Stopping):
         """Its age when its body was asked last, and said that it moves; endless where it did not tell."""
         self.silent_after_s = max(REPEAT_S, body.line.reply_timeout_s)
         self._events = events
+        self._stopped_in = Lane.STOP
         self._stop: asyncio.Future[Outcome] | None = None
         self._end: asyncio.Future[Outcome] | None = None
         """Of the program."""
@@ -268,17 +253,15 @@ class _BodyStop(Stopping):
         The end of the program follows the reply, for the link may take one frame at a time; where none is
         to be expected it goes at once.
         """
-        if _under_way(self._stop):
-            return
-        lane = self._lane()
-        try:
-            self._stop = self._send(_stop_of(self.mode), self.note_written)
-        except GatewayError as error:
-            self.note_not_sent(error)
-            return
-        if lane is Lane.STOP_REPEAT:
+        if not _under_way(self._stop):
+            super().submit()
+
+    def _send_stop(self) -> "asyncio.Future[Outcome]":
+        self._stopped_in = self._lane()
+        self._stop = self._send(_stop_of(self.mode), self.note_written)
+        if self._stopped_in is Lane.STOP_REPEAT:
             self._end_program()
-        self._stop.add_done_callback(lambda stop: self._note(lane, stop.result()))
+        return self._stop
 
     def _lane(self) -> Lane:
         return Lane.STOP if self._answers else Lane.STOP_REPEAT
@@ -288,7 +271,7 @@ class _BodyStop(Stopping):
     ) -> "asyncio.Future[Outcome]":
         return self.body.line.submit(self.body.number, command, self._lane(), on_written=on_written)
 
-    def _note(self, lane: Lane, outcome: Outcome) -> None:
+    def _note(self, outcome: Outcome) -> None:
         if self.report.state == "confirmed":  # the end of a program would end the next move
             return
         self._answers = not isinstance(outcome, NoReply)
@@ -299,9 +282,9 @@ class _BodyStop(Stopping):
             self.note_acknowledged()
         if isinstance(outcome, NotSent):
             self.note_not_sent(outcome)
-        elif isinstance(outcome, NoReply) and lane is Lane.STOP:
+        elif isinstance(outcome, NoReply) and self._stopped_in is Lane.STOP:
             self.submit()
-        elif lane is Lane.STOP:
+        elif self._stopped_in is Lane.STOP:
             self._end_program()
 
     def _end_program(self) -> None:

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Sequence
 from random import Random
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from gateway.config import Config, parse
 from gateway.core.targets import AnyCommand
@@ -24,7 +24,6 @@ from protocols.rorze.speeds import SetMaximumSpeed
 from protocols.rorze.status import GetControllerStatus
 from protocols.table import Effect, WireFault
 from simulator.fics.layout import Layout
-from simulator.fics.line import SimulatedFics
 from simulator.fics.line import build_line as build_fics
 from simulator.rorze.line import Rc400Line
 from simulator.rorze.line import build_line as build_rc400
@@ -46,10 +45,12 @@ class Family(ABC):
     """A line with its machine."""
 
     name: ClassVar[str]
+    topic: ClassVar[str]
+    """With what the types of its events begin."""
     reads_back: ClassVar[bool] = False
     """Settings are done where they are found so afterwards, whatever became of the command."""
     config: Config
-    machine: "Rc400Line | SimulatedFics"
+    machine: Any
     targets: Sequence[str]
     """What can be stopped."""
 
@@ -98,6 +99,7 @@ class Rorze(Family):
     """Three bodies behind a link master."""
 
     name = "rorze"
+    topic = "body"
     BODIES = (0x00, 0x01, 0x3F)
 
     def __init__(self, seed: int) -> None:
@@ -157,11 +159,10 @@ class Rorze(Family):
         return fact.kind == "command" and not str(fact.facts["reply"]).startswith("@")
 
     def moving(self, subject: str) -> bool:
-        return self.machine.axes[int(subject[-2:], 16)].motor.moving  # type: ignore[union-attr]
+        return bool(self.machine.axes[int(subject[-2:], 16)].motor.moving)
 
     def upset(self, cable: Cable, dice: Random, now: float) -> float:
-        machine = self.machine
-        assert not isinstance(machine, SimulatedFics)
+        machine: Rc400Line = self.machine
         if dice.random() < 0.2:
             machine.power_off(now)
         else:
@@ -170,8 +171,7 @@ class Rorze(Family):
         return dice.choice((0.05, 0.3, 2.0))
 
     def restore(self, cable: Cable, now: float) -> None:
-        machine = self.machine
-        assert not isinstance(machine, SimulatedFics)
+        machine: Rc400Line = self.machine
         machine.power_on(now)
         for body in self.BODIES:
             machine.switch_body(body, on=True, now=now)
@@ -181,6 +181,7 @@ class Rorze(Family):
 class Fics(Family):
     """A robot of one unit, or of two, in one of the modes."""
 
+    topic = "robot"
     reads_back = True
 
     def __init__(self, mode: int, units: int) -> None:
@@ -241,7 +242,7 @@ class Fics(Family):
             return False
 
     def moving(self, _subject: str) -> bool:
-        return self.machine.robot.job is not None  # type: ignore[union-attr]
+        return self.machine.robot.job is not None
 
     def upset(self, cable: Cable, dice: Random, now: float) -> float:
         self.machine.power_off(now)

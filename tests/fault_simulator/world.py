@@ -5,14 +5,12 @@ from collections import defaultdict, deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from random import Random
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from gateway.config import Config
 from gateway.core.journal.beginning import begin
 from gateway.core.journal.opening import Opened
 from gateway.core.origin import ORIGIN
-from simulator.fics.line import SimulatedFics
-from simulator.rorze.line import Rc400Line
 from tests.fault_simulator.model_disk import ModelDisk, VirtualJournal
 from tests.simulated_line import SimulatedCable
 from tests.tested_plant import TestedPlant
@@ -37,10 +35,10 @@ class Written(NamedTuple):
 class Cable(SimulatedCable):
     """A cable whose far end keeps its order, and knows which request each frame was written for."""
 
-    def __init__(self, machine: "Rc400Line | SimulatedFics", baud: int, dice: Random) -> None:
+    def __init__(self, machine: Any, baud: int, dice: Random) -> None:
         super().__init__(machine, baud)
         self._dice = dice
-        self.machine: Rc400Line | SimulatedFics = machine
+        self.machine: Any = machine
         self.history: list[Written] = []
         self.frame: dict[int, Written] = {}
         """By the running number that the machine gives each frame."""
@@ -48,6 +46,8 @@ class Cable(SimulatedCable):
         """Of what is delivered: which frame each piece answers, and its length."""
         self.coming: list[tuple[int | None, int]] = []
         """The same, of what the machine has not handed over yet, and loses with its power."""
+        self.ends: Callable[[bytes], bool] = lambda piece: piece.endswith(b"\r")
+        """Whether a reply ends with a piece of it."""
         self.answering: int | None = None
         """Which frame is answered by what is being delivered."""
         self.unended: frozenset[int] = frozenset()
@@ -97,7 +97,7 @@ class Cable(SimulatedCable):
             piece, data = data[:length], data[length:]
             super()._deliver(piece)
             answered = frozenset() if self.answering is None else frozenset({self.answering})
-            self.unended = frozenset() if piece.endswith(b"\r") else self.unended | answered
+            self.unended = frozenset() if self.ends(piece) else self.unended | answered
         self.answering = None
 
 

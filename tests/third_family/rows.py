@@ -1,86 +1,123 @@
-"""The command table of toy axes."""
+"""The command table of toy axes: rows say what is said, a codec how it stands in binary frames."""
 
-from typing import Annotated, Any, ClassVar, Final
+from functools import reduce
+from operator import xor
+from struct import Struct
+from typing import Annotated, Any, ClassVar, Final, NamedTuple, Self, TypeVar
 
 from pydantic import Field
 
-from protocols.table import Ack, Command, Effect, Reply, Retry, Wire
+from protocols.lines import Garbage
+from protocols.packed import Packed, Packing
+from protocols.table import Ack, Command, Effect, Reply, Retry
+
+R = TypeVar("R", bound=Reply)
+START, REFUSED = 0xA5, 0xFF
+FRAME: Final = Struct(">BHB16s")
+"""Its start, the number of the command, the code, and the data with zeros behind; a sum follows."""
 
 
-class _Whole(Wire):
-    pattern = "-?[0-9]{1,6}"
+class Frame(NamedTuple):
+    """A command, or the reply to the one with its number."""
 
-    def decode(self, text: str) -> int:
-        return int(text)
+    number: int
+    code: int
+    data: bytes
+
+    def packed(self) -> bytes:
+        body = FRAME.pack(START, *self)
+        return body + bytes([reduce(xor, body)])
 
 
-Amount = Annotated[int, Field(ge=-100_000, le=100_000), _Whole()]
-Number = Annotated[int, Field(ge=0, le=999), _Whole()]
+class Frames:
+    """Cuts a stream into frames whose sum is right."""
+
+    def __init__(self) -> None:
+        self._begun = b""
+
+    def feed(self, data: bytes, /) -> list[Frame | Garbage]:
+        found: list[Frame | Garbage] = []
+        self._begun += data
+        while len(self._begun) > FRAME.size:
+            it = self._begun[: FRAME.size + 1]
+            good = it[0] == START and not reduce(xor, it)
+            found.append(Frame(*FRAME.unpack_from(it)[1:]) if good else Garbage(it[:1], "no frame"))
+            self._begun = self._begun[len(it) if good else 1 :]
+        return found
+
+    def pending(self) -> int:
+        return len(self._begun)
 
 
-class ToyCommand(Command[Any]):
-    """A row of the toy's table."""
+class ToyCommand(Command[R]):
+    """A row of the toy's table; its code is a byte in two digits."""
 
-    answered: ClassVar[bool] = True
+    codec: ClassVar = Packing()
 
-    def __init_subclass__(
-        cls,
-        *,
-        code: str = "",
-        args: str = "",
-        retry: Retry | None = None,
-        effect: Effect | None = None,
-        echo: tuple[str, ...] | None = None,
-        example: tuple[str, ...] | None = None,
-    ) -> None:
+    def __init_subclass__(cls, *, code: str = "", args: str = "", **columns: Any) -> None:
         super().__init_subclass__(args=args)
-        cls._take_columns({"code": code, "retry": retry, "effect": effect, "echo": echo, "example": example})
+        cls._take_columns({"code": code, "retry": None, "effect": None, **columns})
+
+    @classmethod
+    def of_example(cls) -> Self:
+        return cls.unpack(FRAME.unpack_from(cls.example[0])[3])
+
+    def frame(self, number: int) -> bytes:
+        return Frame(number, int(self.code, 16), self.packed()).packed()
 
 
-class PlaceReply(Reply, args="{place} {moves}"):
-    """Where the axis is, and whether it moves."""
+class Status(Reply):
+    """All that an axis tells."""
 
-    place: Amount
-    moves: Annotated[int, Field(ge=0, le=1), _Whole()]
-
-
-class EchoReply(Reply, args="{number}"):
-    """The number that was sent."""
-
-    number: Number
-
-
-class GetPlace(ToyCommand, code="PL", retry=Retry.READ, example=("PL",)):
-    """位置: where the axis is."""
-
-    _reply_type = PlaceReply
+    codec: ClassVar = Packing()
+    place: Annotated[int, Packed("i")]
+    speed: Annotated[int, Packed("H")]
+    moves: Annotated[bool, Packed("?")]
+    stopped: Annotated[bool, Packed("?")] = Field(description="Whether a stop has ended its last motion.")
+    alarm: Annotated[int, Packed("B")]
+    newest: Annotated[int, Packed("H")] = Field(description="The number of the newest motion it has taken.")
+    life: Annotated[int, Packed("H")] = Field(description="How often it was switched on.")
 
 
-class Echo(ToyCommand, code="EC", args="{number}", retry=Retry.READ, echo=("number",), example=("EC 7",)):
-    """反響: a number comes back."""
+class Done(Ack):
+    """It is taken."""
 
-    _reply_type = EchoReply
-    number: Number
-
-
-class SetSpeed(ToyCommand, code="SP", args="{speed}", retry=Retry.SETTING, example=("SP 50",)):
-    """速度: set the speed, in steps per second."""
-
-    _reply_type = Ack
-    speed: Number
+    codec: ClassVar = Packing()
 
 
-class Go(ToyCommand, code="GO", args="{place}", effect=Effect.MOTION, example=("GO 100",)):
+def _frame(head: str, total: str) -> tuple[bytes]:
+    """Write out a frame: its bytes up to the zeros, and the sum."""
+    return (bytes.fromhex(head).ljust(FRAME.size, b"\0") + bytes.fromhex(total),)
+
+
+class GetStatus(ToyCommand[Status], code="01", retry=Retry.READ, example=_frame("A5 0007 01", "A3")):
+    """状態: tell where it is and what it does."""
+
+
+class SetSpeed(ToyCommand[Done], code="02", retry=Retry.SETTING, example=_frame("A5 0007 02 0032", "92")):
+    """速度: set the speed, in steps per second; it is kept without power."""
+
+    speed: Annotated[int, Field(ge=1, le=999), Packed("H")]
+
+
+class Home(ToyCommand[Done], code="10", effect=Effect.MOTION, example=_frame("A5 0007 10", "B2")):
+    """原点復帰: find 0."""
+
+
+class Go(ToyCommand[Done], code="11", effect=Effect.MOTION, example=_frame("A5 0007 11 00000064", "D7")):
     """移動: move to a place, in steps."""
 
-    _reply_type = Ack
-    place: Amount
+    place: Annotated[int, Field(ge=-100_000, le=100_000), Packed("i")]
 
 
-class Halt(ToyCommand, code="HT", retry=Retry.STOP, example=("HT",)):
-    """停止: stop the axis."""
+class Jog(ToyCommand[Done], code="12", effect=Effect.MOTION, example=_frame("A5 0007 12 01", "B1")):
+    """寸動: move on until it is stopped, up or down."""
 
-    _reply_type = Ack
+    up: Annotated[bool, Packed("?")]
 
 
-ROWS: Final = (GetPlace, Echo, SetSpeed, Go, Halt)
+class Halt(ToyCommand[Done], code="20", retry=Retry.STOP, example=_frame("A5 0007 20", "82")):
+    """停止: stop."""
+
+
+ROWS: Final = (GetStatus, SetSpeed, Home, Go, Jog, Halt)

@@ -68,6 +68,7 @@ async def _told(story: Story) -> None:
 async def bench_of(text: str, credentials: Credentials | None = None) -> AsyncIterator[Bench]:
     """Serve a configuration."""
     machine = ToyMachine()
+    machine.homed = True
     plant = Plant(parse(text, "toy.toml"), open_transport=lambda _: SimulatedCable(machine))
     await plant.start()
     await asyncio.sleep(0.5)
@@ -87,14 +88,17 @@ def test_its_lines_are_configured_in_its_own_words(monkeypatch: pytest.MonkeyPat
         parse(LINE.replace('protocol = "toy"\n', ""), "x")
 
 
+STATUS = {"place": 0, "speed": 100, "moves": False, "stopped": False, "alarm": 0, "newest": 0, "life": 1}
+
+
 @on_bench
 async def test_its_rows_have_routes_that_answer_in_their_types(bench: Bench) -> None:
-    answer = await bench.post(f"{TOY}/commands/get-place")
-    assert (answer.status_code, answer.json()) == (200, {"place": 0, "moves": 0})
+    answer = await bench.post(f"{TOY}/commands/get-status")
+    assert (answer.status_code, answer.json()) == (200, STATUS)
     assert float(answer.headers["age-ms"]) >= 0
     answer = await bench.post(f"{TOY}/commands/set-speed", {"speed": 1000})
     assert answer.json()["detail"].startswith("speed: must be 999 or less")
-    assert (await bench.post("/toys/t2/commands/get-place")).status_code == 404
+    assert (await bench.post("/toys/t2/commands/get-status")).status_code == 404
 
 
 @on_bench
@@ -106,6 +110,7 @@ async def test_a_command_that_moves_makes_a_move_with_its_events(bench: Bench) -
     assert [it for it in bench.types() if it.startswith("toy.move")] == [
         "toy.move.queued",
         "toy.move.sent",
+        "toy.move.started",
         "toy.move.succeeded",
     ]
 
@@ -128,12 +133,12 @@ async def test_a_stop_is_proved_and_reported_with_those_of_other_families(bench:
 @on_bench
 async def test_after_an_answer_that_stayed_away_a_fence_goes_before_all_else(bench: Bench) -> None:
     bench.machine.mute = True
-    asked = await bench.post(f"{TOY}/commands/get-place")
+    asked = await bench.post(f"{TOY}/commands/get-status")
     assert (asked.status_code, asked.json()["type"].rpartition(":")[2]) == (409, "no-reply")
     bench.machine.mute = False
-    fences = sum(it.startswith("EC") for it in bench.machine.heard)
-    assert (await bench.post(f"{TOY}/commands/get-place")).status_code == 200
-    assert sum(it.startswith("EC") for it in bench.machine.heard) > fences
+    fences = sum(it == "get-status" for it in bench.machine.heard)
+    assert (await bench.post(f"{TOY}/commands/get-status")).status_code == 200
+    assert sum(it == "get-status" for it in bench.machine.heard) > fences
 
 
 @on_bench
@@ -156,7 +161,10 @@ async def test_a_snapshot_tells_of_its_axes_and_figures_count_them(bench: Bench)
     missed = (await bench.client.get("/events?after=00000000-000000000001&limit=2")).json()["events"]
     assert [it["type"] for it in missed] == ["stream.gap", "stream.snapshot"]
     now = missed[1]["data"]
-    assert (now["toys"], now["bodies"]) == ([{"toy_id": "t1", "online": True, "moving": True}], [])
+    assert (now["toys"], now["bodies"]) == (
+        [{"drive_id": "t1", "online": True, "moving": True, "alarm": 0}],
+        [],
+    )
     assert [it["id"] for it in now["moves"]] == [move["id"]]
     figures = (await bench.client.get("/metrics")).text
     assert 'motion_gateway_toys{kind="moving",line="bench"} 1.0' in figures
@@ -168,7 +176,8 @@ async def test_its_events_pass_a_filter_by_its_address(bench: Bench) -> None:
     await bench.post(f"{TOY}/commands/go?wait=30", {"place": 100})
     answer = await bench.client.get("/events?bodies=t1")
     found = answer.json()["events"]
-    assert [it["type"] for it in found] == ["toy.move.queued", "toy.move.sent", "toy.move.succeeded"]
+    news = [it["type"].removeprefix("toy.move.") for it in found]
+    assert news == ["queued", "sent", "started", "succeeded"]
 
 
 @on_bench
@@ -193,7 +202,7 @@ def test_a_scope_covers_it_by_its_address_and_by_its_line(
         async with bench_of(LINE, Credentials(store)) as bench:
             for scope, status in {"t1": 200, "bench": 200, "t2": 403}.items():
                 header = {"authorization": f"Bearer {keys[scope]}"}
-                answer = await bench.client.post(f"{TOY}/commands/get-place", headers=header)
+                answer = await bench.client.post(f"{TOY}/commands/get-status", headers=header)
                 assert (scope, answer.status_code) == (scope, status)
 
     run_virtual(story())

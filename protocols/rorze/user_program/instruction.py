@@ -14,8 +14,7 @@ from protocols.rorze.programs import LABEL, STEPS
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.user_program.operands import DATA_MEMORY, Memory, Operand, OutOfRange, memory_in
 from protocols.rorze.user_program.operations import OPERATIONS, Form, OperationRow
-from protocols.table import Choice, RangeFault, Wire, WireFault, wire_of
-from protocols.table import Form as WrittenForm
+from protocols.table import Choice, RangeFault, TextForm, Wire, WireFault, wire_of
 from protocols.wording import sentence
 
 LONGEST_INSTRUCTION = 32
@@ -241,10 +240,10 @@ def _wires(row: Row) -> Mapping[str, Wire]:
 
 
 @lru_cache
-def _program_forms(row: Row) -> tuple[WrittenForm, ...]:
+def _program_forms(row: Row) -> tuple[TextForm, ...]:
     """The forms of a command, with data memories wherever it takes a number."""
     wires = {name: _InProgram(_pattern_in_program(wire)) for name, wire in _wires(row).items()}
-    return tuple(WrittenForm(form.syntax, wires) for form in row.forms)
+    return tuple(TextForm(form.syntax, wires) for form in row.forms)
 
 
 _NUMBERS = ("0", "1", "2", "0.00", *("H" + "0" * digits for digits in range(1, 9)))

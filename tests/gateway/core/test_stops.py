@@ -4,8 +4,8 @@ import asyncio
 
 import pytest
 
-from gateway.core.errors import LineDown
-from gateway.core.stops import CONFIRM_WITHIN_S, HURRY_S, REPEAT_S, StopMode, Stopping
+from gateway.core.errors import LineDown, NotSent
+from gateway.core.stops import CONFIRM_WITHIN_S, HURRY_S, REPEAT_S, StopMode, Stopping, StopsUnderWay
 from gateway.rorze.stops import StopReport
 from gateway.texts import Text, text
 from tests.gateway.rorze.far_end import until, virtual
@@ -23,10 +23,14 @@ class Scripted(Stopping):
         self.still = False
         self.others_are_heard = False
         self.submitted_at: list[float] = []
+        self.refusal: NotSent | None = None
         self.published: list[tuple[str, str | None]] = []
 
-    def submit(self) -> None:
+    def _send_stop(self) -> "asyncio.Future[None]":
         self.submitted_at.append(now())
+        if self.refusal is not None:
+            raise self.refusal
+        return asyncio.get_running_loop().create_future()
 
     async def stands_still(self) -> bool:
         await asyncio.sleep(self.proof_takes_s)
@@ -209,3 +213,46 @@ async def test_the_time_in_which_the_loop_was_held_does_not_count() -> None:
     assert [what for what, _ in stop.published] == ["unconfirmed"]
     stop.still = True
     await task
+
+
+class Stops(StopsUnderWay[str, Scripted]):
+    """Stops of one motor."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.counted: list[int] = []
+
+    def stop(self) -> Scripted:
+        if "motor" not in self._running:
+            self._begin("motor", Scripted(), "the stop of the motor")
+        return self._running["motor"]
+
+    def _count(self, _: Scripted) -> None:
+        self.counted.append(len(self._tasks))
+
+
+@virtual
+async def test_a_stop_is_told_and_counted_until_it_is_confirmed() -> None:
+    stops = Stops()
+    stop = stops.stop()
+    assert stops.stop() is stop
+    await asyncio.sleep(0.5)
+    stop.still = True
+    await stops.confirmed()
+    await asyncio.sleep(0)
+    assert [what for what, _ in stop.published] == ["requested", "confirmed"]
+    assert stops.counted == [1, 0]
+    assert stops.stop() is not stop
+    await stops.close()
+    await asyncio.sleep(0)
+    assert stops.counted[-1] == 0
+
+
+@virtual
+async def test_a_stop_that_cannot_be_queued_says_so_and_is_tried_again() -> None:
+    stops = Stops()
+    stop = stops.stop()
+    stop.refusal = NotSent("The line is down; nothing was sent.", "Look.")
+    stop.submit()
+    assert "The line is down" in str(stop.report.detail)
+    await stops.close()

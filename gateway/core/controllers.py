@@ -1,0 +1,158 @@
+"""A family with one controller on each of its lines: all that such families do alike."""
+
+import asyncio
+from collections.abc import Awaitable, Collection, Iterator, Mapping, Sequence
+from functools import partial
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
+
+from gateway.core.addresses import none_such
+from gateway.core.family import Family, LeftMoving, Seen, Site, is_within, why_it_moves
+from gateway.core.jogs import News
+from gateway.core.move_log import MoveLog
+from gateway.core.move_record import RESTARTED
+from gateway.core.own_faults import all_of, safely, seen_to, survived, twice
+from gateway.core.parts import Part
+from gateway.core.stops import StopMode
+from gateway.core.targets import Stopped, stopped
+
+
+class Controller(Protocol):
+    """What stands on a line: a robot, or an axis."""
+
+    id: str
+    line: Any
+    jogs: Any
+    """Its `Jogs`."""
+    stops: Any
+    """Its `StopsUnderWay`, with `stop`: the stop is queued before that returns."""
+
+    @property
+    def moving(self) -> bool | None:
+        """Whether it moves; None where nobody knows."""
+
+    @property
+    def moves_under_way(self) -> Sequence[str]:
+        """The ids of its moves that are not over."""
+
+    async def close(self) -> None:
+        """End all work, and close the line."""
+
+
+C = TypeVar("C", bound=Controller)
+_END = "the end of motion"
+
+
+class Controllers(Family, Generic[C]):
+    """All controllers of a kind, each on a line of its own."""
+
+    kind: ClassVar[str]
+    """What one is called in events and sentences, such as `robot`; the first of `collections` has many."""
+    moves: Any
+    """The `MoveRuns` of all, with `take_over`."""
+
+    def __init__(self, site: Site) -> None:
+        super().__init__(site)
+        self._all: dict[str, C] = {}
+
+    @classmethod
+    def alarmed(cls) -> Sequence[str]:
+        """The path of all."""
+        return (f"/{cls.collections[0]}/{{{cls.kind}_id}}",)
+
+    def every(self) -> list[C]:
+        """All, in the order of the configuration."""
+        return list(self._all.values())
+
+    def find(self, name: str) -> C:
+        """Find one.
+
+        :raises NotFound: there is none of this id.
+        """
+        if name not in self._all:
+            raise none_such(self.kind, name, self._all, f"GET /{self.collections[0]} lists them.")
+        return self._all[name]
+
+    def on_line(self, line: Any) -> C:
+        """The one on a line."""
+        [found] = (it for it in self.every() if it.line is line)
+        return found
+
+    async def remove(self, line: Any) -> None:
+        """Close a line, and forget what is on it."""
+        for it in [it for it in self.every() if it.line is line]:
+            await it.close()
+            del self._all[it.id]
+
+    def addresses(self) -> Iterator[str]:
+        """Their ids."""
+        yield from self._all
+
+    def seen(self) -> Iterator[Seen]:
+        """Tell of all, as the `of` of `now` does."""
+        told: Any = self.now
+        return (Seen(it.line.id, it.id, told.of(it)) for it in self.every())
+
+    def move_logs(self) -> Iterator[MoveLog[Any]]:
+        """That of all."""
+        yield self.moves.log
+
+    def resume(
+        self, records: Sequence[Mapping[str, Any]], begun: Collection[str], since: str = RESTARTED
+    ) -> None:
+        """Take over the moves of those that are still configured."""
+        there = set(self.addresses())
+        own = [self.move_records[0].model_validate(it) for it in records if it["body_id"] in there]
+        self.moves.log.remember(own)
+        for move in own:
+            if not move.status.final:
+                owner = self.find(move.body_id.partition("/")[0])
+                self.moves.take_over(owner, move, begun=move.id in begun, since=since)
+
+    def was_left_alone(self) -> None:
+        """Stop what jogs: its heartbeats are too old."""
+        all_of(partial(it.jogs.end_all, News.MISSED) for it in self.every())
+
+    def stop_all(self, mode: StopMode) -> Awaitable[Stopped]:
+        """Stop all."""
+        own = [it for it in self.every() if not it.line.is_elsewhere()]
+        return stopped(
+            self.collections[0], asyncio.gather(*all_of(partial(it.stops.stop, mode) for it in own))
+        )
+
+    def end_motion(
+        self, *, everything: bool, within: Sequence[Part] | None = None
+    ) -> list["asyncio.Task[Any]"]:
+        """Stop what jogs, or everything that moves."""
+        meant = [it for it in self.every() if is_within(it.line.id, it.id, within)]
+        moving = [it for it in meant if everything and safely(_END, partial(_moves, it), otherwise=True)]
+        ending = (partial(it.jogs.end_all, News.CLOSING) for it in meant)
+        survived(_END, *(partial(twice, _END, end) for end in ending))
+        return all_of(partial(it.stops.stop, "decelerate") for it in moving)
+
+    async def at_rest(self) -> None:
+        """Wait for stops, and for refusals of moves."""
+        for it in self.every():
+            await it.jogs.settled()
+            await it.stops.confirmed()
+        await self.moves.begun()
+
+    def left_moving(self) -> Iterator[LeftMoving]:
+        """Name those that may move on."""
+        for it in self.every():
+            moves = it.moves_under_way
+            why = why_it_moves(stopped=it.stops.is_unconfirmed, moving=it.moving, under_way=bool(moves))
+            if why is not None:
+                yield LeftMoving(self.kind, f"/{self.collections[0]}/{it.id}", why, next(iter(moves), None))
+
+    async def let_go(self) -> None:
+        """Give the waiters for moves what is known now."""
+        self.moves.let_go()
+
+    async def close(self) -> None:
+        """End all work and close the lines."""
+        closing = (it.close for it in self.every())
+        await seen_to(f"the end of all {self.collections[0]}", *closing, self.moves.close)
+
+
+def _moves(it: Controller) -> bool:
+    return bool(it.moving)
