@@ -285,24 +285,27 @@ async def a_scara_moves(struck: Strike) -> None:
         assert (await robot.finished("line", x=mm(10), y=mm(120))).status is MoveStatus.SUCCEEDED
 
 
-STORIES: tuple[Story, ...] = (
+BODY_STORIES: tuple[Story, ...] = (
     bodies_move_and_stop,
-    a_robot_moves_and_stops,
-    a_robot_in_mode_2_moves_and_stops,
     a_group_moves,
     all_are_stopped,
     a_body_jogs_and_is_left_alone,
     a_body_jogs_and_is_let_go,
-    an_axis_jogs_and_is_left_alone,
-    an_axis_in_mode_2_jogs_and_is_let_go,
     a_suspended_process_stops_what_jogs,
-    a_robot_loses_its_power,
     a_body_loses_its_power,
     the_gateway_ends,
     a_lease_ends,
     the_configuration_is_read_anew,
     a_scara_moves,
 )
+ROBOT_STORIES: tuple[Story, ...] = (
+    a_robot_moves_and_stops,
+    a_robot_in_mode_2_moves_and_stops,
+    an_axis_jogs_and_is_left_alone,
+    an_axis_in_mode_2_jogs_and_is_let_go,
+    a_robot_loses_its_power,
+)
+STORIES = BODY_STORIES + ROBOT_STORIES
 
 
 OFTEN = 2
