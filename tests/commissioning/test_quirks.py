@@ -156,6 +156,12 @@ async def test_a_quirk_is_found_and_the_change_proposed(case: Case) -> None:
     assert not report.is_right()
 
 
+@in_virtual_time
+async def test_hidden_positions_are_not_taken_for_other_bits() -> None:
+    report, _ = await commissioned(quirky(Case("cell", "hidden-positions", CONTRADICTS, prepare=homed)))
+    assert unlike(report) == {"hidden-positions": CONTRADICTS}
+
+
 @pytest.mark.parametrize("line_id", MAKES)
 @in_virtual_time
 async def test_among_echoes_nothing_else_is_told(line_id: str) -> None:
