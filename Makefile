@@ -112,7 +112,7 @@ LOCK := uv pip compile --quiet --universal --python-version 3.11 --generate-hash
 
 # The gateway is served with the versions it is tested with: the first file binds the second.
 lock: ## Pin the dependencies anew as pyproject.toml asks (needs uv)
-	$(LOCK) --group dev --extra mqtt --extra opcua --extra plant -o requirements-dev.txt
+	$(LOCK) --group dev --extra mcap --extra mqtt --extra opcua --extra plant -o requirements-dev.txt
 	$(LOCK) --constraint requirements-dev.txt -o requirements.txt
 
 # Stamps: what is installed is installed again only when its pins or the project's own metadata change.

@@ -303,7 +303,8 @@ FICS: Final = (
         "work of "
         "the teaching terminal.",
         "`UNIT_HOLDS_S` in `gateway/fics/selection.py`, `_select` in `gateway/fics/asking.py`",
-        "The time is measured in which the robot is silent after its power was switched off and on.",
+        "The time is measured in which the robot is silent after its power was switched off and on, as fast "
+        "as somebody can: what a faster switch would show is not seen.",
         "A unit may be another than the one that was selected.",
         _SWITCH,
         level=Level.SETTINGS,
@@ -317,7 +318,8 @@ FICS: Final = (
         "the "
         "motion that follows, some milliseconds later; `reply_timeout_s` where the gateway was held up.",
         "`Proof` in `gateway/fics/exchange.py`",
-        "The time is measured in which the robot is silent after its power was switched off and on.",
+        "The time is measured in which the robot is silent after its power was switched off and on, as fast "
+        "as somebody can: what a faster switch would show is not seen.",
         "A motion may go to a unit that nobody has selected.",
         _SWITCH,
         level=Level.SETTINGS,

@@ -243,6 +243,10 @@ async def status_bits(row: Assumption, bench: FicsBench) -> Finding:
     seen = f"A robot at rest that is {'' if homed else 'not '}homed tells {digits} in ACD."
     if all({order[it] for it in places} == expected for places in on):
         return agrees(seen)
+    if not homed and all({order[it] for it in places} == expected | {"origin_done"} for places in on):
+        return cannot_tell(
+            row, f"{seen} It may be homed, and hide its positions.", "See to hidden-positions."
+        )
     (places, *others) = on
     if others or len(places) != len(expected):
         return fails(row, seen)

@@ -193,7 +193,11 @@ async def _see_outage(row: Assumption, bench: FicsBench) -> Outage | Finding:
     robot = bench.line.robot.id
     since, begun_at = len(bench.talk.heard), bench.talk.now()
     switching = bench.background(
-        bench.terms.switch(row, robot, f"Switch {robot} off and on while nothing moves. Is it done?")
+        bench.terms.switch(
+            row,
+            robot,
+            f"While nothing moves, switch {robot} off and on again as fast as you can. Is it done?",
+        )
     )
     while not switching.done():
         bench.talk.send(bench.frame(GetSystemVersion()))

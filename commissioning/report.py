@@ -99,7 +99,7 @@ class Report(BaseModel):
         for it in self.results:
             mark = _MARKS.get(it.result, "**contradicts the gateway**")
             what = f"`{it.assumption}`: {BY_SLUG[it.assumption].assumed}"
-            yield f"| {what} | {mark} | {it.seen} | {_next(it)} |"
+            yield f"| {what} | {mark} | {it.seen} | {next_step(it)} |"
         yield ""
         yield f"## All {len(self.frames)} frames"
         yield ""
@@ -108,8 +108,8 @@ class Report(BaseModel):
         yield "```"
 
 
-def _next(it: Outcome) -> str:
-    """What follows from a result."""
+def next_step(it: Outcome) -> str:
+    """What follows from a result, in words; empty where it agrees."""
     row = BY_SLUG[it.assumption]
     if it.setting is not None and it.setting.proposed is not None:
         return f"Set `{it.setting.key}` from `{it.setting.now}` to `{it.setting.proposed}`. {row.false}"

@@ -22,6 +22,7 @@ BENCHES: Final[Mapping[str, tuple[Callable[..., Bench], Mapping[str, Any]]]] = M
 )
 STUCK_MS: Final = 10_000
 """How long a robot may leave a message in its dual-port RAM while that is measured."""
+ECHO: Final = "echo"
 AFTER_A_SURPRISE: Final = "See to {slug} first: change what is proposed, or find out why it is so."
 
 
@@ -87,11 +88,12 @@ async def _walk(bench: Bench, trials: Mapping[str, Any], tell: Tell) -> tuple[li
     found: dict[str, Finding] = {}
     lost: str | None = None
     barred: dict[Level, str] = {}
-    """What has to be seen to before anything more is set or moved."""
+    """What has to be seen to before anything more is asked, set or moved."""
     for place, row in enumerate(by_level, 1):
         tell(place, len(rows), row.slug)
         is_over = row.person and OUTAGE in bench.memory  # several trials look at one loss of power
-        if row.level in barred and row.level in bench.terms.allowed and not is_over:
+        is_due = row.level is Level.QUESTIONS or row.level in bench.terms.allowed
+        if row.level in barred and is_due and not is_over:
             needed = AFTER_A_SURPRISE.format(slug=barred[row.level])
             found[row.slug] = cannot_tell(row, "It was not tried.", needed)
             continue
@@ -100,15 +102,20 @@ async def _walk(bench: Bench, trials: Mapping[str, Any], tell: Tell) -> tuple[li
         except TransportLost as error:
             lost = str(error)
             break
-        for level in _bars(finding):
+        for level in _bars(row, finding):
             barred.setdefault(level, row.slug)
     for row in rows:
         found.setdefault(row.slug, cannot_tell(row, "It was not tried: the port has gone."))
     return [_outcome(row, found[row.slug], bench.line) for row in rows], lost
 
 
-def _bars(finding: Finding) -> tuple[Level, ...]:
-    """Which trials do not follow this one: after a surprise none but questions, after a change no motion."""
+def _bars(row: Assumption, finding: Finding) -> tuple[Level, ...]:
+    """Which trials do not follow this one: after a surprise none but questions, after a change no motion.
+
+    Among echoes nothing can be learnt: they would be taken for answers.
+    """
+    if finding.surprise and row.slug == ECHO:
+        return tuple(Level)
     if finding.surprise:
         return Level.SETTINGS, Level.MOTION
     return () if finding.change is None else (Level.MOTION,)

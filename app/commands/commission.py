@@ -190,8 +190,11 @@ def _write(found: "Report", report: Path | None) -> None:
 
 
 def _tell(found: "Report") -> None:
+    from commissioning.report import next_step
+
     for it in found.results:
-        typer.echo(f"{it.result.replace('_', ' '):12} {it.assumption}: {it.seen}")
+        follows = "" if it.result == "cannot_tell" else next_step(it)
+        typer.echo(f"{it.result.replace('_', ' '):12} {it.assumption}: {it.seen} {follows}".rstrip())
     if any(it.result == "contradicts" for it in found.results):
         typer.echo(
             "Do not run motion on this line: no setting of the gateway is right for what contradicts it. "

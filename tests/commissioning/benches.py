@@ -1,7 +1,7 @@
 """Lines on the bench: simulators behind a cable, on virtual time, and a configuration that names them."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,7 @@ from commissioning.bench import Places, Terms
 from commissioning.findings import Result
 from commissioning.report import Outcome, Report
 from commissioning.run import commission
-from gateway.config import parse
+from gateway.config import Config, parse
 from simulator.fics.layout import Layout
 from simulator.fics.line import SimulatedFics
 from simulator.fics.line import build_line as build_fics
@@ -117,3 +117,24 @@ def config_file(folder: Path, text: str = CONFIG) -> Path:
     file = folder / "gateway.toml"
     file.write_text(text, "utf-8")
     return file
+
+
+def with_changes(config: Config, changes: Mapping[str, Any]) -> Config:
+    """A configuration with what is proposed for a line or a body, made for all of them."""
+    document = config.model_dump(exclude_unset=True, serialize_as_any=True)
+    for key, value in changes.items():
+        *path, last = key.split(".")
+        for line in document["lines"]:
+            for table in _tables(line, path):
+                table[last] = value
+    return Config.model_validate(document)
+
+
+def _tables(line: dict[str, Any], path: list[str]) -> Iterator[dict[str, Any]]:
+    """The tables of a line at a path: the line itself, its robot, or each of its bodies."""
+    if not path:
+        yield line
+    elif path[0] == "bodies":
+        yield from line["bodies"]
+    else:
+        yield line[path[0]]

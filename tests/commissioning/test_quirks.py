@@ -156,6 +156,23 @@ async def test_a_quirk_is_found_and_the_change_proposed(case: Case) -> None:
     assert not report.is_right()
 
 
+@in_virtual_time
+async def test_hidden_positions_are_not_taken_for_other_bits() -> None:
+    report, _ = await commissioned(quirky(Case("cell", "hidden-positions", CONTRADICTS, prepare=homed)))
+    assert unlike(report) == {"hidden-positions": CONTRADICTS}
+
+
+@pytest.mark.parametrize("line_id", MAKES)
+@in_virtual_time
+async def test_among_echoes_nothing_else_is_told(line_id: str) -> None:
+    machine = quirky(Case(line_id, "echo", CONTRADICTS))
+    report, _ = await commissioned(machine, all_allowed(machine, Places(0, 200)))
+    assert unlike(report) == {"echo": CONTRADICTS}
+    others = [it for it in report.results if it.assumption != "echo"]
+    assert {it.result for it in others} == {Result.CANNOT_TELL}
+    assert all((it.needed or "").startswith("See to echo first") for it in others)
+
+
 @pytest.mark.parametrize(
     "case", [it for it in CASES if it.proposed], ids=lambda it: f"{it.line_id}-{it.slug}"
 )

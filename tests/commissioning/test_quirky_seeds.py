@@ -13,9 +13,9 @@ from typing import Any, Final
 
 import pytest
 
-from gateway.config import Config
 from simulator.fics.quirks import QUIRKS as FICS_QUIRKS
 from simulator.rorze.quirks import QUIRKS as RC400_QUIRKS
+from tests.commissioning.benches import with_changes
 from tests.commissioning.test_quirks import CASES, DEEDS, Case
 from tests.fault_simulator.families import Family
 from tests.fault_simulator.seed import Seed, run
@@ -65,19 +65,6 @@ def seeds_of(case: Case) -> Iterator[int]:
     """The seeds whose line is of the family of a case."""
     wanted = (0, 1) if case.line_id == "robot" else (2, 3)
     return (seed for seed in count() if seed % 4 in wanted)
-
-
-def with_changes(config: Config, changes: Mapping[str, Any]) -> Config:
-    """The configuration of a seed with what is proposed."""
-    document = config.model_dump(exclude_unset=True, serialize_as_any=True)
-    for key, value in changes.items():
-        *path, last = key.split(".")
-        table: Any = document["lines"][0]
-        for part in path:
-            in_array = isinstance(table, list | tuple)
-            table = next(it for it in table if it["id"] == part) if in_array else table[part]
-        table[last] = value
-    return Config.model_validate(document)
 
 
 def violations(

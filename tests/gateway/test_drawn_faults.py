@@ -278,24 +278,27 @@ def stories_of(extension: type[Extension]) -> Sequence[Story]:
     return stories
 
 
-STORIES: tuple[Story, ...] = (
+BODY_STORIES: tuple[Story, ...] = (
     bodies_move_and_stop,
-    a_robot_moves_and_stops,
-    a_robot_in_mode_2_moves_and_stops,
     a_group_moves,
     all_are_stopped,
     a_body_jogs_and_is_left_alone,
     a_body_jogs_and_is_let_go,
-    an_axis_jogs_and_is_left_alone,
-    an_axis_in_mode_2_jogs_and_is_let_go,
     a_suspended_process_stops_what_jogs,
-    a_robot_loses_its_power,
     a_body_loses_its_power,
     the_gateway_ends,
     a_lease_ends,
     the_configuration_is_read_anew,
     *(story for it in EXTENSIONS for story in stories_of(it)),
 )
+ROBOT_STORIES: tuple[Story, ...] = (
+    a_robot_moves_and_stops,
+    a_robot_in_mode_2_moves_and_stops,
+    an_axis_jogs_and_is_left_alone,
+    an_axis_in_mode_2_jogs_and_is_let_go,
+    a_robot_loses_its_power,
+)
+STORIES = BODY_STORIES + ROBOT_STORIES
 
 
 OFTEN = 2

@@ -37,3 +37,20 @@ def test_what_cannot_be_read_is_said_in_a_sentence(name: str, why: str, tmp_path
 
 def test_nothing_to_be_written_is_a_wrong_question(tmp_path: Path) -> None:
     assert export(tmp_path / "a.mgrec")[0] == 2
+
+
+def test_mcap_is_written_with_its_extra(tmp_path: Path) -> None:
+    code, stdout, _ = export(bodies_at_work(tmp_path), "--mcap", tmp_path / "a.mcap")
+    assert code == 0
+    assert f"messages were written to {tmp_path / 'a.mcap'}" in stdout
+    assert (tmp_path / "a.mcap").read_bytes().startswith(b"\x89MCAP")
+
+
+def test_without_the_extra_nothing_is_written_and_it_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.commands.export.find_spec", lambda _: None)
+    code, _, stderr = export(tmp_path / "a.mgrec", "--mcap", tmp_path / "a.mcap")
+    assert code == 2
+    assert "pip install 'motion-gateway[mcap]'" in stderr
+    assert not (tmp_path / "a.mcap").exists()
