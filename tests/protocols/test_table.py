@@ -1,8 +1,6 @@
 import gc
 import types
 import weakref
-from collections.abc import Mapping
-from struct import Struct
 from typing import Annotated, Literal
 
 import pytest
@@ -14,9 +12,7 @@ from protocols.rorze.notation import Digits, Number, PositionRef, PositionRefere
 from protocols.table import (
     Ack,
     Choice,
-    Codec,
     Command,
-    Form,
     RangeFault,
     Reply,
     Spoken,
@@ -214,70 +210,3 @@ def test_a_row_inherits_what_is_answered_and_is_forgotten_with_its_last_user() -
     del row
     gc.collect()
     assert alive() is None
-
-
-class _Struct(Wire):
-    """A value in so many bytes."""
-
-    def __init__(self, layout: str) -> None:
-        self.layout = layout
-
-
-class _Structs(Form):
-    def __init__(self, row: type[Spoken]) -> None:
-        self._names = list(row.model_fields)
-        wires = [wire_of(it.annotation, it.metadata) for it in row.model_fields.values()]
-        self.syntax = " ".join(self._names)
-        self._layout = Struct(">" + "".join(it.layout for it in wires if isinstance(it, _Struct)))
-
-    def variants(self) -> set[frozenset[str]]:
-        return {frozenset(self._names)}
-
-    def read(self, data: bytes, /) -> dict[str, object] | None:
-        fits = len(data) == self._layout.size
-        return dict(zip(self._names, self._layout.unpack(data), strict=True)) if fits else None
-
-    def write(self, values: Mapping[str, object]) -> bytes:
-        return self._layout.pack(*(values[name] for name in self._names))
-
-
-class _Packing(Codec):
-    def forms_of(self, row: type[Spoken], _: str) -> tuple[Form, ...]:
-        return (_Structs(row),)
-
-
-class Told(Reply):
-    """Where it is, in bytes."""
-
-    codec = _Packing()
-    channel: Annotated[int, _Struct("B")]
-    place: Annotated[int, Field(ge=-1000), _Struct("i")]
-
-
-class Ask(Command[Told]):
-    """Asks for it, in bytes."""
-
-    codec = _Packing()
-    echo = ("channel",)
-    channel: Annotated[int, _Struct("B")]
-
-
-def test_a_row_says_what_and_a_binary_codec_how() -> None:
-    assert Ask(channel=7).packed() == b"\x07"
-    assert Ask.unpack(b"\x07") == Ask(channel=7)
-    assert Told(channel=7, place=-5).packed() == b"\x07\xff\xff\xff\xfb"
-    assert Ask(channel=7).read_reply(b"\x07\xff\xff\xff\xfb") == Told(channel=7, place=-5)
-    assert not Ask.may_be_empty()
-
-
-@pytest.mark.parametrize(
-    ("data", "fault"),
-    [
-        (b"\x07", SyntaxFault),  # too short
-        (b"\x08\x00\x00\x00\x00", SyntaxFault),  # of another channel
-        (b"\x07\x80\x00\x00\x00", RangeFault),
-    ],
-)
-def test_bytes_that_are_no_reply_are_none(data: bytes, fault: type[WireFault]) -> None:
-    with pytest.raises(fault):
-        Ask(channel=7).read_reply(data)

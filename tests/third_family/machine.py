@@ -6,7 +6,7 @@ from random import Random
 from simulator.faults import Faults
 from simulator.truth import TruthLog
 from simulator.wire import Wire
-from tests.third_family.rows import FRAME, REFUSED, ROWS, Frame, Frames, Go, Halt, Home, Jog, SetSpeed, Status
+from tests.third_family.rows import REFUSED, ROWS, SIZE, Frame, Frames, Go, Halt, Home, Jog, SetSpeed, Status
 
 AXIS = 0
 FAR = 90_000
@@ -20,7 +20,7 @@ class ToyMachine:
 
     def __init__(self, seed: int = 0) -> None:
         self.truth, self.faults = TruthLog(), Faults(Random(seed))
-        self._wire = Wire(self._hear, self.truth, self.faults, AXIS, 3 * FRAME.size, _whole)
+        self._wire = Wire(self._hear, self.truth, self.faults, AXIS, 3 * SIZE, _whole)
         self.heard: list[str] = []
         self.mute = False
         """Whether it hears without answering."""
@@ -152,7 +152,7 @@ class ToyMachine:
 
 def _whole(data: bytes) -> tuple[list[bytes], bytes]:
     """Cut behind each whole frame; what was cut off before stays with the next."""
-    size, begun, at, found = FRAME.size + 1, 0, 0, []
+    size, begun, at, found = SIZE, 0, 0, []
     while at + size <= len(data):
         if _is_frame(data[at : at + size]):
             found.append(data[begun : at + size])

@@ -1,7 +1,6 @@
 """The command table of toy axes: rows say what is said, a codec how it stands in binary frames."""
 
-from functools import reduce
-from operator import xor
+from binascii import crc_hqx
 from struct import Struct
 from typing import Annotated, Any, ClassVar, Final, NamedTuple, Self, TypeVar
 
@@ -12,9 +11,9 @@ from protocols.packed import Packed, Packing
 from protocols.table import Ack, Command, Effect, Reply, Retry
 
 R = TypeVar("R", bound=Reply)
-START, REFUSED = 0xA5, 0xFF
+START, REFUSED, SIZE = 0xA5, 0xFF, 22
 FRAME: Final = Struct(">BHB16s")
-"""Its start, the number of the command, the code, and the data with zeros behind; a sum follows."""
+"""Its start, the number of the command, the code, and the data with zeros behind; two bytes of CRC follow."""
 
 
 class Frame(NamedTuple):
@@ -26,11 +25,11 @@ class Frame(NamedTuple):
 
     def packed(self) -> bytes:
         body = FRAME.pack(START, *self)
-        return body + bytes([reduce(xor, body)])
+        return body + crc_hqx(body, 0).to_bytes(2)
 
 
 class Frames:
-    """Cuts a stream into frames whose sum is right."""
+    """Cuts a stream into frames whose CRC is right."""
 
     def __init__(self) -> None:
         self._begun = b""
@@ -38,9 +37,9 @@ class Frames:
     def feed(self, data: bytes, /) -> list[Frame | Garbage]:
         found: list[Frame | Garbage] = []
         self._begun += data
-        while len(self._begun) > FRAME.size:
-            it = self._begun[: FRAME.size + 1]
-            good = it[0] == START and not reduce(xor, it)
+        while len(self._begun) >= SIZE:
+            it = self._begun[:SIZE]
+            good = it[0] == START and not crc_hqx(it, 0)
             found.append(Frame(*FRAME.unpack_from(it)[1:]) if good else Garbage(it[:1], "no frame"))
             self._begun = self._begun[len(it) if good else 1 :]
         return found
@@ -85,38 +84,38 @@ class Done(Ack):
     codec: ClassVar = Packing()
 
 
-def _frame(head: str, total: str) -> tuple[bytes]:
-    """Write out a frame: its bytes up to the zeros, and the sum."""
-    return (bytes.fromhex(head).ljust(FRAME.size, b"\0") + bytes.fromhex(total),)
+def _frame(head: str, crc: str) -> tuple[bytes]:
+    """Write out a frame: its bytes up to the zeros, and the CRC."""
+    return (bytes.fromhex(head).ljust(FRAME.size, b"\0") + bytes.fromhex(crc),)
 
 
-class GetStatus(ToyCommand[Status], code="01", retry=Retry.READ, example=_frame("A5 0007 01", "A3")):
+class GetStatus(ToyCommand[Status], code="01", retry=Retry.READ, example=_frame("A5 0007 01", "BF15")):
     """状態: tell where it is and what it does."""
 
 
-class SetSpeed(ToyCommand[Done], code="02", retry=Retry.SETTING, example=_frame("A5 0007 02 0032", "92")):
+class SetSpeed(ToyCommand[Done], code="02", retry=Retry.SETTING, example=_frame("A5 0007 02 0032", "1074")):
     """速度: set the speed, in steps per second; it is kept without power."""
 
     speed: Annotated[int, Field(ge=1, le=999), Packed("H")]
 
 
-class Home(ToyCommand[Done], code="10", effect=Effect.MOTION, example=_frame("A5 0007 10", "B2")):
+class Home(ToyCommand[Done], code="10", effect=Effect.MOTION, example=_frame("A5 0007 10", "B1F6")):
     """原点復帰: find 0."""
 
 
-class Go(ToyCommand[Done], code="11", effect=Effect.MOTION, example=_frame("A5 0007 11 00000064", "D7")):
+class Go(ToyCommand[Done], code="11", effect=Effect.MOTION, example=_frame("A5 0007 11 00000064", "D301")):
     """移動: move to a place, in steps."""
 
     place: Annotated[int, Field(ge=-100_000, le=100_000), Packed("i")]
 
 
-class Jog(ToyCommand[Done], code="12", effect=Effect.MOTION, example=_frame("A5 0007 12 01", "B1")):
+class Jog(ToyCommand[Done], code="12", effect=Effect.MOTION, example=_frame("A5 0007 12 01", "3816")):
     """寸動: move on until it is stopped, up or down."""
 
     up: Annotated[bool, Packed("?")]
 
 
-class Halt(ToyCommand[Done], code="20", retry=Retry.STOP, example=_frame("A5 0007 20", "82")):
+class Halt(ToyCommand[Done], code="20", retry=Retry.STOP, example=_frame("A5 0007 20", "93F5")):
     """停止: stop."""
 
 
