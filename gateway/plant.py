@@ -251,11 +251,12 @@ class Plant:
             gone = self.require_rest(config)
             wanted = {line.id: line for line in config.lines}
             found = changes(self.config, config)
+            served = self.config.model_copy(update={"lines": config.lines, **config.made()})
             retiring = (partial(self._ports[line_id].retire, CONFIGURED_ANEW) for line_id in gone)
             survived(what, *retiring)  # each is closed next
             for line_id in gone:
                 await self._remove(line_id)
-            self.config = self.config.model_copy(update={"lines": config.lines, **config.made()})
+            self.config = served
             try:
                 all_of(partial(self._add, wanted[it]) for it in wanted.keys() - self._ports.keys())
             finally:  # a fault at one line keeps no other from being served, and it can be loaded again
