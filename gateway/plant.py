@@ -49,8 +49,6 @@ from gateway.memory import Memory
 from gateway.ownership import LOST, Ownership
 from gateway.port_scans import PortScans
 from gateway.recordings import REQUESTS_BYTES, STATES_BYTES, Noted, RecordingInfo, Recordings, Taken
-from gateway.rorze.position_uploads import TableUploads
-from gateway.rorze.positions import PositionReadings
 from gateway.security import entries
 from gateway.security.log import Burst, SecurityLog
 from gateway.snapshot import taking
@@ -136,8 +134,6 @@ class Plant:
         )
         self.backups = Backups(partial(self._publish_reading, "backup"))
         self.comparisons = Comparisons(partial(self._publish_reading, "comparison"))
-        self.position_readings = PositionReadings(partial(self._publish_reading, "position_reading"))
-        self.position_uploads = TableUploads(partial(self._publish_reading, "position_upload"))
         self.figures = Figures(self.line_of)
         self.requests: History[Noted] = History(REQUESTS_BYTES)
         """What was asked for, to be recorded."""
@@ -211,7 +207,7 @@ class Plant:
             self._watch_of_alarms = asyncio.create_task(looking, name="watch of alarms")
 
     def _works(self) -> dict[str, KeptWorks[Any]]:
-        works: dict[str, KeptWorks[Any]] = {"position_upload": self.position_uploads}
+        works: dict[str, KeptWorks[Any]] = {}
         for it in self.registered:
             works |= it.works()
         return works
@@ -255,11 +251,12 @@ class Plant:
             gone = self.require_rest(config)
             wanted = {line.id: line for line in config.lines}
             found = changes(self.config, config)
+            served = self.config.model_copy(update={"lines": config.lines, **config.made()})
             retiring = (partial(self._ports[line_id].retire, CONFIGURED_ANEW) for line_id in gone)
             survived(what, *retiring)  # each is closed next
             for line_id in gone:
                 await self._remove(line_id)
-            self.config = self.config.model_copy(update={"lines": config.lines, **config.made()})
+            self.config = served
             try:
                 all_of(partial(self._add, wanted[it]) for it in wanted.keys() - self._ports.keys())
             finally:  # a fault at one line keeps no other from being served, and it can be loaded again
@@ -331,8 +328,8 @@ class Plant:
 
     async def close(self) -> None:
         """End all work. What `on_exit` leaves moving runs on in the controllers; nothing more is sent."""
-        what, readings = "the end of the plant", (self.backups, self.comparisons, self.position_readings)
-        works = self.port_scans, self.commissionings, *readings, self.position_uploads, self.recordings
+        what = "the end of the plant"
+        works = self.port_scans, self.commissionings, self.backups, self.comparisons, self.recordings
         await seen_to(what, self.wind_down, *(work.close for work in works))
         self.alarms.closed = True
         survived(what, self.watch.close, self.leases.close)

@@ -26,6 +26,7 @@ from gateway.core.journal.writes import Value
 from gateway.core.records import Record, request_id_field
 from gateway.core.waiting import happens
 from gateway.core.works import CutOff, Works
+from gateway.families import registered
 from gateway.version import VERSION
 from recordings import form
 from transports.history import History, Piece
@@ -49,7 +50,8 @@ LONGEST_AFTER_ALARM_S: Final = 600.0
 """A recording that alarms begin again and again ends after this time."""
 FRAMES_BEFORE: Final = 4096
 """Frames of which the last answer before a recording is kept in it."""
-_TARGETS: Final = ("line_id", "body_id", "group_id", "scara_id", "robot_id")
+_TARGETS: Final = ("line_id", *(name for kind in registered() for name in kind.names if name.endswith("_id")))
+"""The names in a request of what it is about."""
 PIECES_AT_ONCE: Final = 8
 """Some 500 records, which take a millisecond beside the event loop."""
 PART: Final = ".part"

@@ -33,7 +33,7 @@ TESTS: Final = (
     "tests/gateway/test_reload.py",
     "tests/gateway/test_snapshot.py",
     "tests/gateway/texts",
-    "tests/third_family",
+    "tests/third_family/test_third_family.py",
 )
 """A test of each place that extensions add something to."""
 HERE_ALONE: Final = f"import sys; sys.path[:] = [it for it in sys.path if it != {str(ROOT)!r}]; "

@@ -10,6 +10,7 @@ from pydantic import Field
 
 from gateway.core.addresses import fits, none_such
 from gateway.core.alarms import Cause
+from gateway.core.backup_record import Reading
 from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
 from gateway.core.events import Event
 from gateway.core.family import (
@@ -69,6 +70,8 @@ from gateway.rorze.live import PositionSource, SignalSource
 from gateway.rorze.moves import Moves
 from gateway.rorze.names import BodyId, GroupId
 from gateway.rorze.poll_intervals import Health
+from gateway.rorze.position_uploads import TableUploads
+from gateway.rorze.positions import PositionReadings
 from gateway.rorze.power import Power
 from gateway.rorze.program_runs import ProgramRun, ProgramRuns
 from gateway.rorze.program_uploads import ProgramUpload, ProgramUploads
@@ -224,6 +227,8 @@ class Rorze(Family):
         self.uploads = ProgramUploads(self._publish_upload, self.endless)
         self.runs = ProgramRuns(self._publish_run, self.body, self.endless)
         self.restores: Restores[BodyRestore] = Restores(self._publish_restore)
+        self.position_readings = PositionReadings(partial(self._publish_positions, "position_reading"))
+        self.position_uploads = TableUploads(partial(self._publish_positions, "position_upload"))
 
     # building
 
@@ -478,8 +483,9 @@ class Rorze(Family):
         yield self.moves.log
 
     def works(self) -> Mapping[str, KeptWorks[Any]]:
-        """Programs that were uploaded and run, and restores."""
+        """Positions and programs that were uploaded, programs that were run, and restores."""
         return {
+            "position_upload": self.position_uploads,
             "program_upload": self.uploads,
             "program_run": self.runs,
             "body_restore": self.restores,
@@ -557,6 +563,9 @@ class Rorze(Family):
     def _publish_upload(self, what: str, upload: ProgramUpload) -> None:
         subject = f"/bodies/{upload.body_id}"
         self.site.events.publish(f"body.program.upload.{what}", subject, upload, correlation=upload.id)
+
+    def _publish_positions(self, noun: str, what: str, reading: Reading) -> None:
+        self.site.events.publish(f"body.{noun}.{what}", reading.target, reading, correlation=reading.id)
 
     def _publish_restore(self, what: str, restore: Restore) -> None:
         kind = "line" if restore.target.startswith("/lines/") else "body"
@@ -673,8 +682,8 @@ class Rorze(Family):
 
     async def let_go(self) -> None:
         """Give the waiters for moves what is known now."""
-        what = "the end of long work"
-        await seen_to(what, self.scans.close, self.restores.close, self.uploads.close, self.runs.close)
+        what, works = "the end of long work", self.works().values()
+        await seen_to(what, self.scans.close, self.position_readings.close, *(it.close for it in works))
         survived(what, self.moves.let_go)
 
     async def close(self) -> None:

@@ -7,13 +7,13 @@ from contextlib import suppress
 from functools import cache
 from importlib import import_module
 from random import Random
-from types import CodeType
+from types import CodeType, FunctionType
 from typing import Any, TypeVar
 
 import pytest
 
 from gateway.access.principal import EVERYBODY, asking
-from gateway.config import parse
+from gateway.config import Config, parse
 from gateway.core.family import Extension
 from gateway.core.leases import Holder
 from gateway.core.loop_watch import SUSPENDED_S
@@ -22,6 +22,7 @@ from gateway.core.origin import Claim, Origin
 from gateway.core.parts import Part
 from gateway.door.stopping import stop_all
 from gateway.families import EXTENSIONS
+from gateway.rorze.family import Rorze
 from gateway.rorze.jogs import BodyJogRequest
 from protocols.fics.alarms import ResetErrors
 from protocols.fics.homing import HomeRobot
@@ -33,6 +34,7 @@ from tests.drawing import commit
 from tests.drawn_faults import AGAIN_S, STRUCK, DrawnFault, Story, Strike, functions, place, strike
 from tests.fics_plants import FicsRig, fics_rig
 from tests.plants import Rig, configuration, rig
+from tests.virtual_time import run_virtual
 
 pytestmark = pytest.mark.filterwarnings(  # a function that raises leaves coroutines that nothing awaits
     "ignore::pytest.PytestUnraisableExceptionWarning", "ignore:coroutine:RuntimeWarning"
@@ -361,6 +363,17 @@ def test_a_fault_at_a_drawn_call_of_any_function_is_survived(
     story: Story, record_property: Callable[[str, object], None]
 ) -> None:
     assert broken_by(story, shares(OFTEN)[story], record_property) == []
+
+
+@pytest.mark.parametrize(
+    ("story", "function", "number"),
+    [
+        *((a_group_moves, Rorze._way_changes, number) for number in (3, 4)),
+        *((the_configuration_is_read_anew, Config.made, number) for number in range(1, 11)),
+    ],
+)
+def test_a_call_whose_fault_was_not_survived_once(story: Story, function: FunctionType, number: int) -> None:
+    run_virtual(story(Strike(function.__code__, number)), survives=DrawnFault)
 
 
 def test_more_functions_are_struck_than_anybody_would_name() -> None:

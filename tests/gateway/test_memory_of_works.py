@@ -171,11 +171,11 @@ async def test_positions_that_were_being_stored_are_told_as_far_as_is_known(worl
     async with world.gateway() as plant:
         await ready(plant)
         table = [Wanted(number, number + 1) for number in range(40)]
-        begun = plant.position_uploads.start(plant.body("3F"), table, flash=False, named=nobody)
+        begun = plant.rorze.position_uploads.start(plant.body("3F"), table, flash=False, named=nobody)
         await until(lambda: begun.read > 10)
         world.crash()
     async with world.gateway() as plant:
-        record = plant.position_uploads.find("/bodies/line1.3F", begun.id)
+        record = plant.rorze.position_uploads.find("/bodies/line1.3F", begun.id)
         assert record is not None
         assert record.error is not None
         assert (record.status, record.error.type) == ("failed", GATEWAY_ENDED.kind)

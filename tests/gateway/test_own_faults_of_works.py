@@ -135,8 +135,8 @@ async def test_readings_and_stored_tables_that_a_fault_has_ended_say_so(
 
         fail_once(monkeypatch, (positions, "_set"))
         table = [Wanted(number, number + 1) for number in range(10)]
-        stored = it.plant.position_uploads.start(it.body(), table, flash=False, named=nobody)
-        await it.plant.position_uploads.wait(stored, LONGEST_S)
+        stored = it.plant.rorze.position_uploads.start(it.body(), table, flash=False, named=nobody)
+        await it.plant.rorze.position_uploads.wait(stored, LONGEST_S)
         assert stored.error is not None
         assert (stored.status, stored.error.type) == ("failed", OWN_FAULT.kind)
 

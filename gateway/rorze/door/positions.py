@@ -116,13 +116,13 @@ async def read_body_positions(
     plant: Plant, body: Body, *, first: First = 0, last: Last = LAST_POSITION, wait: Wait = None
 ) -> PositionReading:
     """Begin to read stored positions; the record at `Location` has them in the end."""
-    begun = plant.position_readings.start(body, first, last, partial(named, plant, body))
-    await plant.position_readings.wait(begun, wait or 0.0)
+    begun = plant.family(Rorze).position_readings.start(body, first, last, partial(named, plant, body))
+    await plant.family(Rorze).position_readings.wait(begun, wait or 0.0)
     return begun
 
 
 def _readings(plant: Plant, body_id: str) -> tuple[Works[Any], str]:
-    return plant.position_readings, f"/bodies/{plant.family(Rorze).body(body_id).address}"
+    return plant.family(Rorze).position_readings, f"/bodies/{plant.family(Rorze).body(body_id).address}"
 
 
 list_records(
@@ -173,7 +173,7 @@ async def upload_body_position_table(
 
 
 def _uploads(plant: Plant, body_id: str) -> tuple[Works[Any], str]:
-    return plant.position_uploads, f"/bodies/{plant.family(Rorze).body(body_id).address}"
+    return plant.family(Rorze).position_uploads, f"/bodies/{plant.family(Rorze).body(body_id).address}"
 
 
 list_records(
@@ -263,7 +263,7 @@ async def store(
     :raises BodyBusy: others are being stored; nothing was sent.
     :raises GatewayError: as of `positions.store`.
     """
-    plant.position_uploads.require_none(f"/bodies/{body.address}")
+    plant.family(Rorze).position_uploads.require_none(f"/bodies/{body.address}")
     held = await positions.store(body, wanted, flash=flash)
     await plant.names.name(body.address, names)
     return _table_of(plant, body, held)
@@ -284,8 +284,8 @@ async def begin_to_store(
         await plant.names.name(body.address, names)
         return [named(plant, body, it) for it in held]
 
-    begun = plant.position_uploads.start(body, wanted, flash=flash, named=name_all)
-    await plant.position_uploads.wait(begun, wait_s)
+    begun = plant.family(Rorze).position_uploads.start(body, wanted, flash=flash, named=name_all)
+    await plant.family(Rorze).position_uploads.wait(begun, wait_s)
     return begun
 
 

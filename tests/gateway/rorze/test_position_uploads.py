@@ -23,14 +23,14 @@ def begin(running: Rig, wanted: Sequence[Wanted] = TABLE) -> TableUpload:
     async def name_all(held: Sequence[Position]) -> list[NamedPosition]:
         return list(map(partial(named, running.plant, running.body()), held))
 
-    return running.plant.position_uploads.start(running.body(), wanted, flash=False, named=name_all)
+    return running.plant.rorze.position_uploads.start(running.body(), wanted, flash=False, named=name_all)
 
 
 @in_virtual_time
 async def test_progress_is_told_once_a_second_and_the_end_at_once() -> None:
     async with rig(baud=9600) as it, watching(it.plant.events, bodies=["3F"]) as watcher:
         record = begin(it)
-        await it.plant.position_uploads.wait(record, WHOLE)
+        await it.plant.rorze.position_uploads.wait(record, WHOLE)
         told = [event["data"] for event in watcher.of("body.position_upload.progress")]
         assert len(watcher.of("body.position_upload.succeeded")) == 1
     assert (record.status, record.read, record.expected) == ("succeeded", 2 * COUNT, 2 * COUNT)
@@ -46,7 +46,7 @@ async def test_one_that_is_cancelled_says_how_much_was_sent(after_s: float) -> N
     async with rig(baud=9600) as it:
         record = begin(it)
         await asyncio.sleep(after_s)
-        await it.plant.position_uploads.cancel(record.target)
+        await it.plant.rorze.position_uploads.cancel(record.target)
         assert (record.status, record.positions) == ("cancelled", None)
         assert record.error is not None
         assert f"{record.read} of {COUNT} positions were sent, perhaps one more" in record.error.detail
@@ -59,8 +59,8 @@ async def test_one_that_is_cancelled_while_it_is_read_back_was_sent_whole() -> N
     async with rig(baud=9600) as it:
         record = begin(it)
         while record.read < COUNT + 5:
-            await it.plant.position_uploads.wait(record, 0.1)
-        await it.plant.position_uploads.cancel(record.target)
+            await it.plant.rorze.position_uploads.wait(record, 0.1)
+        await it.plant.rorze.position_uploads.cancel(record.target)
         assert record.error is not None
         assert f"all {COUNT} positions were sent, and not all of them read back" in record.error.detail
 
@@ -81,7 +81,7 @@ async def test_one_whose_body_falls_silent_has_failed_with_how_much_was_sent() -
         record = begin(it)
         await asyncio.sleep(1)
         it.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
-        await it.plant.position_uploads.wait(record, WHOLE)
+        await it.plant.rorze.position_uploads.wait(record, WHOLE)
         alarms = {alarm.cause for alarm in it.plant.alarms.standing()}
     assert record.status == "failed"
     assert "body.position_upload.failed" in alarms
@@ -100,7 +100,7 @@ async def test_the_wire_has_no_rest_and_others_are_served_meanwhile() -> None:
             asked = now()
             await it.body().ask(GetPosition())
             taken.append(now() - asked)
-            await it.plant.position_uploads.wait(record, 0.2)
+            await it.plant.rorze.position_uploads.wait(record, 0.2)
         took_s = now() - began
         busy = sum(len(frame) + 1 for frame in it.wire.frames(sent))
         busy += sum(len(data) for at, data in it.wire.heard if at >= began)
