@@ -265,6 +265,8 @@ GET       /assets/{name}                                 view     any
 GET       /docs                                          view     any
 GET       /docs/resources                                view     any
 GET       /docs/all                                      view     any
+GET       /manual                                        view     any
+GET       /manual/{name:path}                            view     any
 GET       /redoc                                         view     any
 GET       /openapi.json                                  view     any
 GET       /openapi/resources.json                        view     any

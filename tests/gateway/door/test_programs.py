@@ -298,6 +298,14 @@ async def test_a_loss_of_power_before_the_flash_memory_is_written_is_told() -> N
     },
     seed=864,
 )
+@example(
+    faults={
+        (Direction.REQUESTS, Fault.DOUBLED): 0.09375,
+        (Direction.REPLIES, Fault.LOST): 0.09375,
+        (Direction.REPLIES, Fault.GARBLED): 0.1875,
+    },
+    seed=93,
+)
 def test_on_a_bad_line_what_an_upload_tells_is_true(
     faults: dict[tuple[Direction, Fault], float], seed: int
 ) -> None:
