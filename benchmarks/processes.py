@@ -94,9 +94,10 @@ async def serving(program: list[str], port: int, processors: set[int] | None) ->
 
 @asynccontextmanager
 async def running(*program: str, nice: int = 0) -> AsyncIterator[Process]:
-    """Run a program, so much behind others, and end it with the block."""
+    """Run a program, as nice as told, and end it with the block."""
     process = await asyncio.create_subprocess_exec(*program, stdout=PIPE)
-    os.setpriority(os.PRIO_PROCESS, process.pid, os.getpriority(os.PRIO_PROCESS, process.pid) + nice)
+    if nice:
+        os.setpriority(os.PRIO_PROCESS, process.pid, nice)
     try:
         yield process
     finally:

@@ -1,6 +1,7 @@
 """Bridges to MQTT and OPC UA: processes of their own, which use the gateway as any client does."""
 
 import sys
+import tomllib
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
@@ -59,17 +60,26 @@ def check(config: Config) -> None:
     from bridges.common.checks import check as of_gateway
     from bridges.common.settings import BridgeFile
 
-    file = _load(config, BridgeFile)
-    kinds = [kind for kind in KINDS if getattr(file, kind) is not None]
-    if not kinds:
+    names = _tables_of(config)
+    if not names:
+        _load(config, BridgeFile)
         raise Failure(f"{config}:1: has no table for a protocol: {' or '.join(KINDS)}.", exits.CONFIG)
-    troubles = asyncio.run(of_gateway(file, typer.echo))
-    for name in kinds:
-        kind = _kind(name)
-        troubles += asyncio.run(kind.check(_load(config, kind.file), typer.echo))
+    files = [(kind, _load(config, kind.file)) for kind in map(_kind, names)]
+    troubles = asyncio.run(of_gateway(files[0][1], typer.echo))
+    for kind, file in files:
+        troubles += asyncio.run(kind.check(file, typer.echo))
     if troubles:
         raise Failure("\n".join(troubles), exits.REFUSED)
     typer.echo(f"{config} is in order.")
+
+
+def _tables_of(config: Path) -> list[str]:
+    """Give the protocols that a file has a table for, whatever is wrong in it."""
+    try:
+        tables = tomllib.loads(config.read_text("utf-8-sig"))
+    except (OSError, ValueError, RecursionError):
+        return []
+    return [name for name in KINDS if name in tables]
 
 
 def _kind(name: str) -> "Kind[Any]":

@@ -214,7 +214,7 @@ class Bridge:
             stored -= 1
 
     async def _subscribe(self, connection: Connection) -> int:
-        """Subscribe to commands, and give how many the broker had stored: these are refused, stops too.
+        """Subscribe to commands, and give how many the broker may have had stored.
 
         It gives what it has stored at the first subscription alone; with the second everything is new.
         """

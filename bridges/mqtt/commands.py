@@ -68,7 +68,7 @@ class Commands:
         self.answers = Outbox(MOST_ANSWERS, kept_s=0)
 
     def take(self, message: aiomqtt.Message, *, stored: bool = False) -> None:
-        """Begin to see to a command; one that the broker had `stored` is never carried out."""
+        """Begin to see to a command; a retained one that may have been `stored` is refused, a stop too."""
         request = requests.read(message, self._root)
         operation = self._find(request.path)
         refusal = self._judge(request, operation, stored=stored)
@@ -101,7 +101,7 @@ class Commands:
                 "Publish to cmd/NAME/bodies/3F/moves.",
             )
         stops = operation is not None and operation.stops
-        if stored or (request.retain and not stops):
+        if request.retain and (stored or not stops):
             return Refusal(
                 "retained",
                 400,

@@ -59,8 +59,8 @@ KEPT_OUT = (ClearProgram, AddProgramInstruction, LoadProgram, SaveProgram, Erase
 FLASH_AS_IT_WAS = "Flash memory is as it was."
 
 UNSURE = (BodyOffline, NoReply, ControllerRefused, ProgramDiffers, SaveUncertain)
-"""After these the last instruction may be stored or not, or a late copy of one be added: a refusal may be that
-of a garbled question, and a line that loses replies doubles requests, too."""
+"""After these the last instruction may be stored or not, or a late copy of one be added: a refusal may be
+that of a garbled question, and a line that loses replies doubles requests, too."""
 
 POWER_LOST = (
     "RAM holds what flash memory held, and perhaps some of the instructions. Flash memory is as it was."

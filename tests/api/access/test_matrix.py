@@ -269,6 +269,8 @@ GET       /manual                                        view     any
 GET       /manual/{name:path}                            view     any
 GET       /redoc                                         view     any
 GET       /openapi.json                                  view     any
+GET       /manual                                        view     any
+GET       /manual/{name:path}                            view     any
 GET       /openapi/resources.json                        view     any
 GET       /openapi/core.json                             view     any
 GET       /static-offline-docs/swagger-ui-bundle.js      view     any

@@ -82,6 +82,7 @@ async def verdict(commands: Commands, say: Callable[[], Message]) -> int:
     return status
 
 
+@pytest.mark.timeout(900)
 @pytest.mark.parametrize(
     "most", [pytest.param(1, marks=pytest.mark.long), pytest.param(None, marks=pytest.mark.prove)]
 )

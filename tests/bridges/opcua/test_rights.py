@@ -188,6 +188,7 @@ async def read(session: Session, nodes: list[ua.NodeId]) -> set[int]:
     return {403 if it else PASSED for it in refused}
 
 
+@pytest.mark.timeout(900)
 @pytest.mark.parametrize(
     "most", [pytest.param(1, marks=pytest.mark.long), pytest.param(None, marks=pytest.mark.prove)]
 )
