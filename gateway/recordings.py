@@ -465,8 +465,9 @@ class Exchanges:
 
 
 def _begin(part: Path, manifest: form.Manifest) -> None:
+    part.parent.mkdir(mode=0o700, exist_ok=True)
     for folder in (part, part / "lines", part / "before"):
-        folder.mkdir(mode=0o700, parents=True)
+        folder.mkdir(mode=0o700)
     for line_id in manifest.lines:
         (part / form.line_member(line_id)).touch()
     (part / form.MANIFEST).write_bytes(_json_of(manifest))

@@ -134,6 +134,10 @@ class Rorze(Dialect):
         row = COMMANDS.get(frame[begin : begin + 3].decode("latin-1"))
         return None if row is None else row.effect
 
+    def prepares(self, frame: bytes, /) -> bool:
+        """Sets a mark, by which a loss of power is seen: for whoever asks first."""
+        return _MARK.search(frame) is not None
+
     def numbered(self, frame: bytes) -> bytes:
         """An entry of the position table, or a data memory."""
         number = self.fence_number.search(frame)

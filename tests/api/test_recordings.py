@@ -201,6 +201,7 @@ def test_what_a_killed_gateway_had_on_the_disk_is_a_recording_afterwards(tmp_pat
         stand.plant.recordings.start(None, 60, 3600)
         await asyncio.sleep(10)
         (part,) = (tmp_path / FOLDER).iterdir()
+        assert {it.stat().st_mode & 0o777 for it in (part, part.parent)} == {0o700}
         with (part / "lines/arm.jsonl").open("ab") as file:
             file.write(b'{"at":"2026-')  # a record that was cut off
 

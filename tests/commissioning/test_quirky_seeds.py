@@ -42,7 +42,8 @@ MAY: Final[Mapping[str, frozenset[str]]] = MappingProxyType(
         "numbers-as-set": frozenset({"I12"}),
         # told as a loss of power that was none, and to be acknowledged
         "homing-outlasts": frozenset({"I15"}),
-        # half a command is executed: these contradict the gateway, and nothing may be moved there
+        # half a command is executed: these contradict the gateway, and nothing may be moved there; what was
+        # cut off is told as unknown (test_half_commands.py)
         "half-command": frozenset({"I7"}),
         "half-robot-command": frozenset({"I7"}),
     }

@@ -12,7 +12,7 @@ from recordings.form import NotARecording, line_member, opened
 from recordings.line_script import Numbered
 from recordings.replaying import Replayed, Script, Speed, replay
 from tests.recordings.runs import BYTE_TIME_S, record_run
-from tests.recordings.taking import BOTH
+from tests.recordings.taking import BOTH, bodies_at_work
 
 RUNS, TOGETHER, DRAWN = 1_000, 8, 24
 DRAWN_IN_VAIN = 421
@@ -135,6 +135,18 @@ def test_a_recording_from_the_middle_of_a_life_is_done_again(family: str, tmp_pa
     )
     replayed = replay(middle, speed_of=at(SPEEDS[family]))
     assert list(map(str, replayed.differences)) == []
+
+
+def test_a_mark_that_a_client_had_set_is_no_difference(tmp_path: Path) -> None:
+    """For who comes early a mark is set; in the replay the gateway may have set it by itself before."""
+    script = script_of(bodies_at_work(tmp_path))
+    (records,) = script.records.values()
+    client = {"caller": "http 127.0.0.1", "request_id": "step-0"}
+    script.records = {
+        "line1": [(n, it.model_copy(update=client) if b"9VS7,GW-" in it.data else it) for n, it in records]
+    }
+    assert list(script.records["line1"]) != list(records)
+    assert list(map(str, replay(script, speed_of=at(SPEEDS["rorze"])).differences)) == []
 
 
 @pytest.mark.parametrize("family", BOTH)
