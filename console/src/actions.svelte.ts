@@ -53,7 +53,7 @@ class Notices {
     this.drop(notice.id);
     if (["succeeded", "stopped"].includes(move.status)) return;
     const { notices: said, moveStates } = words();
-    const detail = [move.error?.detail, move.error?.remedy].filter(Boolean).join(" ");
+    const detail = [move.error?.detail, move.error?.remedy].map((it) => translated(it ?? "")).filter(Boolean).join(" ");
     this.add(false, said.ended(notice.text, named(moveStates, move.status)), { detail, by: notice.by, next: move.error?.next ?? [] });
   }
 }
@@ -70,7 +70,7 @@ export function tellUnanswered(): void {
 }
 
 leases.onLost = ({ scope }, { detail, remedy, requestId }) => {
-  notices.add(false, words().lease.lost(scope), { detail: `${detail} ${remedy}`.trim(), request: requestId });
+  notices.add(false, words().lease.lost(scope), { detail: `${translated(detail)} ${translated(remedy)}`.trim(), request: requestId });
 };
 
 /** Do it, and tell what came of it; quietly, tell only what went wrong. */
@@ -97,7 +97,7 @@ export function tellFailure(what: string, error: unknown, by?: string): void {
   const { notices: said } = words();
   const moved = named(said.moved, error.moved);
   const next = error instanceof Refused ? (error.problem.next ?? []) : [];
-  const detail = `${error.detail} ${moved} ${error.remedy}`.trim();
+  const detail = `${translated(error.detail)} ${moved} ${translated(error.remedy)}`.trim();
   notices.add(false, said.failed(what), { detail, request: error.requestId, by, next });
 }
 

@@ -2,7 +2,7 @@
 
 import { type AnyMove, type Body, type Event, type Schemas, isOwn } from "./gateway.ts";
 import { shown } from "./places.ts";
-import { language, named, words } from "./words/index.svelte.ts";
+import { language, named, translated, words } from "./words/index.svelte.ts";
 
 /** What an event's type says: `body.move.started` is "body: move, started". */
 export function nameOfEvent(type: string): string {
@@ -23,13 +23,17 @@ export function addressOf({ subject }: Event): string {
   return subject.replace(/^\/(bodies|robots|scaras|groups|lines)\//, "").replace(/^\//, "");
 }
 
+/** Members that tell a program more than a person: ids and times. The type and the row have what counts. */
+const PLUMBING = /^(id|.*_id|.*_at)$/;
+
 /** What its data says, as short as it can be. */
 export function saidBy(event: Event): string {
   const data = event.data as Record<string, unknown>;
   if ("event_cursor" in data) return saidByMove(data as unknown as AnyMove);
   if (event.type.startsWith("alarm.")) return saidByAlarm(data as unknown as Schemas["Alarm"]);
-  const told = Object.entries(data).filter(([, value]) => value !== null && value !== "");
-  return told.map(([name, value]) => `${name}: ${plain(value)}`).join(", ");
+  if (typeof data["en"] === "string") return `${String(data[language.now])} ${String(data[`remedy_${language.now}`] ?? "")}`;
+  const told = Object.entries(data).filter(([name, value]) => value !== null && value !== "" && !PLUMBING.test(name));
+  return told.map(([name, value]) => `${translated(name)}: ${plain(value)}`).join(language.now === "ja" ? "、" : ", ");
 }
 
 /** A line of what has happened: a move from its start to its end, or events alike that came one after the other. */
@@ -101,7 +105,7 @@ function wayOf(move: AnyMove, body: Body | undefined): string {
       : "";
   const took = move.sent_at && move.ended_at ? `${((Date.parse(move.ended_at) - Date.parse(move.sent_at)) / 1000).toFixed(2)} s` : "";
   const by = isOwn(move.request_id) ? events.byMe : "";
-  const parts = [way, took, named(moveStates, move.status), move.error?.detail ?? "", by];
+  const parts = [way, took, named(moveStates, move.status), translated(move.error?.detail ?? ""), by];
   return parts.filter(Boolean).join(language.now === "ja" ? "、" : ", ");
 }
 
@@ -111,7 +115,7 @@ function moveOf({ data }: Event): AnyMove | undefined {
 
 function plain(value: unknown): string {
   if (Array.isArray(value)) return value.map(plain).join(" ") || words().none;
-  return typeof value === "object" ? JSON.stringify(value) : named(words().statusBits, String(value));
+  return typeof value === "object" ? JSON.stringify(value) : translated(named(words().statusBits, String(value)));
 }
 
 function saidByAlarm(alarm: Schemas["Alarm"]): string {
@@ -124,7 +128,7 @@ function saidByMove(move: AnyMove): string {
   const places = "scara_id" in move ? [move.start, move.target] : [move.start_position, move.target_position];
   const way = places.some(isKnown) ? places.map(placed).join(" → ") + (places.some(Number.isFinite) ? " pulse" : "") : "";
   const end = move.end_cause && move.end_cause !== "normal" ? move.end_cause : "";
-  return [named(moveKinds, move.kind), way, end, move.error?.detail].filter(Boolean).join(", ");
+  return [named(moveKinds, move.kind), way, end, translated(move.error?.detail ?? "")].filter(Boolean).join(", ");
 }
 
 /** A robot that is not homed knows no axis of a place. */

@@ -1,10 +1,13 @@
 """Sentences that are said in English only have Japanese beside them, for who asks for it."""
 
 import asyncio
+import re
 
 import pytest
 
+from gateway.core.verdicts import TABLES, Problem
 from gateway.door.catalogue import list_translations
+from gateway.rorze.move_proof import CAUSES
 from gateway.rorze.settings import unavailable_in
 from gateway.rorze.settings_table import SETTINGS
 from gateway.texts import catalogue, entry
@@ -25,7 +28,18 @@ DOWN = set(entry("en", "phrases.line-down").values())
 """Why a line is down."""
 
 
-@pytest.mark.parametrize("sentences", [HINTS, REASONS, DOWN])
+ENDS = {
+    re.sub(r":g\}", "}", sentence)
+    for rows in TABLES.values()
+    for row in rows
+    if isinstance(row.error, Problem)
+    for sentence in (row.error.detail, row.error.remedy)
+    if not sentence.endswith("{acknowledge}")
+} | set(CAUSES.values())
+"""How moves end, but for what a power cycle says by itself."""
+
+
+@pytest.mark.parametrize("sentences", [HINTS, REASONS, DOWN, ENDS])
 def test_each_has_one_in_japanese(sentences: set[str]) -> None:
     assert sentences
     assert sentences - catalogue("sentences.ja").keys() == set()
