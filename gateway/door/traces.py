@@ -15,7 +15,7 @@ from gateway.core.trace_filter import TraceFilter
 from gateway.door.caller import require
 from gateway.door.names import LineId
 from gateway.plant import Plant
-from transports.trace import Record, TraceEntry
+from transports.trace import Record, TraceEntry, wall_ns
 
 ROWS: Final = Rows("lines")
 MAX_TRACE_ENTRIES: Final = 10_000
@@ -86,12 +86,20 @@ def filter_of(
 
 
 async def newest(
-    plant: Plant, line_id: str, passing: TraceFilter, limit: int, since: datetime | None
+    plant: Plant,
+    line_id: str,
+    passing: TraceFilter,
+    limit: int,
+    since: datetime | None,
+    until: datetime | None = None,
 ) -> list[TraceEntry]:
     """Give the newest records of a line that pass, oldest first."""
     require(plant, Right.VIEW, line_id)
-    recorder = plant.recorders[line_id]
-    passed = await aside(_passed, passing, recorder.records(since), limit)
+    records = plant.recorders[line_id].records(since)
+    if until is not None:
+        latest = wall_ns(until)
+        records = [it for it in records if it[0] <= latest]
+    passed = await aside(_passed, passing, records, limit)
     return [entry for piece in _pieces(passed) for entry in await aside(_told, piece)]
 
 
@@ -149,12 +157,13 @@ async def get_trace(
         Field(ge=1, le=MAX_TRACE_ENTRIES, deprecated=True, description="Another word for `limit`."),
     ] = None,
     since: Annotated[AwareDatetime | None, Field(description="Only records not before this time.")] = None,
+    until: Annotated[AwareDatetime | None, Field(description="Only records not after this time.")] = None,
     bodies: TracedBodies = None,
     request_id: TracedRequest = None,
 ) -> Written:
     """Give the newest bytes of the line, a robot's too, both ways, with their times."""
     passing = filter_of(plant, line_id, split(bodies), request_id)
-    found = await newest(plant, line_id, passing, last or limit, since)
+    found = await newest(plant, line_id, passing, last or limit, since, until)
     told = [await aside(written, found[first : first + AT_ONCE]) for first in range(0, len(found), AT_ONCE)]
     return Written(f'{{"line_id":"{line_id}","entries":[{",".join(told)}]}}')
 

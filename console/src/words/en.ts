@@ -275,6 +275,7 @@ export const en = {
     load: (percent: number) => `${percent} % used`,
     waiting: (count: number) => `${count} waiting`,
     counters: (name: string, count: number) => `${name}: ${count}`,
+    past: "As it was: go back in time",
     details: "Details",
     group: (name: string) => `Group ${name}`,
     scan: "Scan",

@@ -275,6 +275,7 @@ export const ja: typeof en = {
     load: (percent) => `使用率 ${percent} %`,
     waiting: (count) => `待ち ${count}`,
     counters: (name, count) => `${name}: ${count}`,
+    past: "過去の状態を見る",
     details: "詳細",
     group: (name) => `グループ ${name}`,
     scan: "スキャン",

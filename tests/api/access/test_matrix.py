@@ -133,6 +133,7 @@ POST      /alarms/{alarm_id}/reset                       operate  any
 GET       /audit                                         view     any
 GET       /shift                                         view     any
 GET       /shift.csv                                     view     any
+GET       /moment                                        view     plant
 GET       /backups/nightly                               view     plant
 GET       /backups/nightly/{target}/{night}              view     plant
 GET       /backups/nightly/{target}/{night}/changes      view     plant
