@@ -4260,6 +4260,20 @@ class ModeChange(TypedDict):
     """3; or 2, in which most commands are silent."""
 
 
+class Moment(TypedDict):
+    """The plant as it was."""
+
+    at: str
+    known_since: str | None
+    """The journal goes back to this time; null: it is empty."""
+    places: list[PlaceThen]
+    """Of all that had moved by then."""
+    unreached: list[str]
+    """Addresses of bodies, robots and lines that did not answer."""
+    alarms: list[Alarm]
+    """Those that stood, newest first."""
+
+
 class MotorStatus(TypedDict):
     """The controller status of a body."""
 
@@ -4580,6 +4594,18 @@ class PersonOfShift(TypedDict):
     """Number of requests for stops, whatever they were for."""
     settings: int
     """Number of commands that change what a controller keeps."""
+
+
+class PlaceThen(TypedDict):
+    """Where a body, a unit of a robot or a SCARA robot was, by its last move before the moment."""
+
+    target: str
+    """line1.3F, r1/units/1 or wafer."""
+    state: Literal["moving", "standing"]
+    position: JsonValue
+    """As moves have it: pulses or encoder counts, or by axis; on the way in between start and end, as the time is between. Null where nobody knows."""
+    move_id: str
+    """The move that was under way, or the last one."""
 
 
 class PlannedMove(TypedDict):
