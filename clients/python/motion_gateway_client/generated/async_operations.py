@@ -76,6 +76,7 @@ from motion_gateway_client.generated.types import (
     MemoryChanges,
     MemoryList,
     ModeChange,
+    Moment,
     Move,
     MoveList,
     NewBodies,
@@ -919,6 +920,7 @@ class AsyncOperations(Protocol):
         limit: int | None = None,
         last: int | None = None,
         since: str | None = None,
+        until: str | None = None,
         bodies: str | None = None,
         request_id: str | None = None,
     ) -> Trace:
@@ -926,7 +928,14 @@ class AsyncOperations(Protocol):
         answer: Trace = await self.call(
             "GET",
             filled("/lines/{line_id}/trace", line_id=line_id),
-            query={"limit": limit, "last": last, "since": since, "bodies": bodies, "request_id": request_id},
+            query={
+                "limit": limit,
+                "last": last,
+                "since": since,
+                "until": until,
+                "bodies": bodies,
+                "request_id": request_id,
+            },
         )
         return answer
 
@@ -2519,6 +2528,16 @@ class AsyncOperations(Protocol):
                 "limit": limit,
             },
         )
+        return answer
+
+    async def get_moment(self, *, at: str | None = None) -> Moment:
+        """Tell where everything was at a moment, what did not answer, and which alarms stood.
+
+        It is made of the journal: nothing is sent to a controller. What went over a line then is in its trace.
+
+        :raises NotFound: this gateway keeps no journal.
+        """
+        answer: Moment = await self.call("GET", filled("/moment"), query={"at": at})
         return answer
 
     async def get_shift(

@@ -76,6 +76,7 @@ from motion_gateway_client.generated.types import (
     MemoryChanges,
     MemoryList,
     ModeChange,
+    Moment,
     Move,
     MoveList,
     NewBodies,
@@ -907,6 +908,7 @@ class Operations(Protocol):
         limit: int | None = None,
         last: int | None = None,
         since: str | None = None,
+        until: str | None = None,
         bodies: str | None = None,
         request_id: str | None = None,
     ) -> Trace:
@@ -914,7 +916,14 @@ class Operations(Protocol):
         answer: Trace = self.call(
             "GET",
             filled("/lines/{line_id}/trace", line_id=line_id),
-            query={"limit": limit, "last": last, "since": since, "bodies": bodies, "request_id": request_id},
+            query={
+                "limit": limit,
+                "last": last,
+                "since": since,
+                "until": until,
+                "bodies": bodies,
+                "request_id": request_id,
+            },
         )
         return answer
 
@@ -2463,6 +2472,16 @@ class Operations(Protocol):
                 "limit": limit,
             },
         )
+        return answer
+
+    def get_moment(self, *, at: str | None = None) -> Moment:
+        """Tell where everything was at a moment, what did not answer, and which alarms stood.
+
+        It is made of the journal: nothing is sent to a controller. What went over a line then is in its trace.
+
+        :raises NotFound: this gateway keeps no journal.
+        """
+        answer: Moment = self.call("GET", filled("/moment"), query={"at": at})
         return answer
 
     def get_shift(

@@ -3507,6 +3507,30 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/moment": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Moment
+         * @description Tell where everything was at a moment, what did not answer, and which alarms stood.
+         *
+         *     It is made of the journal: nothing is sent to a controller. What went over a line then is in its trace.
+         *
+         *     :raises NotFound: this gateway keeps no journal.
+         */
+        get: operations["getMoment"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/shift": {
         parameters: {
             query?: never;
@@ -13626,6 +13650,37 @@ export interface components {
             mode: 2 | 3;
         };
         /**
+         * Moment
+         * @description The plant as it was.
+         */
+        Moment: {
+            /**
+             * At
+             * Format: date-time
+             */
+            at: string;
+            /**
+             * Known Since
+             * @description The journal goes back to this time; null: it is empty.
+             */
+            known_since: string | null;
+            /**
+             * Places
+             * @description Of all that had moved by then.
+             */
+            places: components["schemas"]["PlaceThen"][];
+            /**
+             * Unreached
+             * @description Addresses of bodies, robots and lines that did not answer.
+             */
+            unreached: string[];
+            /**
+             * Alarms
+             * @description Those that stood, newest first.
+             */
+            alarms: components["schemas"]["Alarm"][];
+        };
+        /**
          * MotorStatus
          * @description The controller status of a body.
          */
@@ -14309,6 +14364,29 @@ export interface components {
              * @description Number of commands that change what a controller keeps.
              */
             settings: number;
+        };
+        /**
+         * PlaceThen
+         * @description Where a body, a unit of a robot or a SCARA robot was, by its last move before the moment.
+         */
+        PlaceThen: {
+            /**
+             * Target
+             * @description line1.3F, r1/units/1 or wafer.
+             */
+            target: string;
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "moving" | "standing";
+            /** @description As moves have it: pulses or encoder counts, or by axis; on the way in between start and end, as the time is between. Null where nobody knows. */
+            position: components["schemas"]["JsonValue"];
+            /**
+             * Move Id
+             * @description The move that was under way, or the last one.
+             */
+            move_id: string;
         };
         /**
          * PlannedMove
@@ -24973,6 +25051,8 @@ export interface operations {
                 last?: number | null;
                 /** @description Only records not before this time. */
                 since?: string | null;
+                /** @description Only records not after this time. */
+                until?: string | null;
                 /** @description Only what is about these bodies of the line, joined by commas, such as 3F,01; frames of their groups, too. */
                 bodies?: string | null;
                 /** @description Only what this request has sent (X-Request-Id), and its answers. */
@@ -31557,6 +31637,47 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Audit"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getMoment: {
+        parameters: {
+            query?: {
+                /** @description Left out: now. */
+                at?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Moment"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
