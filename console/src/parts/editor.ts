@@ -1,9 +1,8 @@
 /** An editor of programs, in a shadow root: the page's policy allows no styles but its own. */
 
 import * as edit from "@codemirror/commands";
-import { lintGutter, setDiagnostics } from "@codemirror/lint";
-import { EditorState, StateEffect, StateField } from "@codemirror/state";
-import { type Command, Decoration, type DecorationSet, EditorView, type KeyBinding, keymap, lineNumbers } from "@codemirror/view";
+import { EditorState, RangeSet, StateEffect, StateField } from "@codemirror/state";
+import { type Command, Decoration, type DecorationSet, EditorView, GutterMarker, type KeyBinding, gutter, keymap, lineNumbers } from "@codemirror/view";
 
 export interface Fault {
   line: number;
@@ -26,6 +25,46 @@ const runningLine = StateField.define<DecorationSet>({
   provide: (field) => EditorView.decorations.from(field),
 });
 
+/** A dot beside a line that has a fault; it says which to whoever points at it. */
+class FaultMarker extends GutterMarker {
+  constructor(readonly message: string) {
+    super();
+  }
+
+  override toDOM(): HTMLElement {
+    const dot = Object.assign(document.createElement("span"), { className: "cm-lint-marker-error", title: this.message });
+    dot.setAttribute("role", "img");
+    dot.setAttribute("aria-label", this.message);
+    return dot;
+  }
+}
+
+interface Faulty {
+  marks: DecorationSet;
+  dots: RangeSet<GutterMarker>;
+}
+
+const setFaults = StateEffect.define<readonly Fault[]>();
+const faulty = StateField.define<Faulty>({
+  create: () => ({ marks: Decoration.none, dots: RangeSet.empty }),
+  update({ marks, dots }, { effects, changes, state }) {
+    const told = effects.find((effect) => effect.is(setFaults));
+    if (!told) return { marks: marks.map(changes), dots: dots.map(changes) };
+    const faults = (told.value as readonly Fault[]).filter(({ line }) => line <= state.doc.lines);
+    const spans = faults.flatMap(({ line, column, message }) => {
+      const at = state.doc.line(line);
+      const from = Math.min(at.from + column - 1, at.to);
+      return from < at.to ? [Decoration.mark({ class: "fault", attributes: { title: message } }).range(from, at.to)] : [];
+    });
+    const shown = faults.map(({ line, message }) => new FaultMarker(message).range(state.doc.line(line).from));
+    return { marks: Decoration.set(spans, true), dots: RangeSet.of(shown, true) };
+  },
+  provide: (field) => [
+    EditorView.decorations.from(field, ({ marks }) => marks),
+    gutter({ class: "faults", markers: ({ state }) => state.field(field).dots }),
+  ],
+});
+
 const LOOK = EditorView.theme({
   "&": { fontSize: "0.95rem", backgroundColor: "var(--card)", color: "var(--ink)", height: "100%" },
   ".cm-content": { caretColor: "var(--ink)", fontFamily: "ui-monospace, monospace" },
@@ -33,9 +72,9 @@ const LOOK = EditorView.theme({
   ".cm-gutters": { backgroundColor: "var(--paper)", color: "var(--soft)", borderColor: "var(--line)" },
   ".cm-tooltip": { backgroundColor: "var(--card)", color: "var(--ink)", borderColor: "var(--line)" },
   "&.cm-focused": { outline: "3px solid var(--accent)" },
-  // Its own marks are images in its styles, which the page's policy does not let in.
-  ".cm-lint-marker-error": { content: '"●"', color: "var(--bad)" },
-  ".cm-lintRange-error": { backgroundImage: "none", textDecoration: "underline wavy var(--bad)" },
+  ".faults": { width: "1.2em", textAlign: "center" },
+  ".cm-lint-marker-error::before": { content: '"●"', color: "var(--bad)" },
+  ".fault": { textDecoration: "underline wavy var(--bad)" },
   ".running": { backgroundColor: "color-mix(in srgb, var(--accent) 25%, transparent)" },
   ".cm-selectionBackground, &.cm-focused .cm-selectionBackground": { backgroundColor: "var(--bar) !important" },
 });
@@ -88,7 +127,7 @@ export class Editor {
         extensions: [
           LOOK,
           lineNumbers(),
-          lintGutter(),
+          faulty,
           edit.history(),
           keymap.of([...KEYS, ...edit.historyKeymap]),
           runningLine,
@@ -107,14 +146,7 @@ export class Editor {
   }
 
   mark(faults: readonly Fault[]): void {
-    const { state } = this.#view;
-    const marks = faults
-      .filter(({ line }) => line <= state.doc.lines)
-      .map(({ line, column, message }) => {
-        const at = state.doc.line(line);
-        return { from: Math.min(at.from + column - 1, at.to), to: at.to, severity: "error" as const, message };
-      });
-    this.#view.dispatch(setDiagnostics(state, marks));
+    this.#view.dispatch({ effects: setFaults.of(faults) });
   }
 
   /** Mark the line that is being executed. */
