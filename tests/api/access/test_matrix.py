@@ -262,6 +262,8 @@ POST      /pendant/{target}                              operate  any
 POST      /sign-out                                      view     any
 GET       /                                              view     any
 GET       /assets/{name}                                 view     any
+GET       /manual                                        view     any
+GET       /manual/{name:path}                            view     any
 GET       /docs                                          view     any
 GET       /docs/resources                                view     any
 GET       /docs/all                                      view     any
