@@ -31,6 +31,10 @@ def build(target: Path) -> None:
         for page in (place / "docs").rglob("*.md"):
             text = without_dead_links(page, place / "docs")
             page.write_text(joined(text), "utf-8")
+        texts = "".join(page.read_text("utf-8") for page in (place / "docs").rglob("*.md"))
+        for picture in (place / "docs" / "screenshots").iterdir():
+            if picture.name not in texts:
+                picture.unlink()
         shutil.copy(CONFIG, place)
         zensical = [sys.executable, "-m", "zensical", "build", "--strict"]
         subprocess.run(zensical, cwd=place, check=True)  # noqa: S603  # our own build tool

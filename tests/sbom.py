@@ -18,7 +18,6 @@ LOCK: Final = ROOT / "console" / "package-lock.json"
 WRITTEN: Final = ROOT / "packaging" / "motion-gateway.cdx.json"
 IN_PAGES: Final = (
     "@codemirror/commands",
-    "@codemirror/lint",
     "@codemirror/state",
     "@codemirror/view",
     "openapi-fetch",

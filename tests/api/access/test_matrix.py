@@ -262,15 +262,13 @@ POST      /pendant/{target}                              operate  any
 POST      /sign-out                                      view     any
 GET       /                                              view     any
 GET       /assets/{name}                                 view     any
+GET       /manual                                        view     any
+GET       /manual/{name:path}                            view     any
 GET       /docs                                          view     any
 GET       /docs/resources                                view     any
 GET       /docs/all                                      view     any
-GET       /manual                                        view     any
-GET       /manual/{name:path}                            view     any
 GET       /redoc                                         view     any
 GET       /openapi.json                                  view     any
-GET       /manual                                        view     any
-GET       /manual/{name:path}                            view     any
 GET       /openapi/resources.json                        view     any
 GET       /openapi/core.json                             view     any
 GET       /static-offline-docs/swagger-ui-bundle.js      view     any
