@@ -109,6 +109,9 @@ MIGRATIONS: Final = (
     -- Stops, which every role can cause, are forgotten before all else that somebody did.
     CREATE INDEX stops_by_age ON intents (ran_s) WHERE effect = 'stop' AND ended_at IS NOT NULL;
     """,
+    """
+    -- Restores tell the time they take still; no table has changed.
+    """,
 )
 """One script for each version, applied in order; a script that was published never changes."""
 
