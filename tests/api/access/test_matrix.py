@@ -311,7 +311,7 @@ class Row:
     @property
     def target(self) -> str:
         """The route's path with names in it."""
-        path = re.sub("{([a-z_]+)}", lambda name: THERE.get(name[1], "1"), self.path)
+        path = re.sub("{([a-z_]+)(?::path)?}", lambda name: THERE.get(name[1], "1"), self.path)
         return path + "?bodies=arm.3F" * (self.about == "events")
 
     def expected(self, role: Role, scope: tuple[str, ...] | None) -> int:
