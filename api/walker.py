@@ -27,7 +27,7 @@ from gateway.door.calls import carry_out
 from gateway.door.documents import expectation
 from gateway.door.names import NAMES
 from gateway.door.results import Result
-from gateway.door.table import Effect, Operation, Text, Written, names_in
+from gateway.door.table import Effect, Operation, PlainText, Written, names_in
 
 WAIT = "wait"
 JSON = "application/json"
@@ -121,7 +121,7 @@ def _response(request: Request, operation: Operation, result: Any, waited_s: flo
         return render(request, result, waited_s)
     headers = {**wait_headers(waited_s), **_tag(operation, result)}
     match result:
-        case Text():
+        case PlainText():
             return Response(result.content, headers={**headers, **result.beside}, media_type=operation.media)
         case Written():
             return Response(result.json, headers=headers, media_type=JSON)
@@ -132,7 +132,7 @@ def _response(request: Request, operation: Operation, result: Any, waited_s: flo
 
 
 def _tag(operation: Operation, result: Any) -> Mapping[str, str]:
-    document = result.document if isinstance(result, Text) else result
+    document = result.document if isinstance(result, PlainText) else result
     return header_of(document) if operation.tagged else {}
 
 

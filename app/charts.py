@@ -16,7 +16,7 @@ SMALLEST: Final = 1e-9
 Point = tuple[float, float]
 
 
-class Line(NamedTuple):
+class PlottedLine(NamedTuple):
     """Values over time."""
 
     label: str
@@ -27,7 +27,7 @@ class Panel(NamedTuple):
     """Lines that share one scale."""
 
     title: str
-    lines: Sequence[Line]
+    lines: Sequence[PlottedLine]
 
 
 class _Scale(NamedTuple):

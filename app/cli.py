@@ -77,7 +77,7 @@ def _load(name: str) -> Any:
         return command
     alone = typer.Typer(add_completion=False)
     settings = _WITH_NUMBERS if name in ("move", "jog") else None
-    alone.command(name, cls=words.Command, context_settings=settings)(made)
+    alone.command(name, cls=words.WordedCommand, context_settings=settings)(made)
     return get_command(alone)
 
 

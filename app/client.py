@@ -12,7 +12,7 @@ import typer
 
 from app import exits, http
 from app.exits import Failure, Misuse
-from app.progress import Progress
+from app.progress import ProgressLine
 
 LOCAL = "http://127.0.0.1:8420"
 KEY_VARIABLE = "MOTION_GATEWAY_KEY"
@@ -126,7 +126,9 @@ class Client:
             return []
         return listed
 
-    def begin(self, path: str, content: object, wait_s: float, progress: Progress) -> list[dict[str, Any]]:
+    def begin(
+        self, path: str, content: object, wait_s: float, progress: ProgressLine
+    ) -> list[dict[str, Any]]:
         """Start what moves, and give its moves: one, or those of a group's members.
 
         They are followed for so many seconds at most. A failure ends the command.
@@ -135,7 +137,9 @@ class Client:
             answer = self.request("POST", path, content, wait_s=min(wait_s, STEP_S))
             return self._follow(answer.get("moves", [answer]), wait_s, progress)
 
-    def _follow(self, moves: list[dict[str, Any]], wait_s: float, progress: Progress) -> list[dict[str, Any]]:
+    def _follow(
+        self, moves: list[dict[str, Any]], wait_s: float, progress: ProgressLine
+    ) -> list[dict[str, Any]]:
         while (wait_s := wait_s - STEP_S) > 0:
             running = [it for it in moves if it["status"] not in OVER]
             if not running:
@@ -176,7 +180,7 @@ def going_on_after(what: str) -> Iterator[None]:
         ) from None
 
 
-def _data(answer: http.Answer) -> dict[str, Any]:
+def _data(answer: http.HttpAnswer) -> dict[str, Any]:
     """Read an object.
 
     :raises TypeError: it is none; it may come from no gateway.

@@ -46,7 +46,7 @@ class FaultKind(BaseModel):
     targets: list[str] = Field(description="Addresses of bodies, lines and robots, or `gateway`.")
 
 
-class Fault(BaseModel):
+class DemoFault(BaseModel):
     """Something that is broken now."""
 
     kind: Kind
@@ -58,7 +58,7 @@ class Faults(BaseModel):
     """What can be broken, and what is."""
 
     kinds: list[FaultKind]
-    faults: list[Fault]
+    faults: list[DemoFault]
 
 
 class FaultRequest(RequestModel, json_schema_extra=example(kind="ems", target="line1.3F")):
@@ -97,7 +97,7 @@ class DemoFaults:
 
     def __init__(self, plant: SimulatedPlant, line_id: str, robot_id: str) -> None:
         self._places = dict(self._listed(plant, line_id, robot_id))
-        self._standing: dict[tuple[Kind, str], tuple[Fault, Mend]] = {}
+        self._standing: dict[tuple[Kind, str], tuple[DemoFault, Mend]] = {}
         self._disk: FillableDisk | None = None
 
     def open_disk(self, directory: Path) -> SqliteDisk:
@@ -115,7 +115,7 @@ class DemoFaults:
             return self.all()
 
         @rows.post("/demo/faults", Right.OPERATE, leased=False)
-        async def begin_demo_fault(wanted: FaultRequest) -> Fault:
+        async def begin_demo_fault(wanted: FaultRequest) -> DemoFault:
             """Break something in the demo until all faults are ended. One that stands goes on as it is."""
             return self.begin(wanted.kind, wanted.target)
 
@@ -134,14 +134,14 @@ class DemoFaults:
         ]
         return Faults(kinds=kinds, faults=[fault for fault, _ in self._standing.values()])
 
-    def begin(self, kind: Kind, target: str | None) -> Fault:
+    def begin(self, kind: Kind, target: str | None) -> DemoFault:
         """Break something, unless it is broken so already.
 
         :raises NotFound: there is no such target; nothing was broken.
         """
         key = kind, self._target(kind, target)
         if key not in self._standing:
-            fault = Fault(kind=kind, target=key[1], since=datetime.now(UTC))
+            fault = DemoFault(kind=kind, target=key[1], since=datetime.now(UTC))
             self._standing[key] = fault, self._places[key]()
         return self._standing[key][0]
 

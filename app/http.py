@@ -22,7 +22,7 @@ class AnswerLost(OSError):
     """The request was sent, or a part of it, and no whole answer came."""
 
 
-class Answer:
+class HttpAnswer:
     """An answer; its content is read when it is asked for."""
 
     def __init__(self, response: HTTPResponse) -> None:
@@ -71,7 +71,7 @@ class Answer:
 
 def request(
     method: str, url: str, *, json: object, headers: Mapping[str, str], timeout: float, trust_env: bool
-) -> Answer:
+) -> HttpAnswer:
     """Ask for something; `timeout` in seconds is for each step, redirections are not followed.
 
     :raises NotReached: nothing was sent.
@@ -93,7 +93,7 @@ def stream(
     timeout: float,
     silence: float | None = None,
     trust_env: bool,
-) -> Iterator[Answer]:
+) -> Iterator[HttpAnswer]:
     """Ask for an answer that is read within the block; from then on nothing may come for `silence` seconds.
 
     Errors as of `request`.
@@ -110,7 +110,7 @@ def stream(
             response = connection.getresponse()
             if silence is not None and connection.sock is not None:
                 connection.sock.settimeout(silence)
-        yield Answer(response)
+        yield HttpAnswer(response)
     finally:
         connection.close()
 

@@ -13,7 +13,7 @@ QUIET_S = 2.0
 _CLEAR = "\r\x1b[K"
 
 
-class Progress:
+class ProgressLine:
     """One line on a terminal, written over and over; in a file a line for each different sentence."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:

@@ -29,7 +29,7 @@ from gateway.config_file import ConfigFile
 from gateway.core.aside import SWITCH_S
 from gateway.core.errors import GatewayError
 from gateway.core.journal.disk import SqliteDisk
-from gateway.core.journal.opening import Opened, longest_s, open_journal
+from gateway.core.journal.opening import OpenedJournal, longest_s, open_journal
 from gateway.core.lease_tokens import LeaseTokens
 from gateway.core.operation import Operation
 from gateway.core.origin import Origin, acting
@@ -41,7 +41,7 @@ from gateway.memory import make_sense
 from gateway.plant import Plant
 from gateway.security import entries
 from gateway.security.log import Keeping, SecurityLog
-from gateway.security.syslog import Syslog
+from gateway.security.syslog import SyslogSender
 from gateway.wind_down import SUBJECT
 
 if TYPE_CHECKING:
@@ -195,7 +195,7 @@ async def _ask_only(*given: Any) -> dict[str, Any]:
     return await ask_only(*given)
 
 
-def _sending(config: Config, security: SecurityLog) -> Syslog | None:
+def _sending(config: Config, security: SecurityLog) -> SyslogSender | None:
     """Have a copy of the security log sent, if the configuration names a server for it.
 
     :raises ConfigError: its certificates cannot be read.
@@ -204,7 +204,7 @@ def _sending(config: Config, security: SecurityLog) -> Syslog | None:
     if wanted is None:
         return None
     try:
-        syslog = Syslog(wanted.address, ca=wanted.ca, certificate=wanted.certificate, key=wanted.key)
+        syslog = SyslogSender(wanted.address, ca=wanted.ca, certificate=wanted.certificate, key=wanted.key)
     except (OSError, ValueError) as error:
         raise ConfigError(f"security.syslog: its certificates cannot be used: {error}") from error
     security.on_written = syslog.send
@@ -220,7 +220,7 @@ def _sending(config: Config, security: SecurityLog) -> Syslog | None:
     return syslog
 
 
-def _journal(data: Path, open_disk: Callable[[Path], SqliteDisk]) -> Opened:
+def _journal(data: Path, open_disk: Callable[[Path], SqliteDisk]) -> OpenedJournal:
     """Open the journal. A large one takes a while, in which no line is open."""
     if (takes_s := longest_s(data)) > QUICK_START_S:
         why = f"looking over the journal in {data}; no line is opened before"

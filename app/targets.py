@@ -16,7 +16,7 @@ _UNIT = re.compile("(.+?)(?:/units)?/([1-9])", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
-class Target:
+class NamedTarget:
     """Who is meant; `unit` is the number of a robot's unit, where one was named."""
 
     kind: Kind
@@ -46,15 +46,15 @@ class Target:
         return f"/{self.kind}/{self.address}/units/{self.unit or self.units[0]}"
 
 
-def numbered(word: str) -> Target | None:
+def numbered(word: str) -> NamedTarget | None:
     """Read the address of a body or a group, `3F` or `arm.80`; None if it is none."""
     if not is_numbered(word):
         return None
     group = int(word[-2:], 16) >= FIRST_GROUP
-    return Target("groups" if group else "bodies", numbered_address(word))
+    return NamedTarget("groups" if group else "bodies", numbered_address(word))
 
 
-def find(client: Client, word: str) -> Target:
+def find(client: Client, word: str) -> NamedTarget:
     """Find who is meant: an address means itself, whatever names there are.
 
     :raises Failure: nobody has this name, or several have; or the gateway did not tell.
@@ -69,10 +69,10 @@ def find(client: Client, word: str) -> Target:
             return _robot(robot, number)
     scaras = client.made("scaras")
     if any(scara["scara_id"] == word.lower() for scara in scaras):
-        return Target("scaras", word.lower())
+        return NamedTarget("scaras", word.lower())
     found = [_robot(robot, number) for robot in robots if robot["name"] == name]
     if number is None:
-        found += [Target("scaras", it["scara_id"]) for it in scaras if it["name"] == name]
+        found += [NamedTarget("scaras", it["scara_id"]) for it in scaras if it["name"] == name]
         found += _named(client, "bodies", "body_id", name) + _named(client, "groups", "group_id", name)
     if len(found) == 1:
         return found[0]
@@ -81,10 +81,10 @@ def find(client: Client, word: str) -> Target:
     raise Misuse(f"There is nothing called {word!r}; `motion-gateway status` lists what there is")
 
 
-def _robot(robot: dict[str, Any], unit: int | None) -> Target:
-    return Target("robots", robot["robot_id"], unit, tuple(it["number"] for it in robot["units"]))
+def _robot(robot: dict[str, Any], unit: int | None) -> NamedTarget:
+    return NamedTarget("robots", robot["robot_id"], unit, tuple(it["number"] for it in robot["units"]))
 
 
-def _named(client: Client, kind: Kind, id_key: str, name: str) -> list[Target]:
+def _named(client: Client, kind: Kind, id_key: str, name: str) -> list[NamedTarget]:
     listed = client.request("GET", f"/{kind}")[kind]
-    return [Target(kind, it[id_key]) for it in listed if it["name"] == name]
+    return [NamedTarget(kind, it[id_key]) for it in listed if it["name"] == name]

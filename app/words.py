@@ -15,7 +15,7 @@ def of(operation: str, member: str) -> str:
     return f"{_FROM_ROW}{operation}.{member}"
 
 
-class Command(TyperCommand):
+class WordedCommand(TyperCommand):
     """A command whose options may have the words of rows."""
 
     def format_help(self, ctx: Any, formatter: Any) -> None:

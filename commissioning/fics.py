@@ -14,9 +14,9 @@ from gateway.fics.downloads import NOT_SET
 from protocols.fics.alarms import GetErrorDetail
 from protocols.fics.link import (
     TERMINATORS,
-    Answer,
+    FicsRefusal,
     Frame,
-    Refusal,
+    QueryAnswer,
     Terminator,
     Ver3Reader,
     encode,
@@ -63,7 +63,7 @@ class FicsBench(Bench):
     def key_of(self, heard: bytes) -> Key | None:
         """Read the number of an answer to VAR."""
         for it in Ver3Reader().feed(heard):
-            if isinstance(it, Answer) and it.name == GetVariable.code:
+            if isinstance(it, QueryAnswer) and it.name == GetVariable.code:
                 try:
                     return ROBOT, VariableValue.read(it.payload).number
                 except WireFault:
@@ -94,13 +94,13 @@ class FicsBench(Bench):
 
         def over(lines: Sequence[Heard]) -> bool:
             last = answers(lines)[-1:]
-            return bool(last) and (not command.ends_with or not isinstance(last[0], Answer))
+            return bool(last) and (not command.ends_with or not isinstance(last[0], QueryAnswer))
 
         return answers(await self.talk.hear(over, self.within_s(frame) + within_s, since))
 
     async def told(self, command: FicsCommand[Any]) -> str | None:
         """Ask for one answer, and give its text; None if none came."""
-        answers = [it for it in await self.ask(command) if isinstance(it, Answer)]
+        answers = [it for it in await self.ask(command) if isinstance(it, QueryAnswer)]
         return answers[0].payload if answers else None
 
     async def read(self, command: FicsCommand[Any]) -> Any:
@@ -156,7 +156,7 @@ async def half_robot_command(row: Assumption, bench: FicsBench) -> Finding:
     bench.talk.send(ending)
     await bench.talk.hear(lambda _: False, bench.within_s(ending), since)
     lines = bench.talk.heard[since:]
-    if any(isinstance(it, Answer) and it.name == question.code for it in _frames(lines)):
+    if any(isinstance(it, QueryAnswer) and it.name == question.code for it in _frames(lines)):
         return fails(row, "Half a question was answered, and what ended it with it.")
     if not await bench.ask_number(ROBOT):
         return fails(row, "Nothing is answered any more after half a question and what ends it.")
@@ -174,8 +174,8 @@ async def _coordinates(bench: FicsBench) -> list[str]:
 async def stored(bench: FicsBench, first: int, wanted: int) -> tuple[list[str], Frame | None]:
     """Stored positions as text, and what ended them."""
     frames = await bench.ask(DownloadPositions(first=first, count=wanted))
-    ends = [it for it in frames if not isinstance(it, Answer)]
-    return [it.payload for it in frames if isinstance(it, Answer)], ends[0] if ends else None
+    ends = [it for it in frames if not isinstance(it, QueryAnswer)]
+    return [it.payload for it in frames if isinstance(it, QueryAnswer)], ends[0] if ends else None
 
 
 async def robot_decimals(row: Assumption, bench: FicsBench) -> Finding:
@@ -294,7 +294,7 @@ async def por_end(row: Assumption, bench: FicsBench) -> Finding:
     seen = f"POR of {POSITIONS_READ} numbers tells {len(at_once)} positions, one by one {len(one_by_one)}."
     if at_once != one_by_one:
         return fails(row, seen)
-    if isinstance(last, Refusal) and last.error != NOT_SET:
+    if isinstance(last, FicsRefusal) and last.error != NOT_SET:
         return fails(row, f"{seen} The first number that is not set is refused with {last.error}.")
     return agrees(seen)
 

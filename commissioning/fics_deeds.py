@@ -13,7 +13,7 @@ from commissioning.fics import NOBODY, QUESTIONS, FicsBench, Trial, at_rest, sto
 from commissioning.findings import Finding, Result, agrees, cannot_tell, fails
 from gateway.fics.upload_state import NO_UPLOAD
 from protocols.fics.alarms import ResetErrors, TakeCurrentError
-from protocols.fics.link import Refusal
+from protocols.fics.link import FicsRefusal
 from protocols.fics.moves import MoveAbsolute
 from protocols.fics.notation import UNKNOWN
 from protocols.fics.positions import (
@@ -66,7 +66,7 @@ async def _refused(bench: FicsBench, command: FicsCommand[Any]) -> str | None:
     bench.memory["tells"] = tells = bench.memory.get("tells", tells) if reply is None else tells
     if tells or command.is_query():
         frames = await bench.ask(command)
-        refusals = [it.error for it in frames if isinstance(it, Refusal)]
+        refusals = [it.error for it in frames if isinstance(it, FicsRefusal)]
         if refusals or frames or tells:
             return refusals[0] if refusals else None
     else:

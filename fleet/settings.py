@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field, model_validator
 
-from gateway.config import Access, Server
+from gateway.config import AccessTable, Server
 from gateway.core.tables import Fault, Slug, Table
 from gateway.core.toml_files import load
 from gateway.membership import Engine, check_gateway_url
@@ -34,7 +34,7 @@ class PlantConfig(Table):
     """A whole configuration of the plant process."""
 
     server: Server = Server()
-    access: Access = Access()
+    access: AccessTable = AccessTable()
     plant: PlantEngine
 
     @model_validator(mode="after")

@@ -6,7 +6,7 @@ from datetime import datetime
 from functools import partial
 from typing import Final
 
-from gateway.core.alarms import Cause, Facts, Kind
+from gateway.core.alarms import Cause, CauseKind, Facts
 from gateway.core.family import AnyLine, Registered
 from gateway.core.line_state import LineState
 from gateway.core.next_calls import ALARMS, LINE_STATE, READY, get, post
@@ -58,8 +58,8 @@ def _is_anothers(line: AnyLine) -> bool:
     return line.stands_by() is not None
 
 
-LINES: Final[Sequence[Kind[AnyLine]]] = (
-    Kind(
+LINES: Final[Sequence[CauseKind[AnyLine]]] = (
+    CauseKind(
         LINE_DOWN,
         "RC-420 manual 10.2; C-HOST manual 1-1",
         (LINE_STATE,),
@@ -69,63 +69,63 @@ LINES: Final[Sequence[Kind[AnyLine]]] = (
         is_told=_is_anothers,
         disproved=_is_anothers,
     ),
-    Kind(
+    CauseKind(
         "line.taken_over",
         "RC-420 manual 10.2; C-HOST manual 1-1",
         next=(LINE_STATE,),
         lasts=_is_anothers,
         latches=False,
     ),
-    Kind(
+    CauseKind(
         "line.order.violated",
         "RC-420 manual 17.1; C-HOST manual 1-1",
         (LINE_STATE,),
     ),
 )
-GATEWAY: Final[Sequence[Kind[str]]] = (
-    Kind(
+GATEWAY: Final[Sequence[CauseKind[str]]] = (
+    CauseKind(
         "gateway.journal.trouble",
         next=(READY,),
         lasts=lambda _why: True,
     ),
-    Kind(
+    CauseKind(
         "gateway.journal.set_aside",
         next=(EVENTS,),
     ),
-    Kind(
+    CauseKind(
         "gateway.crashed",
         next=(EVENTS, AUDIT),
         facts=_facts_of_crash,
     ),
-    Kind(
+    CauseKind(
         "gateway.held_up",
         next=(ALARMS, EVENTS),
         applies=lambda data: bool(data["cancelled"]),
         event="gateway.loop.held",
     ),
-    Kind(
+    CauseKind(
         "gateway.reload_failed",
         next=(RELOAD,),
     ),
-    Kind(
+    CauseKind(
         "gateway.security.trouble",
         next=(SECURITY,),
         lasts=lambda _why: True,
         latches=False,
     ),
-    Kind(
+    CauseKind(
         "gateway.refusals.burst",
         next=(SECURITY,),
         facts=_facts_of_burst,
         lasts=lambda _why: True,
         latches=False,
     ),
-    Kind(
+    CauseKind(
         "gateway.key.ends_soon",
         next=(KEYS,),
         latches=False,
     ),
-    Kind(
+    CauseKind(
         "plant.unreachable",
         next=(READY,),
         lasts=lambda _why: True,

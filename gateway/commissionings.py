@@ -12,7 +12,7 @@ from pydantic import Field, JsonValue
 from gateway.core.errors import BodyBusy, NotSent
 from gateway.core.family import AnyLine
 from gateway.core.records import Record
-from gateway.core.works import CutOff, Works
+from gateway.core.works import CutOff, Jobs
 from transports import Transport, TransportError
 
 HISTORY: Final = 10
@@ -54,7 +54,7 @@ Walk = Callable[[Any, Callable[[str], Transport], Tell], Awaitable[dict[str, Jso
 """Tries all assumptions with questions: the line's table, what opens its port, who is told."""
 
 
-class Commissionings(Works[Commissioning]):
+class Commissionings(Jobs[Commissioning]):
     """The commissionings of all lines; one at a time on each."""
 
     def __init__(self) -> None:

@@ -11,7 +11,7 @@ from pydantic import AfterValidator, Field, PlainValidator, create_model, model_
 
 from gateway.access.roles import Role
 from gateway.core import toml_files
-from gateway.core.tables import Array, Fault, Line, Made, Table, refuse_repeats
+from gateway.core.tables import Array, Fault, LineTable, Made, Table, refuse_repeats
 from gateway.core.toml_lines import KeyPath
 from gateway.families import EXTENSIONS, FAMILIES
 from gateway.membership import PlantOfGateways
@@ -187,7 +187,7 @@ class Oidc(Table):
     ] = ("RS256", "ES256")
 
 
-class Access(Table):
+class AccessTable(Table):
     """Who may use the gateway."""
 
     mode: Literal["keys", "open"] = "keys"
@@ -206,7 +206,7 @@ class Access(Table):
     oidc: Oidc | None = None
 
 
-class Syslog(Table):
+class SyslogTable(Table):
     """A server that takes a copy of the security log: RFC 5424 over TLS, as RFC 5425 has it."""
 
     address: Annotated[str, AfterValidator(_check_syslog)]
@@ -231,7 +231,7 @@ class Security(Table):
     """Entries that are older are forgotten."""
     refusals_per_minute: int = Field(30, ge=0, le=10_000)
     """More refused requests and sign-ins are an alarm; 0 for none."""
-    syslog: Syslog | None = None
+    syslog: SyslogTable | None = None
 
 
 def _check_hour(text: str) -> str:
@@ -240,7 +240,7 @@ def _check_hour(text: str) -> str:
     return text
 
 
-class Recordings(Table):
+class RecordingsTable(Table):
     """What is kept to be recorded, and how much of the disk recordings may take."""
 
     memory_mib: int = Field(4, ge=1, le=1000)
@@ -252,7 +252,7 @@ class Recordings(Table):
     after_alarm_s: float = Field(0.0, ge=0, le=3600)
 
 
-class Backups(Table):
+class BackupsTable(Table):
     """Backups that are read by night."""
 
     nightly_at: Annotated[str, AfterValidator(_check_hour)] | None = None
@@ -263,12 +263,12 @@ class Backups(Table):
 EXTENSIONS_BY_KEY: Final = {it.collections[0]: it for it in EXTENSIONS}
 
 
-def _of_its_family(given: object) -> Line:
+def _of_its_family(given: object) -> LineTable:
     """Read a line by the table of its protocol."""
-    if isinstance(given, Line):
+    if isinstance(given, LineTable):
         return given
     if not isinstance(given, dict):
-        return Line.model_validate(given)
+        return LineTable.model_validate(given)
     given = {"protocol": next(iter(FAMILIES)), **given}
     protocol = given["protocol"]
     if not isinstance(protocol, str) or protocol not in FAMILIES:
@@ -285,12 +285,12 @@ class Config(Table):
     """A whole configuration, consistent in itself."""
 
     server: Server = Server()
-    access: Access = Access()
+    access: AccessTable = AccessTable()
     security: Security = Security()
-    recordings: Recordings = Recordings()
-    backups: Backups = Backups()
+    recordings: RecordingsTable = RecordingsTable()
+    backups: BackupsTable = BackupsTable()
     plant: PlantOfGateways | None = None
-    lines: Array[Annotated[Line, PlainValidator(_of_its_family)]] = ()
+    lines: Array[Annotated[LineTable, PlainValidator(_of_its_family)]] = ()
 
     def made(self) -> Mapping[str, Sequence[Made]]:
         """What extensions make of things on lines, by their arrays."""

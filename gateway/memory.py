@@ -17,10 +17,10 @@ from gateway.core.ids import go_on_after
 from gateway.core.journal import writes
 from gateway.core.journal.beginning import Beginning
 from gateway.core.journal.intents import Intents
-from gateway.core.journal.opening import Opened
+from gateway.core.journal.opening import OpenedJournal
 from gateway.core.journal.writes import Write
-from gateway.core.kept_works import Dated, KeptWorks
-from gateway.core.known import Known
+from gateway.core.kept_works import Dated, DurableJobs
+from gateway.core.known import FactStore
 from gateway.core.move_record import MoveRecord, MoveStatus
 from gateway.families import registered
 from gateway.wind_down import SUBJECT
@@ -41,16 +41,16 @@ def make_sense(past: Beginning) -> None:
         Alarm.model_validate_json(alarm)
 
 
-class Memory:
+class Persistence:
     """The journal of a plant, and what writes into it."""
 
     def __init__(
         self,
-        opened: Opened,
+        opened: OpenedJournal,
         events: EventHub,
         alarms: Alarms,
         registered: Collection[Registered],
-        known: Known,
+        known: FactStore,
     ) -> None:
         self.journal, self._past, self._set_aside = opened
         self._events, self._alarms, self._registered = events, alarms, registered
@@ -66,7 +66,7 @@ class Memory:
         """Write down what a line does with an effect."""
         line.intents = Intents(self.journal, line.address_of)
 
-    def start(self, works: Mapping[str, KeptWorks[Any]]) -> None:
+    def start(self, works: Mapping[str, DurableJobs[Any]]) -> None:
         """Begin to write, tell how the last life ended, and take over its moves and `works`, by their kinds.
 
         The lines are built.
@@ -103,7 +103,7 @@ class Memory:
     def _keep_move(self, move: MoveRecord) -> None:
         self.journal.note_newest(move.id, partial(_written, move))
 
-    def _keep_work(self, kind: str, works: KeptWorks[Any], record: Dated) -> None:
+    def _keep_work(self, kind: str, works: DurableJobs[Any], record: Dated) -> None:
         self.journal.note_newest(record.id, partial(_written_work, kind, works, record))
 
     def _keep_alarm(self, alarm: Alarm) -> None:
@@ -153,7 +153,7 @@ def _written(move: MoveRecord) -> Write:
     return writes.move(move.id, at, move.body_id, move.model_dump_json(), final=final)
 
 
-def _written_work(kind: str, works: KeptWorks[Any], record: Dated) -> Write:
+def _written_work(kind: str, works: DurableJobs[Any], record: Dated) -> Write:
     text = works.as_kept(record).model_dump_json()
     return writes.work(record.id, kind, record.started_at.timestamp(), text, over=record.ended_at is not None)
 

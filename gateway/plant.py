@@ -30,8 +30,8 @@ from gateway.core.exchange import Exchange
 from gateway.core.family import AnyLine, Family, PortInfo, Registered, Site
 from gateway.core.gate import Guard
 from gateway.core.journal.journal import Journal
-from gateway.core.journal.opening import Opened
-from gateway.core.kept_works import KeptWorks
+from gateway.core.journal.opening import OpenedJournal
+from gateway.core.kept_works import DurableJobs
 from gateway.core.lease_tokens import LeaseTokens
 from gateway.core.leases import End, Lease, Leases, Tokens
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
@@ -39,16 +39,24 @@ from gateway.core.move_log import MoveLog
 from gateway.core.move_record import MoveRecord
 from gateway.core.names import Names
 from gateway.core.origin import POLL, Origin, acting
-from gateway.core.own_faults import all_of, carry_on, insist, once_more, seen_to, survived, twice
+from gateway.core.own_faults import (
+    await_each_logging,
+    await_with_one_retry,
+    restart_after_faults,
+    retry_once,
+    retry_until_done,
+    run_all_then_raise,
+    run_each_logging,
+)
 from gateway.core.parts import Part
 from gateway.core.targets import Target
 from gateway.families import EXTENSIONS, FAMILIES, registered
 from gateway.figures import Figures
 from gateway.membership import Membership
-from gateway.memory import Memory
+from gateway.memory import Persistence
 from gateway.ownership import LOST, Ownership
 from gateway.port_scans import PortScans
-from gateway.recordings import REQUESTS_BYTES, STATES_BYTES, Noted, RecordingInfo, Recordings, Taken
+from gateway.recordings import REQUESTS_BYTES, STATES_BYTES, Noted, RecordedSpan, RecordingInfo, Recordings
 from gateway.security import entries
 from gateway.security.log import Burst, SecurityLog
 from gateway.snapshot import taking
@@ -77,7 +85,7 @@ class Plant:
         rng: random.Random | None = None,
         lease_tokens: Tokens | None = None,
         file: ConfigFile | None = None,
-        journal: Opened | None = None,
+        journal: OpenedJournal | None = None,
         security: SecurityLog | None = None,
         owners_in: Path | None = None,
     ) -> None:
@@ -130,7 +138,7 @@ class Plant:
         self._memory = (
             None
             if journal is None
-            else Memory(journal, self.events, self.alarms, self.registered, site.known)
+            else Persistence(journal, self.events, self.alarms, self.registered, site.known)
         )
         self.backups = Backups(partial(self._publish_reading, "backup"))
         self.comparisons = Comparisons(partial(self._publish_reading, "comparison"))
@@ -159,7 +167,7 @@ class Plant:
             self._build(line)
         self.territory = Territory(self._ports, self.registered)
 
-    def _build(self, line: tables.Line) -> None:
+    def _build(self, line: tables.LineTable) -> None:
         port = self._open_port(line)
         built = self.families[line.protocol].add(line, port)
         built.admission = self.admission
@@ -183,7 +191,7 @@ class Plant:
         """Where what has an effect is written down, if anywhere."""
         return None if self._memory is None else self._memory.journal
 
-    def _open_port(self, line: tables.Line) -> Transport:
+    def _open_port(self, line: tables.LineTable) -> Transport:
         file = (
             TraceFile(line.trace_file, line.trace_file_bytes, line.trace_files) if line.trace_file else None
         )
@@ -203,11 +211,11 @@ class Plant:
             self._start(line_id)
         with acting(POLL):
             self.recordings.salvage()
-            looking = carry_on("the watch of alarms", self._watch_alarms)
+            looking = restart_after_faults("the watch of alarms", self._watch_alarms)
             self._watch_of_alarms = asyncio.create_task(looking, name="watch of alarms")
 
-    def _works(self) -> dict[str, KeptWorks[Any]]:
-        works: dict[str, KeptWorks[Any]] = {}
+    def _works(self) -> dict[str, DurableJobs[Any]]:
+        works: dict[str, DurableJobs[Any]] = {}
         for it in self.registered:
             works |= it.works()
         return works
@@ -218,7 +226,7 @@ class Plant:
         watches = list(self._family_of(line_id).watches(line))  # all, or a fault has begun none
         with acting(POLL):
             self._watches[line_id] = [
-                asyncio.create_task(carry_on(what, watch), name=what) for watch in watches
+                asyncio.create_task(restart_after_faults(what, watch), name=what) for watch in watches
             ]
 
     async def _unwatch(self, line_id: str) -> None:
@@ -253,22 +261,24 @@ class Plant:
             found = changes(self.config, config)
             served = self.config.model_copy(update={"lines": config.lines, **config.made()})
             retiring = (partial(self._ports[line_id].retire, CONFIGURED_ANEW) for line_id in gone)
-            survived(what, *retiring)  # each is closed next
+            run_each_logging(what, *retiring)  # each is closed next
             for line_id in gone:
                 await self._remove(line_id)
             self.config = served
             try:
-                all_of(partial(self._add, wanted[it]) for it in wanted.keys() - self._ports.keys())
+                run_all_then_raise(
+                    partial(self._add, wanted[it]) for it in wanted.keys() - self._ports.keys()
+                )
             finally:  # a fault at one line keeps no other from being served, and it can be loaded again
                 for line_id in (it for it in wanted if it in self._ports):
                     self._ports[line_id] = self._ports.pop(line_id)
-                insist(what, self.territory.forget)
-                survived(what, self.on_lines)
-            survived(what, partial(self.events.publish, "gateway.reloaded", SUBJECT, found))
+                retry_until_done(what, self.territory.forget)
+                run_each_logging(what, self.on_lines)
+            run_each_logging(what, partial(self.events.publish, "gateway.reloaded", SUBJECT, found))
 
-    def _add(self, line: tables.Line) -> None:
-        twice(f"the building of line {line.id}", partial(self._build, line))
-        insist(f"the start of line {line.id}", partial(self._start, line.id))
+    def _add(self, line: tables.LineTable) -> None:
+        retry_once(f"the building of line {line.id}", partial(self._build, line))
+        retry_until_done(f"the start of line {line.id}", partial(self._start, line.id))
 
     def require_rest(self, config: Config) -> Sequence[str]:
         """Make sure that nothing moves on the lines that another configuration would close; gives their ids.
@@ -310,17 +320,17 @@ class Plant:
         """Close a line for good: one that is retired serves nobody, whatever is left of it."""
         what, family, line = f"the end of line {line_id}", self._family_of(line_id), self._ports[line_id]
         closing = partial(self._unwatch, line_id), partial(family.remove, line)
-        await seen_to(what, *(partial(once_more, what, deed) for deed in closing))
-        survived(what, *(partial(it.forget, line) for it in self.extensions))
+        await await_each_logging(what, *(partial(await_with_one_retry, what, deed) for deed in closing))
+        run_each_logging(what, *(partial(it.forget, line) for it in self.extensions))
         del self._ports[line_id]
-        await seen_to(what, partial(asyncio.to_thread, self.recorders.pop(line_id).close))
+        await await_each_logging(what, partial(asyncio.to_thread, self.recorders.pop(line_id).close))
 
     async def wind_down(self) -> None:
         """Let nothing begin any more, stop what would never end, and name what still moves, within seconds.
 
         Reads and stops go on until the lines are closed.
         """
-        await once_more("the end of the gateway", self._end.done)
+        await await_with_one_retry("the end of the gateway", self._end.done)
 
     def hurry(self) -> None:
         """Wait for nothing longer than a stop takes to be written."""
@@ -330,17 +340,19 @@ class Plant:
         """End all work. What `on_exit` leaves moving runs on in the controllers; nothing more is sent."""
         what = "the end of the plant"
         works = self.port_scans, self.commissionings, self.backups, self.comparisons, self.recordings
-        await seen_to(what, self.wind_down, *(work.close for work in works))
+        await await_each_logging(what, self.wind_down, *(work.close for work in works))
         self.alarms.closed = True
-        survived(what, self.watch.close, self.leases.close)
+        run_each_logging(what, self.watch.close, self.leases.close)
         if self._watch_of_alarms is not None:
             self._watch_of_alarms.cancel()
             await asyncio.gather(self._watch_of_alarms, return_exceptions=True)
         unwatching = (partial(self._unwatch, line_id) for line_id in list(self._watches))
-        await seen_to(what, *unwatching, *(it.close for it in self.registered))
+        await await_each_logging(what, *unwatching, *(it.close for it in self.registered))
         recorders = self.recorders.values()
-        await seen_to(what, *(partial(asyncio.to_thread, recorder.close) for recorder in recorders))
-        await seen_to(what, self.security.close)
+        await await_each_logging(
+            what, *(partial(asyncio.to_thread, recorder.close) for recorder in recorders)
+        )
+        await await_each_logging(what, self.security.close)
         if self._memory is not None:
             await self._memory.close()
 
@@ -350,7 +362,7 @@ class Plant:
         :raises NotSent: that cannot be written down; nothing has changed.
         """
         epoch = self.ownership.take(line_id)
-        survived(f"the moves that {old} has begun", partial(self._go_on_with_moves, line_id, old))
+        run_each_logging(f"the moves that {old} has begun", partial(self._go_on_with_moves, line_id, old))
         told = {
             "reason": f"a person has taken it over from {old}",
             "owner": self.ownership.name,
@@ -427,19 +439,19 @@ class Plant:
             "; what waited is cancelled, and all lines are fenced" if suspended else "",
         )
         what, told = "the time after a suspension", {"seconds": round(seconds, 3), "cancelled": suspended}
-        survived(what, partial(self.events.publish, "gateway.loop.held", SUBJECT, told))
+        run_each_logging(what, partial(self.events.publish, "gateway.loop.held", SUBJECT, told))
         if not suspended:
             return
-        survived(what, self.leases.expire)
+        run_each_logging(what, self.leases.expire)
         for port in self._ports.values():
-            insist(what, partial(port.revoke, HeldUp))
-            insist(what, port.fence)
+            retry_until_done(what, partial(port.revoke, HeldUp))
+            retry_until_done(what, port.fence)
         for family in self.families.values():
-            insist(what, family.was_left_alone)
+            retry_until_done(what, family.was_left_alone)
 
     def _lease_taken(self, subject: str, lease: Lease) -> None:
         self.events.publish(f"{_what(subject)}.lease.taken", subject, lease)
-        survived(
+        run_each_logging(
             f"the beginning of {lease.lease}",
             partial(
                 self.security.note, entries.LEASE_TAKEN, lease.scope, lease=lease.lease, ttl_s=lease.ttl_s
@@ -451,18 +463,18 @@ class Plant:
         what = f"the end of {lease.lease}"
         by = "gateway" if why == "expired" else None
         note = partial(self.security.note, entries.LEASE_ENDS[why], lease.scope, caller=by)
-        survived(
+        run_each_logging(
             what,
             partial(self.events.publish, f"{_what(subject)}.lease.{why}", subject, lease),
             partial(note, lease=lease.lease, holder=lease.holder),
         )
         with acting(Origin(f"gateway: {what}")):
             for family in self.families.values():
-                insist(what, partial(family.end_motion, everything=False, within=parts))
+                retry_until_done(what, partial(family.end_motion, everything=False, within=parts))
 
     def _recordings(self) -> Recordings:
         registered, journal, wanted = self.registered, self.journal, self.config.recordings
-        taken = Taken(
+        taken = RecordedSpan(
             events=self.events,
             recorders=self.recorders,
             requests=self.requests,

@@ -14,9 +14,9 @@ from pydantic import Field, JsonValue
 from gateway.config import Config, Server
 from gateway.core.errors import BodyBusy, InvalidRequest
 from gateway.core.events import EventHub
-from gateway.core.own_faults import insist
+from gateway.core.own_faults import retry_until_done
 from gateway.core.records import Record
-from gateway.core.works import Works
+from gateway.core.works import Jobs
 from gateway.found import Found
 from gateway.search import addresses_of, search, serial_devices
 from gateway.wind_down import SUBJECT
@@ -70,7 +70,7 @@ class Port(Record):
     line_id: str | None = Field(description="The line that has it.")
 
 
-class PortScans(Works[PortScan]):
+class PortScans(Jobs[PortScan]):
     """The scans of ports; one at a time."""
 
     def __init__(
@@ -95,7 +95,7 @@ class PortScans(Works[PortScan]):
         scan = PortScan(id=secrets.token_hex(6), ports=list(ports), started_at=datetime.now(UTC))
         found: list[Found] = []
         task = self.begin(scan, self._run(scan, addresses, found), "scan of ports")
-        ended = partial(insist, "the end of a scan of ports")
+        ended = partial(retry_until_done, "the end of a scan of ports")
         task.add_done_callback(lambda over: ended(partial(self._ended, scan, found, over)))
         return scan
 

@@ -25,7 +25,7 @@ from gateway.core.ids import hex_digits
 from gateway.core.journal.writes import Value
 from gateway.core.records import Record, request_id_field
 from gateway.core.waiting import happens
-from gateway.core.works import CutOff, Works
+from gateway.core.works import CutOff, Jobs
 from gateway.families import registered
 from gateway.version import VERSION
 from recordings import form
@@ -107,7 +107,7 @@ class RecordingInfo(Record):
 
 
 @dataclass
-class Taken:
+class RecordedSpan:
     """What a recording is taken of."""
 
     events: EventHub
@@ -137,10 +137,10 @@ class _Run:
     enough: asyncio.Event = field(default_factory=asyncio.Event)
 
 
-class Recordings(Works[RecordingInfo]):
+class Recordings(Jobs[RecordingInfo]):
     """The recordings of a gateway: those in its data directory, and those under way."""
 
-    def __init__(self, taken: Taken, most_bytes: int, before_s: float, after_s: float) -> None:
+    def __init__(self, taken: RecordedSpan, most_bytes: int, before_s: float, after_s: float) -> None:
         """`before_s` and `after_s` are recorded around an alarm; with both 0 nothing is."""
         super().__init__(HISTORY, "recording", lambda _: GATEWAY)
         self._taken = taken

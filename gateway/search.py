@@ -13,7 +13,7 @@ from urllib.parse import quote
 
 from serial.tools import list_ports
 
-from gateway.core.line import Reader
+from gateway.core.line import FrameReader
 from gateway.found import Found, FoundLine, FoundRobot
 from protocols.fics import link as fics
 from protocols.fics.link import TERMINATORS
@@ -163,7 +163,7 @@ class Questions:
         self._received.put_nowait(error)
 
     async def ask(
-        self, question: bytes, reader: Reader[F], answer: Callable[[F], T | None], within_s: float
+        self, question: bytes, reader: FrameReader[F], answer: Callable[[F], T | None], within_s: float
     ) -> T | None:
         """Ask, and give the first answer that is one; None if none comes.
 
@@ -270,7 +270,7 @@ async def _describe(questions: Questions, robot: FoundRobot) -> None:
 
 async def _ask_robot(
     questions: Questions, robot: FoundRobot, query: FicsCommand[Any]
-) -> Reply | fics.Refusal | fics.Failure | fics.Completion | None:
+) -> Reply | fics.FicsRefusal | fics.SystemFailure | fics.Completion | None:
     """Its answer or its refusal: either shows that a Fics is there."""
     return await questions.ask(
         fics.encode(query, robot.terminator),

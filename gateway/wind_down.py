@@ -8,10 +8,10 @@ from functools import partial
 from typing import Any, Literal
 
 from gateway.core.admission import Admission
-from gateway.core.errors import ShuttingDown
+from gateway.core.errors import GatewayEnding
 from gateway.core.family import AnyLine, Registered, Site
 from gateway.core.origin import Origin, acting
-from gateway.core.own_faults import carry_on, seen_to, survived, twice
+from gateway.core.own_faults import await_each_logging, restart_after_faults, retry_once, run_each_logging
 
 log = logging.getLogger(__name__)
 
@@ -47,7 +47,9 @@ class WindDown:
         """Wind down, or wait until that is done."""
         if self._task is None:
             with acting(Origin("gateway: shutdown")):
-                self._task = asyncio.create_task(carry_on(WHAT, self._wind_down), name="wind down")
+                self._task = asyncio.create_task(
+                    restart_after_faults(WHAT, self._wind_down), name="wind down"
+                )
         await asyncio.shield(self._task)
 
     def hurry(self) -> None:
@@ -59,15 +61,15 @@ class WindDown:
     async def _wind_down(self) -> None:
         what, told = WHAT, {"on_exit": self._on_exit}
         telling = partial(self._events.publish, "gateway.shutting_down", SUBJECT, told)
-        revoking = (partial(twice, what, partial(line.revoke, ShuttingDown)) for line in self._lines)
-        ending = (partial(twice, what, partial(self._end_motion, it)) for it in self._registered)
-        survived(what, partial(twice, what, self._admission.end), telling, *revoking, *ending)
+        revoking = (partial(retry_once, what, partial(line.revoke, GatewayEnding)) for line in self._lines)
+        ending = (partial(retry_once, what, partial(self._end_motion, it)) for it in self._registered)
+        run_each_logging(what, partial(retry_once, what, self._admission.end), telling, *revoking, *ending)
         with suppress(TimeoutError):
             async with asyncio.timeout(self._patience_s) as self._limit:
-                await asyncio.gather(*(carry_on(what, it.at_rest) for it in self._registered))
+                await asyncio.gather(*(restart_after_faults(what, it.at_rest) for it in self._registered))
         self._limit = None
-        survived(what, self._name_what_moves)
-        await seen_to(what, *(it.let_go for it in self._registered))
+        run_each_logging(what, self._name_what_moves)
+        await await_each_logging(what, *(it.let_go for it in self._registered))
 
     def _end_motion(self, it: Registered) -> None:
         self._stops += it.end_motion(everything=self._on_exit == "stop")

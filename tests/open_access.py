@@ -3,7 +3,7 @@
 from typing import Final
 
 from api.common.access import Access
-from gateway.door.admission import Passage
+from gateway.door.admission import AuthorizedRequest
 
 OPEN: Final = '\n[access]\nmode = "open"\n'
 """The end of a configuration file."""
@@ -18,6 +18,6 @@ class AnyAccess(Access):
     def __init__(self) -> None:
         """There is nothing to ask."""
 
-    def require(self, *_: object, **__: object) -> Passage:
+    def require(self, *_: object, **__: object) -> AuthorizedRequest:
         """Let everything pass."""
-        return Passage()
+        return AuthorizedRequest()

@@ -12,7 +12,7 @@ from gateway.config import parse
 from gateway.core.journal import files
 from gateway.core.journal.disk import DiskFailed
 from gateway.core.journal.journal import Journal
-from gateway.core.journal.opening import Opened, open_journal
+from gateway.core.journal.opening import OpenedJournal, open_journal
 from gateway.core.journal.writes import Value, Write
 from gateway.memory import make_sense
 from gateway.security.log import SecurityLog
@@ -78,7 +78,7 @@ class World:
             parse(self.text, "test.toml"),
             open_transport=lambda _: self.wire,
             rng=Random(self.lives),
-            journal=Opened(journal, *opened[1:]),
+            journal=OpenedJournal(journal, *opened[1:]),
             security=SecurityLog(self.folder),
         )
         await plant.start()

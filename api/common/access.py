@@ -17,16 +17,16 @@ from api.common.problems import CALLER, path_of
 from api.front.certificates import CERTIFIED
 from gateway.door.admission import (
     EVERYBODY,
-    Admission,
+    AccessCheck,
+    AuthorizedRequest,
     CallersPassage,
     Grant,
-    Passage,
     Principal,
     Use,
     not_good,
 )
 from gateway.door.caller import Claim, Origin, current
-from gateway.door.calls import twice
+from gateway.door.calls import retry_once
 from gateway.door.opening import Plant
 from gateway.door.problems import (
     CookieAlone,
@@ -58,7 +58,7 @@ _HEARTBEAT: Final = "/heartbeat"
 """What keeps a JOG going begins no move."""
 
 
-class Access(Admission):
+class Access(AccessCheck):
     """Asks each request for a credential, a right and a scope; with mode `open` none is asked for."""
 
     def __init__(self, plant: Plant) -> None:
@@ -68,7 +68,7 @@ class Access(Admission):
 
     def require(
         self, scope: Scope, right: Right, *, any_scope: bool = False, cookie_suffices: bool = False
-    ) -> Passage:
+    ) -> AuthorizedRequest:
         """Refuse a request or a WebSocket whose sender does not have the right; `scope` is as in ASGI.
 
         `any_scope` lets keys of every scope pass: the route tells nothing of the plant, or heeds the scope.
@@ -78,10 +78,10 @@ class Access(Admission):
         :raises NotPermitted: the sender does not have the right, or not there; nothing was done.
         """
         if right is Right.OPEN:
-            return Passage()
+            return AuthorizedRequest()
         try:
             if right is Right.STOP:
-                return twice("the check of a stop", partial(self._let_stop, scope))
+                return retry_once("the check of a stop", partial(self._let_stop, scope))
             return self._let_in(scope, right, any_scope=any_scope, cookie_suffices=cookie_suffices)
         except (NotAuthenticated, NotPermitted) as error:
             self._refuse(scope, error)
@@ -99,7 +99,7 @@ class Access(Admission):
 
     def _let_in(
         self, scope: Scope, right: Right, *, any_scope: bool, cookie_suffices: bool = False
-    ) -> Passage:
+    ) -> AuthorizedRequest:
         if self.is_open:
             if scope["query_string"] and _takes_tickets(scope):
                 _take_ticket(scope)
@@ -111,7 +111,7 @@ class Access(Admission):
         passage.origin = _in_the_name_of(grant.principal, _with_leases(current(), scope, right), scope)
         return passage
 
-    def _let_stop(self, scope: Scope) -> Passage:
+    def _let_stop(self, scope: Scope) -> AuthorizedRequest:
         """Let in who has a good credential: with each of them everything may be stopped.
 
         So nothing else is looked at, and no fault of the gateway itself can refuse a stop there. A page that

@@ -23,7 +23,7 @@ NOTHING: Final = object()
 Place = Literal["path", "query", "header", "body"]
 
 
-class Part:
+class CallPart:
     """A parameter of an endpoint: where a request has it, and of which type it is."""
 
     def __init__(self, parameter: Parameter, place: Place) -> None:
@@ -70,23 +70,23 @@ class Call:
     """An endpoint, and what it takes."""
 
     def __init__(self, endpoint: Callable[..., Any], path: str) -> None:
-        self.body: Part | None = None
-        self.query: dict[str, Part] = {}
-        self._headers: list[Part] = []
-        self._path: list[Part] = []
+        self.body: CallPart | None = None
+        self.query: dict[str, CallPart] = {}
+        self._headers: list[CallPart] = []
+        self._path: list[CallPart] = []
         self._request_name: str | None = None
         named = names_in(path)
         for it in signature(endpoint).parameters.values():
             if it.annotation is Request:
                 self._request_name = it.name
             elif it.name in named:
-                self._path.append(Part(it, "path"))
+                self._path.append(CallPart(it, "path"))
             elif any(isinstance(told, Header) for told in _told(it.annotation)):
-                self._headers.append(Part(it, "header"))
+                self._headers.append(CallPart(it, "header"))
             elif _is_body(it.annotation):
-                self.body = Part(it, "body")
+                self.body = CallPart(it, "body")
             else:
-                self.query[it.name] = Part(it, "query")
+                self.query[it.name] = CallPart(it, "query")
 
     def prepare(self) -> None:
         """Have the types of all parts ready, which otherwise the first request waits for."""

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from api.common.problems import DECLARED
-from gateway.door.table import Words, registered
+from gateway.door.table import RouteWords, registered
 
 _FIRST: Final = {
     "stops": "Software stops, ahead of everything else. They do not replace a hardware stop.",
@@ -54,9 +54,9 @@ def place_of(path: tuple[str, Mapping[str, Any]]) -> tuple[int, str]:
     return min(_ORDER.index(tag) for route in routes.values() for tag in route["tags"]), name
 
 
-def words_of(path: str) -> Words:
+def words_of(path: str) -> RouteWords:
     """The words of a place; one without words of its own has those that are true of all."""
-    return next((kind.words[path] for kind in registered() if path in kind.words), Words())
+    return next((kind.words[path] for kind in registered() if path in kind.words), RouteWords())
 
 
 def begins(model: Any, over: str, model_when_over: Any = None) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from api.common.route_index import RouteIndex
 from api.common.strict_json import read_body
 from gateway.door.caller import acting, current
 from gateway.door.calls import aside
-from gateway.door.keys import Answered, Key, Keys, LeftOpen
+from gateway.door.keys import KeptAnswer, Keys, LeftOpen, RequestKey
 from gateway.door.problems import GatewayError, InvalidRequest, problem_of
 from gateway.door.strict_json import INLINE_BYTES, parse
 from gateway.door.table import Right
@@ -56,7 +56,7 @@ class _Answer:
         return json.dumps({"headers": self.headers, "body": self.body.decode("utf-8", "surrogateescape")})
 
     @classmethod
-    def read(cls, kept: Answered) -> "_Answer":
+    def read(cls, kept: KeptAnswer) -> "_Answer":
         told = json.loads(kept.text)
         headers = [(name, value) for name, value in told["headers"]]
         return cls(kept.status, headers, told["body"].encode("utf-8", "surrogateescape"))
@@ -83,7 +83,7 @@ class _Answer:
 class _First:
     """The first request with a key, while it is under way."""
 
-    key: Key
+    key: RequestKey
     over: asyncio.Event = field(default_factory=asyncio.Event)
     answer: _Answer | None = None
     """None where it was refused and nothing was sent: then the next one is the first."""
@@ -109,7 +109,7 @@ class IdempotentRequests:
             _require_good(given)
             body = await read_body(request, MOST_BYTES)
             where = f"{caller} {request.method} {self._keys.place_of(scope['path'])}"
-            key = Key(where, given, await _digest(request, body))
+            key = RequestKey(where, given, await _digest(request, body))
             before = await self._before(key, body, request, send)
         except GatewayError as error:
             before = response_to(problem_of(error, scope["path"]))
@@ -118,7 +118,7 @@ class IdempotentRequests:
         if before is not None:
             await before(scope, receive, send)
 
-    async def _before(self, key: Key, body: bytes, request: Request, send: Send) -> Response | None:
+    async def _before(self, key: RequestKey, body: bytes, request: Request, send: Send) -> Response | None:
         """The answer to an earlier request, or to the first, if that is refused: its key is free by then.
 
         None where it has its answer now.
@@ -136,13 +136,13 @@ class IdempotentRequests:
                 kept = await self._keys.end(key, answer.status, answer.location, answer.text())
                 first.answer = answer if kept else None
                 return answer.response() if answer.is_refusal else None
-            first.answer = _Answer.read(known) if isinstance(known, Answered) else _found(known, request)
+            first.answer = _Answer.read(known) if isinstance(known, KeptAnswer) else _found(known, request)
             return first.answer.again()
         finally:
             del self._under_way[key.name]
             first.over.set()
 
-    async def _carry_out(self, key: Key, body: bytes, request: Request, send: Send) -> _Answer:
+    async def _carry_out(self, key: RequestKey, body: bytes, request: Request, send: Send) -> _Answer:
         """Let it be done, and give its answer, which is sent at once if it is no refusal."""
         self._keys.begin(key)
         answer = _Answer()

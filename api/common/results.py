@@ -7,7 +7,16 @@ from pydantic import BaseModel
 
 from api.common.problems import instance_of, wants_japanese
 from api.common.requests import content_response, json_response, wait_headers
-from gateway.door.results import Answer, Begun, MemberAnswers, Opened, Result, Stopped, age_ms_of, told
+from gateway.door.results import (
+    BegunMoves,
+    CommandReplies,
+    MemberAnswers,
+    Opened,
+    Result,
+    Stopped,
+    age_ms_of,
+    told,
+)
 
 AGE_HEADER = "Age-Ms"
 
@@ -28,9 +37,9 @@ def render(request: Request, result: Result | BaseModel, waited_s: float = 0.0) 
 def _head(result: Result, waited_s: float, *, japanese: bool) -> tuple[int, dict[str, str]]:
     """The status of a response, and its headers."""
     match result:
-        case Answer() if result.at is not None:
+        case CommandReplies() if result.at is not None:
             return 200, {AGE_HEADER: str(age_ms_of(result.at))}
-        case Begun():
+        case BegunMoves():
             status = 200 if all(move.status.final for move in result.moves) else 202
             place = {} if result.group_id else {"Location": f"{result.path}/moves/{result.moves[0].id}"}
             return status, {**(wait_headers(waited_s) if waited_s else {}), **place}

@@ -16,7 +16,7 @@ from api.common.idempotency import READS, WITH_EFFECT, require_no_key
 from api.common.query_params import require_known
 from api.common.routes import HttpRoute
 from gateway.door.calls import aside
-from gateway.door.strict_json import INLINE_BYTES, Nothing, NotStrict, read
+from gateway.door.strict_json import INLINE_BYTES, NoContent, NotStrict, read
 from gateway.door.table import Right
 
 JSON: Final = "application/json"
@@ -152,9 +152,9 @@ async def _require_nothing(request: Request) -> None:
     require_type(strict, JSON)
     content = await strict.json()
     try:
-        Nothing.model_validate(content)
+        NoContent.model_validate(content)
     except ValidationError as error:
-        raise InvalidBody(error, content, Nothing) from None
+        raise InvalidBody(error, content, NoContent) from None
 
 
 def require_type(request: Request, *wanted: str) -> str:

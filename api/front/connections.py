@@ -14,7 +14,7 @@ IDLE_S = 1.0
 """A connection that has been idle for this time makes room for a new one."""
 
 
-class Connection(Protocol):
+class OpenConnection(Protocol):
     """What can be made to end."""
 
     def give_way(self) -> None:
@@ -40,12 +40,12 @@ class ConnectionLimit:
         self._limit = limit
         self._reserve = reserve
         self._clock = clock
-        self._idle_since: dict[Connection, float] = {}
-        self._waiting: dict[Connection, None] = {}
-        self._stopping: set[Connection] = set()
+        self._idle_since: dict[OpenConnection, float] = {}
+        self._waiting: dict[OpenConnection, None] = {}
+        self._stopping: set[OpenConnection] = set()
         self._full = False
 
-    def admit(self, connection: Connection, connected: int) -> Admitted:
+    def admit(self, connection: OpenConnection, connected: int) -> Admitted:
         """Decide about a new connection; `connected` are all there are, with the new one."""
         admitted = connected - len(self._waiting) - len(self._stopping)
         if admitted <= self._limit or self._an_idle_one_gives_way():
@@ -58,21 +58,21 @@ class ConnectionLimit:
         self._waiting[connection] = None
         return Admitted.STOPS
 
-    def rest(self, connection: Connection) -> None:
+    def rest(self, connection: OpenConnection) -> None:
         """Note that nothing is asked on a connection now."""
         self._idle_since[connection] = self._clock()
 
-    def ask(self, connection: Connection) -> None:
+    def ask(self, connection: OpenConnection) -> None:
         """Note that something is asked on a connection."""
         self._idle_since.pop(connection, None)
 
-    def stop(self, connection: Connection) -> None:
+    def stop(self, connection: OpenConnection) -> None:
         """Note that a connection beyond the limit has asked for a stop: it does not give way any more."""
         if connection in self._waiting:
             del self._waiting[connection]
             self._stopping.add(connection)
 
-    def leave(self, connection: Connection) -> None:
+    def leave(self, connection: OpenConnection) -> None:
         """Forget a connection."""
         self._idle_since.pop(connection, None)
         self._waiting.pop(connection, None)
@@ -91,7 +91,7 @@ class ConnectionLimit:
             self._end(longest)
         return longest is not None
 
-    def _end(self, connection: Connection) -> None:
+    def _end(self, connection: OpenConnection) -> None:
         self.leave(connection)
         connection.give_way()
 

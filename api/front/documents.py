@@ -18,7 +18,7 @@ from fastapi.openapi.docs import get_redoc_html
 from starlette.responses import HTMLResponse
 
 from api.common.routes import PageRoute
-from api.front.swagger import Page, swagger_page
+from api.front.swagger import DocumentPage, swagger_page
 from gateway.door.table import Right
 
 HTML = "text/html; charset=utf-8"
@@ -35,9 +35,9 @@ _ASSETS: Final[Mapping[str, str]] = {
     "favicon.png": "image/png",
 }
 _PAGES: Final = (
-    Page("/docs", "What is needed first", CORE_AT),
-    Page("/docs/resources", "All resources", RESOURCES_AT),
-    Page("/docs/all", "All resources and commands", OPENAPI_AT),
+    DocumentPage("/docs", "What is needed first", CORE_AT),
+    DocumentPage("/docs/resources", "All resources", RESOURCES_AT),
+    DocumentPage("/docs/all", "All resources and commands", OPENAPI_AT),
 )
 _NONE = "q=0"
 _FOLDERS: Final = (Path(__file__).parent / "openapi", Path(__file__).parents[2] / "openapi")
@@ -47,7 +47,7 @@ _WORTH_PACKING = 0.9
 
 
 @dataclass(frozen=True)
-class Made:
+class MadeDocument:
     """The bytes of a document, plain and packed."""
 
     plain: bytes
@@ -55,7 +55,7 @@ class Made:
     etag: str
 
     @classmethod
-    def of(cls, content: bytes) -> "Made":
+    def of(cls, content: bytes) -> "MadeDocument":
         """Pack a content, where that makes it shorter."""
         packed = gzip.compress(content, compresslevel=6, mtime=0)
         worth_it = len(packed) <= _WORTH_PACKING * len(content)
@@ -71,9 +71,9 @@ class Document:
     headers: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
-    def made(self) -> Made:
+    def made(self) -> MadeDocument:
         """Its bytes."""
-        return Made.of(self.make())
+        return MadeDocument.of(self.make())
 
     async def send(self, request: Request) -> Response:
         """Answer; when it is asked for first it is made in a thread, beside the event loop."""
@@ -157,7 +157,7 @@ def _written(name: str, root_path: str) -> bytes:
     return text.replace(b'"paths": {', servers, 1) if root_path else text
 
 
-def _swagger(title: str, root_path: str, shown: Page) -> Document:
+def _swagger(title: str, root_path: str, shown: DocumentPage) -> Document:
     return page(lambda: swagger_page(title, shown, _PAGES, root_path, ASSETS_AT))
 
 

@@ -21,7 +21,7 @@ from api.front import certificates
 from api.front.connections import Admitted, ConnectionLimit
 from api.front.drain import Drain
 from api.front.intake import Inlet, Intake
-from api.front.limits import LINGER_S, Limits
+from api.front.limits import LINGER_S, ConnectionLimits
 from api.front.pending_requests import PendingRequest
 from api.front.refusals import NOT_HTTP, Refused, refusal_in
 from api.front.stop_paths import is_heartbeat, is_life_sign, is_stop
@@ -39,7 +39,7 @@ FULL: Final = "All connections of the gateway are in use, and only stops and /li
 class HttpProtocol(asyncio.Protocol):
     """A connection, as `uvicorn.Config(http=...)` takes it."""
 
-    limits: ClassVar[Limits] = Limits()
+    limits: ClassVar[ConnectionLimits] = ConnectionLimits()
     connection_limit: ClassVar[ConnectionLimit]
     turnstile: ClassVar[Turnstile]
     intake: ClassVar[Intake]

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from time import monotonic
 from typing import Final
 
-from api.front.limits import LINGER_BYTES, Limits
+from api.front.limits import LINGER_BYTES, ConnectionLimits
 from api.front.turnstile import Turnstile, after_pause
 
 SECOND: Final = 1.0
@@ -19,7 +19,9 @@ class Intake:
     goes first: however many connections send all they can, a request of another is read in the next turns.
     """
 
-    def __init__(self, limits: Limits, turnstile: Turnstile, clock: Callable[[], float] = monotonic) -> None:
+    def __init__(
+        self, limits: ConnectionLimits, turnstile: Turnstile, clock: Callable[[], float] = monotonic
+    ) -> None:
         self._limits = limits
         self._turnstile = turnstile
         self._clock = clock
@@ -150,7 +152,7 @@ class Inlet:
             self._hold(False)
 
 
-class Rate:
+class Frequency:
     """How often something happens in a second."""
 
     def __init__(self, most: int, clock: Callable[[], float] = monotonic) -> None:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Limits:
+class ConnectionLimits:
     """The bounds of a server's connections, HTTP and WebSocket alike."""
 
     head_bytes: int = 16_384

@@ -16,7 +16,7 @@ _BARE: Final = frozenset({HTTPStatus.NO_CONTENT, HTTPStatus.NOT_MODIFIED})
 """Answers that have no body, and say no length."""
 
 
-class Connection(Protocol):
+class RequestConnection(Protocol):
     """What a request needs of its connection."""
 
     transport: asyncio.Transport
@@ -39,7 +39,7 @@ class PendingRequest:
 
     def __init__(
         self,
-        connection: Connection,
+        connection: RequestConnection,
         app: ASGIApp,
         scope: Scope,
         *,

@@ -3,14 +3,14 @@
 from api.front.connections import ConnectionLimit
 from api.front.http_protocol import HttpProtocol
 from api.front.intake import Intake
-from api.front.limits import Limits
+from api.front.limits import ConnectionLimits
 from api.front.turnstile import Turnstile
 from api.front.websocket_protocol import WebSocketProtocol
 
-DEFAULT = Limits()
+DEFAULT = ConnectionLimits()
 
 
-def protocols(max_connections: int, bounds: Limits = DEFAULT) -> type[HttpProtocol]:
+def protocols(max_connections: int, bounds: ConnectionLimits = DEFAULT) -> type[HttpProtocol]:
     """Make the protocol of one server, whose connections share one limit; it hands WebSockets over."""
     entering = Turnstile()
     shared = Intake(bounds, entering)

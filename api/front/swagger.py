@@ -80,7 +80,7 @@ SwaggerUIBundle({
 """)
 
 
-class Page(NamedTuple):
+class DocumentPage(NamedTuple):
     """A page of the documentation: its path, its name, and the document that it shows."""
 
     at: str
@@ -88,7 +88,9 @@ class Page(NamedTuple):
     document: str
 
 
-def swagger_page(title: str, shown: Page, pages: Iterable[Page], root_path: str, assets: str) -> HTMLResponse:
+def swagger_page(
+    title: str, shown: DocumentPage, pages: Iterable[DocumentPage], root_path: str, assets: str
+) -> HTMLResponse:
     """Show one page, with links to all; the scripts and styles stand under `assets`."""
     return HTMLResponse(
         _PAGE.substitute(
@@ -105,6 +107,6 @@ def _script(text: str) -> str:
     return json.dumps(text).replace("<", r"\u003c")
 
 
-def _link(root_path: str, page: Page, *, current: bool) -> str:
+def _link(root_path: str, page: DocumentPage, *, current: bool) -> str:
     mark = ' aria-current="page"' if current else ""
     return f'<a href="{escape(root_path + page.at)}"{mark}>{escape(page.name)}</a>'

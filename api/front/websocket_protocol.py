@@ -20,8 +20,8 @@ from websockets.protocol import SEND_EOF, State
 from websockets.server import ServerProtocol
 
 from api.front.drain import Drain
-from api.front.intake import Inlet, Intake, Rate
-from api.front.limits import LINGER_S, Limits
+from api.front.intake import Frequency, Inlet, Intake
+from api.front.limits import LINGER_S, ConnectionLimits
 from api.front.refusals import Refused, head_of
 from gateway.door.events import Event, Writer
 
@@ -47,7 +47,7 @@ class ClientLeft(OSError):
 class WebSocketProtocol(asyncio.Protocol):
     """A connection, and the outlet of its events."""
 
-    limits: ClassVar[Limits] = Limits()
+    limits: ClassVar[ConnectionLimits] = ConnectionLimits()
     intake: ClassVar[Intake]
 
     transport: asyncio.Transport
@@ -76,7 +76,7 @@ class WebSocketProtocol(asyncio.Protocol):
         self.writer: Writer = _frames
         self.on_room: Callable[[], None] = _nobody_asks
         self._inlet = Inlet(self.intake, self.limits.piece_bytes, self._parse, self._hold)
-        self._rate = Rate(self.limits.frames_per_s)
+        self._rate = Frequency(self.limits.frames_per_s)
 
     # the connection
 

@@ -11,7 +11,7 @@ from app import exits, words
 from app.client import LOCAL, STEP_S, Client, KeyFile, Url, going_on_after
 from app.completion import addresses
 from app.exits import Failure, Misuse
-from app.progress import Progress
+from app.progress import ProgressLine
 from app.targets import find, numbered
 
 Whose = Annotated[
@@ -31,7 +31,7 @@ From = Annotated[str | None, typer.Option("--from", help="Of a body: take what t
 Only = Annotated[list[str] | None, typer.Option("--body", help="Of a line: only this body; can be repeated.")]
 
 
-class Units(StrEnum):
+class UnitsChoice(StrEnum):
     """How a backup of another scale comes to a body."""
 
     keep_pulses = "keep_pulses"
@@ -39,7 +39,7 @@ class Units(StrEnum):
 
 
 UnitsOption = Annotated[
-    Units | None,
+    UnitsChoice | None,
     typer.Option("--units", help=words.of("restoreLine", "units")),
 ]
 
@@ -180,7 +180,7 @@ def _followed(
     client: Client, record: dict[str, Any], records: str, words: Callable[[dict[str, Any]], str], lost: int
 ) -> dict[str, Any]:
     """Wait for the end of what is long; where nobody knows it, `lost` is the exit code."""
-    with Progress() as progress:
+    with ProgressLine() as progress:
         while record["status"] == "running":
             progress.say(words(record))
             try:
@@ -218,7 +218,7 @@ def _end(record: dict[str, Any]) -> None:
 def _tell_scales(told: dict[str, Any]) -> None:
     """Say on standard error how scales differ, and what was made of it."""
     for it in told.get("scales", ()):
-        made = "pulses are kept" if it["units"] == Units.keep_pulses else "lengths are converted"
+        made = "pulses are kept" if it["units"] == UnitsChoice.keep_pulses else "lengths are converted"
         typer.echo(f"{it['target']}: backup {it['backup']}, body {it['controller']}; {made}.", err=True)
 
 
@@ -235,7 +235,7 @@ def _wanted(
     without: list[str] | None,
     from_body: str | None,
     only: list[str] | None,
-    units: Units | None,
+    units: UnitsChoice | None,
 ) -> dict[str, object]:
     """The backup in a file, or that of a night, and its target."""
     if (file is None) == (nightly is None):

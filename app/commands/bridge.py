@@ -31,7 +31,7 @@ BridgeData = Annotated[
 ]
 
 
-@app.command(cls=words.Command)
+@app.command(cls=words.WordedCommand)
 def mqtt(config: Config, data: BridgeData = None) -> None:
     """Publish states, events and alarms to an MQTT broker, and take commands if the file says so.
 
@@ -40,7 +40,7 @@ def mqtt(config: Config, data: BridgeData = None) -> None:
     _run("mqtt", config, data)
 
 
-@app.command(cls=words.Command)
+@app.command(cls=words.WordedCommand)
 def opcua(config: Config, data: BridgeData = None) -> None:
     """Serve the plant to OPC UA clients: axes, methods, events and alarms; each signs in with its own key.
 
@@ -49,7 +49,7 @@ def opcua(config: Config, data: BridgeData = None) -> None:
     _run("opcua", config, data)
 
 
-@app.command(cls=words.Command)
+@app.command(cls=words.WordedCommand)
 def check(config: Config) -> None:
     """Read a bridge's file, tell every fault with its line, and try the gateway and the other side.
 

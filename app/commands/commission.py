@@ -11,7 +11,7 @@ from app import exits
 from app.client import LOCAL, STEP_S, Client, KeyFile, Url
 from app.exits import Failure, Misuse
 from app.output import json_text
-from app.progress import Progress
+from app.progress import ProgressLine
 
 if TYPE_CHECKING:
     from commissioning.assumptions import Assumption
@@ -97,7 +97,7 @@ def _beside(client: Client, line_id: str, *, apply: bool) -> "Report":
 
     record = client.request("POST", "/commissionings", {"line_id": line_id})
     path = f"/commissionings/{record['id']}"
-    with Progress() as progress:
+    with ProgressLine() as progress:
         try:
             while record["status"] == "running":
                 progress.say(f"{record['done']} of {record['of']}: {record['doing']}")
@@ -163,7 +163,7 @@ def _alone(line_id: str, file: Path, terms: "Terms") -> "Report":
     async def run(tell: Callable[[int, int, str], None]) -> "Report":
         return await walk(lines[line_id], terms, tell=tell)
 
-    with Progress() as progress:
+    with ProgressLine() as progress:
         try:
             return asyncio.run(run(lambda place, of, slug: progress.say(f"{place} of {of}: {slug}")))
         except TransportError as error:

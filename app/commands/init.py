@@ -10,11 +10,11 @@ import typer
 
 from app import exits
 from app.exits import Failure, Misuse
-from app.progress import Progress
+from app.progress import ProgressLine
 
 if TYPE_CHECKING:
     from gateway.config import Config
-    from gateway.core.tables import Line
+    from gateway.core.tables import LineTable
     from gateway.found import Found
     from gateway.membership import Engine
 
@@ -91,7 +91,7 @@ def _check_engine(engine: "Engine") -> None:
         typer.echo(f"warning: {warning}", err=True)
 
 
-def _served(line: "Line") -> str:
+def _served(line: "LineTable") -> str:
     return f"line {line.id} at {line.address}, {line.served()}"
 
 
@@ -194,7 +194,7 @@ async def _search(ports: list[list[str]], found: list["Found"], *, thorough: boo
     from gateway.search import search
 
     doing: dict[str, str] = {}
-    with Progress() as progress:
+    with ProgressLine() as progress:
 
         def tell(address: str, what: str) -> None:
             doing[address.partition("?")[0]] = f"{address}: {what}"

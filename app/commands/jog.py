@@ -13,8 +13,8 @@ from app.client import LOCAL, Client, KeyFile, Url
 from app.completion import addresses
 from app.exits import Failure, Misuse
 from app.output import json_text
-from app.progress import Progress
-from app.targets import Target, find
+from app.progress import ProgressLine
+from app.targets import NamedTarget, find
 
 HEARTBEATS: Final = 3
 """In the time in which one has to come."""
@@ -64,7 +64,7 @@ def jog(
         _jog(client, f"{path}/jogs", content)
 
 
-def _asked(target: Target, way: str, options: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+def _asked(target: NamedTarget, way: str, options: dict[str, Any]) -> tuple[str, dict[str, Any]]:
     """Where a jog is asked for, and how.
 
     :raises Failure: nothing of the kind jogs, or not this way.
@@ -113,7 +113,7 @@ def _jog(client: Client, path: str, content: dict[str, Any]) -> None:
 
 def _hold(client: Client, path: str, every_s: float) -> Failure | None:
     """Send heartbeats until Ctrl-C, or until one is not taken: the jog is over then, or out of reach."""
-    with Progress() as progress:
+    with ProgressLine() as progress:
         progress.note("It jogs; Ctrl-C stops it.")
         try:
             while True:

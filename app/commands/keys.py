@@ -26,7 +26,7 @@ NEVER: Final = "never"
 _SECONDS: Final = {"s": 1, "m": 60, "h": 3600, "d": 86_400}
 
 
-@app.command(cls=words.Command)
+@app.command(cls=words.WordedCommand)
 def create(
     name: Annotated[str, typer.Argument(help=words.of("makeKey", "name"))],
     role: Annotated[Role, typer.Option(help=words.of("makeKey", "role"))],

@@ -23,7 +23,7 @@ RENEWALS: Final = 3
 """In the time in which one has to come."""
 
 
-@lease.command(cls=words.Command)
+@lease.command(cls=words.WordedCommand)
 def take(
     scope: Annotated[
         str,

@@ -12,8 +12,8 @@ from app.commands.move_requests import MoveKind, body_move, robot_move, scara_mo
 from app.completion import addresses
 from app.exits import Misuse
 from app.output import json_text
-from app.progress import Progress
-from app.targets import Target, find
+from app.progress import ProgressLine
+from app.targets import NamedTarget, find
 
 if TYPE_CHECKING:
     from protocols.table import Command
@@ -85,7 +85,7 @@ def move(
 
 def _move(client: Client, path: str, content: object, wait_s: float) -> None:
     """Start what moves, print it when it is over or the time is up, and end."""
-    with Progress() as progress:
+    with ProgressLine() as progress:
         moves = client.begin(path, content, wait_s, progress)
     typer.echo(json_text(moves[0] if len(moves) == 1 else {"moves": moves}))
     raise typer.Exit(exit_of_moves(moves, awaited=wait_s > 0))
@@ -94,7 +94,7 @@ def _move(client: Client, path: str, content: object, wait_s: float) -> None:
 # commands as the manuals write them
 
 
-def _of_body(target: Target, text: str) -> "tuple[Command[Any], str]":
+def _of_body(target: NamedTarget, text: str) -> "tuple[Command[Any], str]":
     """Read a command of the RC-420; case and blanks matter only where a parameter is a text."""
     from protocols.rorze.commands import COMMANDS
     from protocols.table import SyntaxFault, WireFault
@@ -114,7 +114,7 @@ def _of_body(target: Target, text: str) -> "tuple[Command[Any], str]":
         raise Misuse(f"{code}: {error}") from None
 
 
-def _of_robot(target: Target, text: str) -> "tuple[Command[Any], str]":
+def _of_robot(target: NamedTarget, text: str) -> "tuple[Command[Any], str]":
     """Read a command of C-HOST, and find the unit it is for, or the robot as a whole."""
     from protocols.fics.commands import of_the_robot, read
     from protocols.fics.jog import StartJog

@@ -8,7 +8,7 @@ from urllib.parse import urlencode
 import typer
 
 from app import exits
-from app.charts import FONTS, Line, Panel, chart
+from app.charts import FONTS, Panel, PlottedLine, chart
 from app.client import LOCAL, Client, KeyFile, Url
 from app.exits import Failure, Misuse
 from app.targets import find
@@ -63,7 +63,7 @@ def panels_of(found: dict[str, Any]) -> list[Panel]:
     titles = {"speed": f"Speed [{unit}/s]", "position": f"Position [{unit}]"}
     titles["acceleration"] = f"Acceleration [{unit}/s²]"
     return [
-        Panel(title, [Line(name, [(it["time_s"], it[name + suffix]) for it in found["points"]])])
+        Panel(title, [PlottedLine(name, [(it["time_s"], it[name + suffix]) for it in found["points"]])])
         for name, title in titles.items()
     ]
 

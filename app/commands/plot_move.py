@@ -9,7 +9,7 @@ from urllib.parse import quote
 import typer
 
 from app import exits
-from app.charts import Line, Panel, Point, chart
+from app.charts import Panel, PlottedLine, Point, chart
 from app.client import LOCAL, Client, KeyFile, Url
 from app.commands.plot import Output, plot, require_drawable, write
 from app.exits import Failure
@@ -76,9 +76,9 @@ def panels_of_scara(axes: Sequence[tuple[dict[str, Any], dict[str, Any]]]) -> li
         if speeds := speeds_of(seen):
             name, target = f"axis {axis['axis']}", axis["target_position"] / per_unit
             ends = [(seen[0][0], target), (seen[-1][0], target)]
-            position = [Line("target", ends), Line("measured", seen)]
+            position = [PlottedLine("target", ends), PlottedLine("measured", seen)]
             panels += [
-                Panel(f"Speed of {name} [{unit}/s]", [Line("measured", speeds)]),
+                Panel(f"Speed of {name} [{unit}/s]", [PlottedLine("measured", speeds)]),
                 Panel(f"Position of {name} [{unit}]", position),
             ]
     return panels
@@ -114,9 +114,9 @@ def panels_of_unit(told: dict[str, Any]) -> list[Panel]:
             for axis, counted_in in told["units"].items()
             if counted_in == unit
         }
-        speeds = [Line(axis, found) for axis, points in seen.items() if (found := speeds_of(points))]
+        speeds = [PlottedLine(axis, found) for axis, points in seen.items() if (found := speeds_of(points))]
         if speeds:
-            positions = [Line(axis, points) for axis, points in seen.items() if points]
+            positions = [PlottedLine(axis, points) for axis, points in seen.items() if points]
             panels += [Panel(f"Speed [{unit}/s]", speeds), Panel(f"Position [{unit}]", positions)]
     return panels
 
@@ -133,10 +133,10 @@ def speeds_of(points: Sequence[Point]) -> list[Point]:
     ]
 
 
-def _over(planned: Sequence[Point], measured: Sequence[Point]) -> Iterator[Line]:
+def _over(planned: Sequence[Point], measured: Sequence[Point]) -> Iterator[PlottedLine]:
     if planned:
-        yield Line("planned", planned)
-    yield Line("measured", measured)
+        yield PlottedLine("planned", planned)
+    yield PlottedLine("measured", measured)
 
 
 def _path_of(client: Client, move_id: str, target: str | None) -> str:

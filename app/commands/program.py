@@ -13,7 +13,7 @@ from app.output import json_text
 from app.targets import find
 
 if TYPE_CHECKING:
-    from protocols.rorze.user_program.assembler import Assembled, Fault
+    from protocols.rorze.user_program.assembler import Assembled, ProgramFault
 
 LAST_ADDRESS = 6038
 """As in `protocols.rorze.programs`, which takes long to load."""
@@ -30,7 +30,7 @@ Body = Annotated[
 ]
 
 
-@program.command(cls=words.Command)
+@program.command(cls=words.WordedCommand)
 def check(file: Source) -> None:
     """Tell what is wrong with a program, or how much room it takes; no gateway is needed."""
     _, assembled = _read(file)
@@ -41,7 +41,7 @@ def check(file: Source) -> None:
     typer.echo(f"Labels: {labels}.")
 
 
-@program.command(cls=words.Command)
+@program.command(cls=words.WordedCommand)
 def upload(
     body: Body,
     file: Source,
@@ -67,7 +67,7 @@ def upload(
     typer.echo(record["stored"])
 
 
-@program.command(cls=words.Command)
+@program.command(cls=words.WordedCommand)
 def download(body: Body, url: Url = LOCAL, key_file: KeyFile = None) -> None:
     """Print the program that a body holds in RAM."""
     client = Client.at(url, key_file)
@@ -75,7 +75,7 @@ def download(body: Body, url: Url = LOCAL, key_file: KeyFile = None) -> None:
     typer.echo(program["source"], nl=False)
 
 
-@program.command(cls=words.Command)
+@program.command(cls=words.WordedCommand)
 def run(
     body: Body,
     label: Annotated[str | None, typer.Option(help=words.of("runProgram", "label"))] = None,
@@ -127,5 +127,5 @@ def _read(file: Path) -> "tuple[str, Assembled]":
     return source, assembled
 
 
-def _printed(file: Path, fault: "Fault") -> str:
+def _printed(file: Path, fault: "ProgramFault") -> str:
     return f"{file}:{fault.line}:{fault.column}: {fault.reason}"

@@ -10,7 +10,7 @@ import typer
 from app import exits, http
 from app.client import ANSWER_S, LOCAL, STEP_S, Client, KeyFile, Url, why_not_reached
 from app.exits import Failure
-from app.progress import Progress
+from app.progress import ProgressLine
 
 _UNITS: Final = {"s": 1, "m": 60, "h": 3600}
 _SILENCE_S: Final = 30.0
@@ -36,7 +36,7 @@ def record(
     client = Client.at(url, key_file)
     begun = client.request("POST", "/recordings", {**wanted, **({"lines": line} if line else {})})
     path = f"/recordings/{begun['id']}"
-    with Progress() as told:
+    with ProgressLine() as told:
         taken = _taken(client, path, begun, told)
     if taken["status"] != "finished":
         raise Failure(f"Nothing was recorded: {taken['error']}", exits.REFUSED)
@@ -44,7 +44,7 @@ def record(
     typer.echo(f"{taken['since']} to {taken['until']} was recorded in {out}.")
 
 
-def _taken(client: Client, path: str, record: dict[str, Any], told: Progress) -> dict[str, Any]:
+def _taken(client: Client, path: str, record: dict[str, Any], told: ProgressLine) -> dict[str, Any]:
     """Wait for the end of a recording; Ctrl-C makes it end."""
     try:
         while record["status"] == "running":

@@ -8,7 +8,7 @@ import typer
 from app import exits
 from app.client import LOCAL, STEP_S, Client, KeyFile, Url
 from app.exits import Failure
-from app.progress import Progress
+from app.progress import ProgressLine
 
 SCAN_S = 120.0
 """A scan of 120 body numbers is over sooner, however slow the line; so is one of a port."""
@@ -76,7 +76,7 @@ def _scan_port(client: Client, port: str, *, add: bool) -> None:
 def _follow(client: Client, path: str, content: object) -> dict[str, Any]:
     """Begin a scan, and give it when it is over; a failure ends the command."""
     scan = client.request("POST", path, content, wait_s=STEP_S)
-    with Progress() as progress:
+    with ProgressLine() as progress:
         for _ in range(int(SCAN_S / STEP_S) - 1):
             if scan["status"] != "running":
                 break

@@ -158,7 +158,7 @@ def _stream(
         yield from _server_sent(_lines(it.iter_text()))
 
 
-def _problem(answer: http.Answer) -> dict[str, Any]:
+def _problem(answer: http.HttpAnswer) -> dict[str, Any]:
     try:
         return dict(answer.json())
     except (TypeError, ValueError):

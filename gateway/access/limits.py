@@ -22,7 +22,7 @@ class Use(Enum):
 
 
 @dataclass(frozen=True)
-class Limits:
+class KeyLimits:
     """What one key may have."""
 
     subscribers: int = 50
@@ -51,7 +51,7 @@ class _Usage:
 class Usages:
     """What each key takes up now."""
 
-    def __init__(self, limits: Limits, clock: Callable[[], float] = monotonic) -> None:
+    def __init__(self, limits: KeyLimits, clock: Callable[[], float] = monotonic) -> None:
         self._limits = limits
         self._clock = clock
         self._of: dict[str, _Usage] = {}

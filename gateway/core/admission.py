@@ -1,6 +1,6 @@
 """What may be begun now: nothing at the end of the gateway, and nothing that may be too old."""
 
-from gateway.core.errors import HeldUp, ShuttingDown
+from gateway.core.errors import GatewayEnding, HeldUp
 from gateway.core.loop_watch import LoopWatch
 
 
@@ -22,7 +22,7 @@ class Admission:
         :raises HeldUp: it was suspended, and the request may have come meanwhile.
         """
         if self._ended:
-            raise ShuttingDown
+            raise GatewayEnding
         if self._watch.in_doubt():
             raise HeldUp
 

@@ -67,7 +67,7 @@ class PastWords(Record):
         return self.model_copy(update={"en": self.en.of(facts, "en"), "ja": self.ja.of(facts, "ja")})
 
 
-class Words(NamedTuple):
+class AlarmWords(NamedTuple):
     """An alarm as the catalogue has it."""
 
     en: AlarmText
@@ -76,12 +76,12 @@ class Words(NamedTuple):
     """What is told once it is over; None where the same words go on being true."""
 
 
-def words_of(key: str) -> Words:
+def words_of(key: str) -> AlarmWords:
     """Find the words of an alarm: `[alarms.KEY]` of each language, and `[alarms.KEY.over]`."""
     told = [texts.entry(language, f"alarms.{key}") for language in texts.LANGUAGES]
     en, ja = (AlarmText.model_validate({it: table[it] for it in AlarmText.model_fields}) for table in told)
     over = [AlarmText.model_validate(table["over"]) for table in told if "over" in table]
-    return Words(en, ja, PastWords(en=over[0], ja=over[1]) if over else None)
+    return AlarmWords(en, ja, PastWords(en=over[0], ja=over[1]) if over else None)
 
 
 class Alarm(Record):
@@ -147,7 +147,7 @@ class Cause:
     name: str
     event: str
     """The type of the event."""
-    words: Words
+    words: AlarmWords
     manual: str = ""
     next: Sequence[NextCall] = ()
     lasts: Callable[[str], bool] = _over
@@ -177,7 +177,7 @@ def _while_true_of(find: Callable[[str], T | None], holds: Callable[[T], bool]) 
 
 
 @dataclass(frozen=True)
-class Kind(Generic[T]):
+class CauseKind(Generic[T]):
     """A cause as a table has it: of any line, body or robot. Its words stand in the catalogue."""
 
     name: str
@@ -424,9 +424,11 @@ def reset_of(alarm: Alarm) -> NextCall:
 # stops
 
 
-def stopped(what: str, manual: str, next_calls: Sequence[NextCall], lasts: Callable[[T], bool]) -> Kind[T]:
+def stopped(
+    what: str, manual: str, next_calls: Sequence[NextCall], lasts: Callable[[T], bool]
+) -> CauseKind[T]:
     """A stop that a person, or a program, has asked for; not one that ends a jog."""
-    return Kind(
+    return CauseKind(
         f"{what}.stopped",
         manual,
         next_calls,

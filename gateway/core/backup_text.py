@@ -13,7 +13,7 @@ MOST_TOLD = 100
 _HEADING = re.compile(r"\[\s*(?P<words>[^\[\]]*?)\s*\]\s*(;.*)?")
 
 
-class Line(NamedTuple):
+class BackupLine(NamedTuple):
     """A line of a section."""
 
     number: int
@@ -21,13 +21,13 @@ class Line(NamedTuple):
     text: str
 
 
-class Part(NamedTuple):
+class BackupPart(NamedTuple):
     """What a backup has of one controller."""
 
     name: str
     """As it stands in the heading: a body's number, a robot's id."""
     line: int
-    sections: dict[str, list[Line]]
+    sections: dict[str, list[BackupLine]]
     headings: dict[str, int]
     """The lines of the sections' headings."""
 
@@ -48,20 +48,20 @@ def refuse(faults: Sequence[Misplaced]) -> None:
         )
 
 
-def parts_of(text: str, kind: str) -> list[Part]:
+def parts_of(text: str, kind: str) -> list[BackupPart]:
     """Cut a backup into its parts and their sections; `kind` begins the heading of a part, such as `body`.
 
     :raises InvalidText: a line has no place, a heading comes twice, or there is no part.
     """
-    parts: list[Part] = []
+    parts: list[BackupPart] = []
     faults: list[Misplaced] = []
-    lines: list[Line] | None = None
+    lines: list[BackupLine] | None = None
     for number, raw in enumerate(text.splitlines(), 1):
         line = raw.strip()
         heading = _HEADING.fullmatch(line)
         if heading is None:
             if lines is not None:
-                lines.append(Line(number, raw))
+                lines.append(BackupLine(number, raw))
             elif line and not line.startswith(";"):
                 faults.append(Misplaced(number, 1, "A heading such as [settings] has to come first."))
             continue
@@ -71,7 +71,7 @@ def parts_of(text: str, kind: str) -> list[Part]:
             lines = None
             if any(part.name == name for part in parts):
                 faults.append(Misplaced(number, 1, f"[{words}] comes twice."))
-            parts.append(Part(name, number, {}, {}))
+            parts.append(BackupPart(name, number, {}, {}))
         elif not parts or words in parts[-1].sections:
             twice = f"[{words}] comes twice."
             missing = f"A heading such as [{kind} ...] has to come first."

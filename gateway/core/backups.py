@@ -9,14 +9,14 @@ from typing import Protocol, TypeVar
 from gateway.core.backup_record import Backup, BackupComparison
 from gateway.core.move_log import new_id
 from gateway.core.pace import left_s
-from gateway.core.readings import Progress, Readings
+from gateway.core.readings import ProgressListener, Readings
 from gateway.core.restore_record import Difference, differing
-from gateway.core.restores import Controller, Restores, answers_of, baud_of, scales_of
+from gateway.core.restores import RestoredController, Restores, answers_of, baud_of, scales_of
 
-C = TypeVar("C", bound=Controller)
+C = TypeVar("C", bound=RestoredController)
 
 
-class Source(Protocol):
+class BackupSource(Protocol):
     """A controller that is read."""
 
     @property
@@ -33,7 +33,7 @@ class Source(Protocol):
         :raises GatewayError: it does not, or it is.
         """
 
-    async def read(self, progress: Progress, /) -> str:
+    async def read(self, progress: ProgressListener, /) -> str:
         """Read all that it keeps, as text.
 
         :raises GatewayError: it was not read.
@@ -45,7 +45,7 @@ class Backups(Readings[Backup]):
 
     noun = "backup"
 
-    async def start(self, target: str, preamble: str, sources: Sequence[Source]) -> Backup:
+    async def start(self, target: str, preamble: str, sources: Sequence[BackupSource]) -> Backup:
         """Begin to read controllers, one after the other.
 
         :raises BodyBusy: a backup of the same is being read.
@@ -62,7 +62,9 @@ class Backups(Readings[Backup]):
         return self.follow(record, partial(_read, record, preamble, sources))
 
 
-async def _read(record: Backup, preamble: str, sources: Sequence[Source], progress: Progress) -> None:
+async def _read(
+    record: Backup, preamble: str, sources: Sequence[BackupSource], progress: ProgressListener
+) -> None:
     text = preamble
     for source in sources:
         record.controller = source.address
@@ -97,7 +99,7 @@ class Comparisons(Readings[BackupComparison]):
 
 
 async def _compare(
-    record: BackupComparison, restores: Restores[C], controllers: Sequence[C], progress: Progress
+    record: BackupComparison, restores: Restores[C], controllers: Sequence[C], progress: ProgressListener
 ) -> None:
     began_at = asyncio.get_running_loop().time()
     commands: list[str] = []

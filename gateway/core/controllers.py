@@ -6,11 +6,17 @@ from functools import partial
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 from gateway.core.addresses import none_such
-from gateway.core.family import Family, LeftMoving, Seen, Site, is_within, why_it_moves
-from gateway.core.jogs import News
+from gateway.core.family import Family, MayMove, Seen, Site, is_within, why_it_moves
+from gateway.core.jogs import JogNews
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED
-from gateway.core.own_faults import all_of, safely, seen_to, survived, twice
+from gateway.core.own_faults import (
+    ask_safely,
+    await_each_logging,
+    retry_once,
+    run_all_then_raise,
+    run_each_logging,
+)
 from gateway.core.parts import Part
 from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped, stopped
@@ -110,13 +116,14 @@ class Controllers(Family, Generic[C]):
 
     def was_left_alone(self) -> None:
         """Stop what jogs: its heartbeats are too old."""
-        all_of(partial(it.jogs.end_all, News.MISSED) for it in self.every())
+        run_all_then_raise(partial(it.jogs.end_all, JogNews.MISSED) for it in self.every())
 
     def stop_all(self, mode: StopMode) -> Awaitable[Stopped]:
         """Stop all."""
         own = [it for it in self.every() if not it.line.is_elsewhere()]
         return stopped(
-            self.collections[0], asyncio.gather(*all_of(partial(it.stops.stop, mode) for it in own))
+            self.collections[0],
+            asyncio.gather(*run_all_then_raise(partial(it.stops.stop, mode) for it in own)),
         )
 
     def end_motion(
@@ -124,10 +131,10 @@ class Controllers(Family, Generic[C]):
     ) -> list["asyncio.Task[Any]"]:
         """Stop what jogs, or everything that moves."""
         meant = [it for it in self.every() if is_within(it.line.id, it.id, within)]
-        moving = [it for it in meant if everything and safely(_END, partial(_moves, it), otherwise=True)]
-        ending = (partial(it.jogs.end_all, News.CLOSING) for it in meant)
-        survived(_END, *(partial(twice, _END, end) for end in ending))
-        return all_of(partial(it.stops.stop, "decelerate") for it in moving)
+        moving = [it for it in meant if everything and ask_safely(_END, partial(_moves, it), otherwise=True)]
+        ending = (partial(it.jogs.end_all, JogNews.CLOSING) for it in meant)
+        run_each_logging(_END, *(partial(retry_once, _END, end) for end in ending))
+        return run_all_then_raise(partial(it.stops.stop, "decelerate") for it in moving)
 
     async def at_rest(self) -> None:
         """Wait for stops, and for refusals of moves."""
@@ -136,13 +143,13 @@ class Controllers(Family, Generic[C]):
             await it.stops.confirmed()
         await self.moves.begun()
 
-    def left_moving(self) -> Iterator[LeftMoving]:
+    def left_moving(self) -> Iterator[MayMove]:
         """Name those that may move on."""
         for it in self.every():
             moves = it.moves_under_way
             why = why_it_moves(stopped=it.stops.is_unconfirmed, moving=it.moving, under_way=bool(moves))
             if why is not None:
-                yield LeftMoving(self.kind, f"/{self.collections[0]}/{it.id}", why, next(iter(moves), None))
+                yield MayMove(self.kind, f"/{self.collections[0]}/{it.id}", why, next(iter(moves), None))
 
     async def let_go(self) -> None:
         """Give the waiters for moves what is known now."""
@@ -151,7 +158,7 @@ class Controllers(Family, Generic[C]):
     async def close(self) -> None:
         """End all work and close the lines."""
         closing = (it.close for it in self.every())
-        await seen_to(f"the end of all {self.collections[0]}", *closing, self.moves.close)
+        await await_each_logging(f"the end of all {self.collections[0]}", *closing, self.moves.close)
 
 
 def _moves(it: Controller) -> bool:

@@ -7,7 +7,7 @@ though: after the echo of its fence come no copies of what it said before.
 from collections.abc import Hashable
 from typing import Generic
 
-from gateway.core.exchange import F, Said, X
+from gateway.core.exchange import F, RememberedReply, X
 
 
 class Copies(Generic[X, F]):
@@ -16,10 +16,10 @@ class Copies(Generic[X, F]):
     def __init__(self, remembered: int) -> None:
         self._remembered = remembered
         """Different replies of one name. After so many a fence goes before the next, whatever it asks."""
-        self._said: dict[int, dict[Hashable, dict[Hashable, Said]]] = {}
+        self._said: dict[int, dict[Hashable, dict[Hashable, RememberedReply]]] = {}
         """By speaker, by name, and by the command's frame and the kind of reply."""
 
-    def note(self, speaker: int, name: Hashable, said: Said, now: float) -> None:
+    def note(self, speaker: int, name: Hashable, said: RememberedReply, now: float) -> None:
         """A reply was credited, or may come; of one command and one kind the last is remembered."""
         names = self._said.get(speaker) or self._said.setdefault(speaker, {})
         others = names.get(name) or names.setdefault(name, {})

@@ -19,7 +19,7 @@ from gateway.core.event_types import EventType, LeftMoving, lease_types, move_ty
 from gateway.core.events import Event
 from gateway.core.exchange import Exchange
 from gateway.core.family import Site, Watch
-from gateway.core.jogs import Jog, JogOutOfReach, JogOver, Jogs, News, Session
+from gateway.core.jogs import Jog, Jogging, JogNews, JogOutOfReach, JogOver, Jogs
 from gateway.core.journal.intents import OF_MOVES
 from gateway.core.lanes import Lane
 from gateway.core.line import LineDriver
@@ -30,7 +30,7 @@ from gateway.core.move_runs import Beginning, MoveRuns
 from gateway.core.next_calls import NextCall
 from gateway.core.operation import Rows, taking
 from gateway.core.origin import working
-from gateway.core.own_faults import all_of, seen_to, twice
+from gateway.core.own_faults import await_each_logging, retry_once, run_all_then_raise
 from gateway.core.records import Record
 from gateway.core.rights import Right
 from gateway.core.silence import Silence
@@ -43,7 +43,7 @@ from gateway.core.stops import (
     StopState,
     StopsUnderWay,
 )
-from gateway.core.targets import Answer, Begun, Opened, Stopped, Target, stopped
+from gateway.core.targets import BegunMoves, CommandReplies, Opened, Stopped, Target, stopped
 from gateway.core.verdicts import (
     MOTOR,
     AtRest,
@@ -224,19 +224,19 @@ class Drive(Target):
 
     async def close(self) -> None:
         """End its jogs and stops, and close the line."""
-        await seen_to(f"the end of {self.id}", self.jogs.close, self.stops.close, self.line.close)
+        await await_each_logging(f"the end of {self.id}", self.jogs.close, self.stops.close, self.line.close)
 
     # asked for
 
-    async def ask(self, command: Any) -> Answer:
+    async def ask(self, command: Any) -> CommandReplies:
         """Send a command that starts no motion; errors as of `LineDriver.reply_to`."""
         reads = command.effect is Effect.READ
         if not reads:
             self.line.require_fit()
         reply = await self.line.reply_to(self.exchange(command, Lane.READ if reads else Lane.COMMAND))
-        return Answer((reply,), asyncio.get_running_loop().time())
+        return CommandReplies((reply,), asyncio.get_running_loop().time())
 
-    async def start(self, command: Any, start_within_s: float = START_WITHIN_S) -> Begun | Opened:
+    async def start(self, command: Any, start_within_s: float = START_WITHIN_S) -> BegunMoves | Opened:
         """Start a move, or a jog.
 
         :raises GatewayError: it was refused, or not sent.
@@ -247,7 +247,7 @@ class Drive(Target):
         if isinstance(command, tuple(self.jog_rows)):
             jog = await self.jogs.start(command)
             return Opened(f"{self.path}/jogs/{jog.id}", jog)
-        return Begun(self.path, [await self.moves.start(self, command, start_within_s)])
+        return BegunMoves(self.path, [await self.moves.start(self, command, start_within_s)])
 
     async def stop(self, mode: StopMode) -> Stopped:
         """Stop it; the stop is queued before anything is awaited."""
@@ -304,7 +304,7 @@ class DriveStops(StopsUnderWay[StopMode, _DriveStop]):
 
     def stop(self, mode: StopMode) -> "asyncio.Task[DriveStopReport]":
         """Stop it; the report comes when it stands still, or after two seconds with what is known then."""
-        stop = twice("a stop", partial(self._stop, mode))
+        stop = retry_once("a stop", partial(self._stop, mode))
         return asyncio.create_task(self._report(stop), name="stop report")
 
     def _stop(self, mode: StopMode) -> _DriveStop:
@@ -312,10 +312,10 @@ class DriveStops(StopsUnderWay[StopMode, _DriveStop]):
         begin = partial(self._begin, mode, stop, f"the stop of {drive.id}")
         deeds: list[Callable[[], None]] = [
             partial(drive.line.forbid, {TARGET}),
-            partial(drive.jogs.take_all, News.STOP),
+            partial(drive.jogs.take_all, JogNews.STOP),
             stop.submit if mode in self._running else begin,
         ]
-        all_of(deeds)
+        run_all_then_raise(deeds)
         return stop
 
     async def _report(self, stop: _DriveStop) -> DriveStopReport:
@@ -337,7 +337,7 @@ class DriveJogs(Jogs[DriveJog, None]):
     async def start(self, command: Any) -> DriveJog:
         """Start to jog; errors as of `LineDriver.reply_to`, and JogOver if it was stopped meanwhile."""
         drive, jog = self._drive, DriveJog(drive_id=self._drive.id)
-        session = Session(jog, drive.id, drive.line, None)
+        session = Jogging(jog, drive.id, drive.line, None)
         exchange = drive.exchange(command, Lane.COMMAND)
         exchange.expires_at = asyncio.get_running_loop().time() + START_WITHIN_S
         exchange.on_written = lambda _: self._begin(session)
@@ -345,7 +345,7 @@ class DriveJogs(Jogs[DriveJog, None]):
             await drive.line.reply_to(exchange)
         except GatewayError as error:
             if jog.id in self._sessions:
-                self._take(session, News.REFUSED if error.moved == "no" else News.END)
+                self._take(session, JogNews.REFUSED if error.moved == "no" else JogNews.END)
             raise
         if not session.jogs:
             raise JogOver(session.what, jog)
@@ -362,7 +362,7 @@ class DriveJogs(Jogs[DriveJog, None]):
     async def _rests(self, _: object) -> None:
         await self._drive.comes_to_rest()
 
-    async def _see_still(self, session: Session[DriveJog, None]) -> bool:
+    async def _see_still(self, session: Jogging[DriveJog, None]) -> bool:
         await self._drive.comes_to_rest(partial(self._stop, session))
         return True
 

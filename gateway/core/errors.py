@@ -149,7 +149,7 @@ class NotSent(GatewayError):
     retryable = True
 
 
-class LineDown(NotSent):
+class PortNotOpen(NotSent):
     """The line's port is not open."""
 
     kind = "line-down"
@@ -205,7 +205,7 @@ class HeldUp(NotSent):
         )
 
 
-class ShuttingDown(NotSent):
+class GatewayEnding(NotSent):
     """The gateway has been told to end: it lets nothing begin any more."""
 
     kind = "shutting-down"
@@ -216,9 +216,9 @@ class ShuttingDown(NotSent):
         )
 
 
-Overtaking = type[StoppedFirst] | type[HeldUp] | type[ShuttingDown]
+Overtaking = type[StoppedFirst] | type[HeldUp] | type[GatewayEnding]
 """What can come between the admission of a command and the moment it could be sent."""
-OVERTAKEN = StoppedFirst, HeldUp, ShuttingDown
+OVERTAKEN = StoppedFirst, HeldUp, GatewayEnding
 
 
 class PowerCycled(NotSent):

@@ -24,7 +24,7 @@ X = TypeVar("X", bound="Exchange[Any, Any, Any]")
 """A family's exchanges."""
 
 
-class Said(NamedTuple):
+class RememberedReply(NamedTuple):
     """A reply that was credited, or may come at any time."""
 
     exchange: "Exchange[Any, Any, Any]"
@@ -132,7 +132,7 @@ class Exchange(ABC, Generic[C, F, O]):
     # copies of replies
 
     @abstractmethod
-    def mistakes(self, said: Said) -> bool:
+    def mistakes(self, said: RememberedReply) -> bool:
         """Whether a copy of something said before would be taken for its reply, and be wrong."""
 
     # waiters

@@ -15,13 +15,13 @@ from gateway.core.alarms import Cause
 from gateway.core.errors import NotFound
 from gateway.core.event_types import EventType
 from gateway.core.events import EventHub
-from gateway.core.kept_works import KeptWorks
-from gateway.core.known import Known
+from gateway.core.kept_works import DurableJobs
+from gateway.core.known import FactStore
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED, MoveRecord
-from gateway.core.operation import Rows, Section, Words
+from gateway.core.operation import RouteWords, Rows, Section
 from gateway.core.parts import Part
 from gateway.core.records import Record
 from gateway.core.stops import Report, StopMode
@@ -46,11 +46,11 @@ class Site:
     """Whether moves without an end may be started."""
     rng: random.Random | None = None
     """Dice that tests load."""
-    known: Known = field(default_factory=Known)
+    known: FactStore = field(default_factory=FactStore)
 
 
 @dataclass(frozen=True)
-class Place:
+class TargetKind:
     """A kind of targets: where they stand among the resources, and the record of their moves."""
 
     path: str
@@ -66,7 +66,7 @@ class Place:
     """Whether rows of the family, in words of their own, list its moves and stops."""
 
 
-class LeftMoving(NamedTuple):
+class MayMove(NamedTuple):
     """What may move on when the gateway has ended."""
 
     what: str
@@ -163,7 +163,7 @@ class Registered(ABC):
     """The descriptions of the names in its paths; all others are text."""
     sections: ClassVar[Sequence[Section]] = ()
     """The sections of the documents that its rows stand in, in their order."""
-    words: ClassVar[Mapping[str, Words]] = {}
+    words: ClassVar[Mapping[str, RouteWords]] = {}
     """Of its places whose routes have words of their own."""
 
     def __init__(self, site: Site) -> None:
@@ -211,7 +211,7 @@ class Registered(ABC):
         """Where its moves are remembered."""
         return ()
 
-    def works(self) -> Mapping[str, KeptWorks[Any]]:
+    def works(self) -> Mapping[str, DurableJobs[Any]]:
         """Its long work of which the records outlive the gateway, by names that nothing else has."""
         return {}
 
@@ -237,7 +237,7 @@ class Registered(ABC):
         """
 
     @abstractmethod
-    def left_moving(self) -> Iterable[LeftMoving]:
+    def left_moving(self) -> Iterable[MayMove]:
         """Name what may still move."""
 
     @abstractmethod
@@ -256,7 +256,7 @@ class Registered(ABC):
 class Family(Registered):
     """All controllers of one kind, with their lines. A plant has one of each kind."""
 
-    line_table: ClassVar[type[tables.Line]]
+    line_table: ClassVar[type[tables.LineTable]]
     """What the configuration says of a line."""
     controllers: ClassVar[str] = ""
     """What it is the family of, as the documents begin."""
@@ -272,7 +272,7 @@ class Family(Registered):
     """What a line tells."""
     now: ClassVar[type[Record]]
     """What a snapshot tells of each of what is `seen`, which is among the first of `collections`."""
-    commands: ClassVar[Sequence[tuple[Place, Row]]]
+    commands: ClassVar[Sequence[tuple[TargetKind, Row]]]
     """Its whole command table, by what the commands are addressed to."""
     stop_modes: ClassVar[Mapping[Row, StopMode]] = {}
     """The rows that stop all of what they are addressed to."""
@@ -372,7 +372,7 @@ class Extension(Registered):
         """Stop nothing: the family does."""
         return ()
 
-    def left_moving(self) -> Iterable[LeftMoving]:
+    def left_moving(self) -> Iterable[MayMove]:
         """Name nothing: the family does."""
         return ()
 

@@ -26,7 +26,7 @@ class State(Enum):
 
 
 @at_hand
-class Event(Enum):
+class FenceEvent(Enum):
     """What can happen to it."""
 
     DOUBT = "doubt, or a fence is called for"
@@ -69,27 +69,31 @@ _DUE = (State.FIRST_DUE, State.SECOND_DUE, State.THIRD_DUE)
 _ASKED = (State.FIRST_ASKED, State.SECOND_ASKED, State.THIRD_ASKED)
 FENCE_TRIES = len(_ASKED)
 
-_RULED_OUT: Mapping[Event, Cell] = {
-    Event.ASKED: "a fence is asked only when it is due",
-    Event.ECHO: "no fence is under way",
-    Event.SILENCE: "no fence is under way",
-    Event.NO_TIME: "no fence is under way",
-    Event.WITNESS: "no witness is being looked for",
-    Event.NOBODY: "no witness is being looked for",
-    Event.STRAY: "nothing is heard while a witness is being looked for",
+_RULED_OUT: Mapping[FenceEvent, Cell] = {
+    FenceEvent.ASKED: "a fence is asked only when it is due",
+    FenceEvent.ECHO: "no fence is under way",
+    FenceEvent.SILENCE: "no fence is under way",
+    FenceEvent.NO_TIME: "no fence is under way",
+    FenceEvent.WITNESS: "no witness is being looked for",
+    FenceEvent.NOBODY: "no witness is being looked for",
+    FenceEvent.STRAY: "nothing is heard while a witness is being looked for",
 }
 
 
-def _row(**steps: Cell) -> dict[Event, Cell]:
-    cells = {**_RULED_OUT, Event.PORT_LOST: Step(State.IN_STEP), **{Event[it]: steps[it] for it in steps}}
-    return {event: cells[event] for event in Event}
+def _row(**steps: Cell) -> dict[FenceEvent, Cell]:
+    cells = {
+        **_RULED_OUT,
+        FenceEvent.PORT_LOST: Step(State.IN_STEP),
+        **{FenceEvent[it]: steps[it] for it in steps},
+    }
+    return {event: cells[event] for event in FenceEvent}
 
 
-def _due(due: State, asked: State) -> dict[Event, Cell]:
+def _due(due: State, asked: State) -> dict[FenceEvent, Cell]:
     return _row(DOUBT=Step(State.FIRST_DUE), ASKED=Step(asked), STRAY=Step(due, Action.CONSIDER))
 
 
-def _asked(asked: State, failed: Step) -> dict[Event, Cell]:
+def _asked(asked: State, failed: Step) -> dict[FenceEvent, Cell]:
     return _row(
         DOUBT=Step(State.FIRST_ASKED),  # what is in doubt was written before this fence
         ASKED=Step(asked),  # the port did not take the last one
@@ -100,7 +104,7 @@ def _asked(asked: State, failed: Step) -> dict[Event, Cell]:
     )
 
 
-TABLE: Mapping[State, Mapping[Event, Cell]] = {
+TABLE: Mapping[State, Mapping[FenceEvent, Cell]] = {
     State.IN_STEP: _row(
         DOUBT=Step(State.FIRST_DUE),
         WITNESS=Step(State.IN_STEP),  # the port was lost while one was looked for
@@ -134,7 +138,7 @@ class Fence:
         """How many fences have failed since the last doubt, or the last change of the witness."""
         return next((states.index(self.state) for states in (_DUE, _ASKED) if self.state in states), 0)
 
-    def take(self, event: Event) -> Action:
+    def take(self, event: FenceEvent) -> Action:
         """Go on to the next state, and give what has to be done.
 
         :raises CannotHappen: the table rules it out.
@@ -153,7 +157,7 @@ def drawing() -> str:
         "What a line knows of the replies still to come (decisions 2 and 14). A cell has the next state and",
         "*what is done*; a dash is what cannot happen, and a fault of the program if it does.",
     )
-    return states(head, Event, TABLE)
+    return states(head, FenceEvent, TABLE)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,13 @@ from gateway.core.drawn import states
 from gateway.core.errors import GatewayError, NotFound
 from gateway.core.line import LineDriver
 from gateway.core.origin import Origin, acting, working
-from gateway.core.own_faults import all_of, at_end_of, carry_on, insist, survived
+from gateway.core.own_faults import (
+    restart_after_faults,
+    retry_until_done,
+    run_all_then_raise,
+    run_each_logging,
+    when_done,
+)
 from gateway.core.records import Record
 from protocols.wording import as_given
 
@@ -98,7 +104,7 @@ class JogOver(GatewayError):
             )
 
 
-class News(Enum):
+class JogNews(Enum):
     """What can happen to a jog."""
 
     HEARTBEAT = "heartbeat"
@@ -111,7 +117,7 @@ class News(Enum):
     STILL = "its motor is seen to stand still"
 
 
-class Action(Enum):
+class JogAction(Enum):
     """What is done about it."""
 
     WAIT = "wait for the next heartbeat"
@@ -121,32 +127,32 @@ class Action(Enum):
     REFUSE = "refuse"
 
 
-class Step(NamedTuple):
+class JogStep(NamedTuple):
     """One cell of the table."""
 
     state: JogState | None
     """None: as it began to stop."""
-    action: Action
+    action: JogAction
     ends_as: JogEnd | None = None
     """How it ends, where that is known only now: the first end that comes is the end."""
 
 
-TABLE: Final[Mapping[JogState, Mapping[News, Step]]] = {
+TABLE: Final[Mapping[JogState, Mapping[JogNews, JogStep]]] = {
     "jogging": {
-        News.HEARTBEAT: Step("jogging", Action.WAIT),
-        News.MISSED: Step("stopping", Action.STOP, "lost"),
-        News.END: Step("stopping", Action.STOP, "ended"),
-        News.REST: Step("stopping", Action.SEE, "ended"),
-        News.STOP: Step("stopping", Action.SEE, "stopped"),
-        News.CLOSING: Step("stopping", Action.STOP, "stopped"),
-        News.REFUSED: Step("ended", Action.TELL, "ended"),
+        JogNews.HEARTBEAT: JogStep("jogging", JogAction.WAIT),
+        JogNews.MISSED: JogStep("stopping", JogAction.STOP, "lost"),
+        JogNews.END: JogStep("stopping", JogAction.STOP, "ended"),
+        JogNews.REST: JogStep("stopping", JogAction.SEE, "ended"),
+        JogNews.STOP: JogStep("stopping", JogAction.SEE, "stopped"),
+        JogNews.CLOSING: JogStep("stopping", JogAction.STOP, "stopped"),
+        JogNews.REFUSED: JogStep("ended", JogAction.TELL, "ended"),
     },
     "stopping": {
-        News.HEARTBEAT: Step("stopping", Action.REFUSE),
-        News.MISSED: Step("stopping", Action.STOP),  # a fault has kept the stop from being sent
-        News.STILL: Step(None, Action.TELL),
+        JogNews.HEARTBEAT: JogStep("stopping", JogAction.REFUSE),
+        JogNews.MISSED: JogStep("stopping", JogAction.STOP),  # a fault has kept the stop from being sent
+        JogNews.STILL: JogStep(None, JogAction.TELL),
     },
-    **{end: {News.HEARTBEAT: Step(end, Action.REFUSE)} for end in _ENDS},
+    **{end: {JogNews.HEARTBEAT: JogStep(end, JogAction.REFUSE)} for end in _ENDS},
 }
 """All other news changes nothing. Only a standstill that was seen makes a jog over."""
 
@@ -156,7 +162,7 @@ T = TypeVar("T")
 
 
 @dataclass(eq=False)
-class Session(Generic[J, T]):
+class Jogging(Generic[J, T]):
     """A jog, with what keeps it and what sees to its end."""
 
     jog: J
@@ -189,61 +195,61 @@ class Jogs(ABC, Generic[J, T]):
     still_within_s: ClassVar[float | None] = None
     """After this time its end is given as it is; None where `_see_still` has bounds of its own."""
 
-    def __init__(self, tell: Callable[[str, Session[J, T]], object]) -> None:
+    def __init__(self, tell: Callable[[str, Jogging[J, T]], object]) -> None:
         self._tell_of = tell
-        self._sessions: dict[str, Session[J, T]] = {}
+        self._sessions: dict[str, Jogging[J, T]] = {}
 
     # what a family brings
 
     @abstractmethod
-    def _require_in_reach(self, session: Session[J, T], /) -> None:
+    def _require_in_reach(self, session: Jogging[J, T], /) -> None:
         """Refuse a heartbeat that keeps nothing.
 
         :raises JogOutOfReach: nobody could stop the motor.
         """
 
     @abstractmethod
-    def _stop(self, session: Session[J, T], /) -> None:
+    def _stop(self, session: Jogging[J, T], /) -> None:
         """Stop the motor; the stop is queued before this returns."""
 
     @abstractmethod
-    async def _rests(self, session: Session[J, T], /) -> None:
+    async def _rests(self, session: Jogging[J, T], /) -> None:
         """Return when the motor stands still though nobody has stopped it."""
 
     @abstractmethod
-    async def _see_still(self, session: Session[J, T], /) -> bool:
+    async def _see_still(self, session: Jogging[J, T], /) -> bool:
         """See that the motor stands still, which is being stopped; False where others see to it."""
 
-    def _settled(self, session: Session[J, T], /) -> None:
+    def _settled(self, session: Jogging[J, T], /) -> None:
         """Note that the motor stands still, or was never told to move."""
 
     # a jog's life
 
-    def _begin(self, session: Session[J, T]) -> None:
+    def _begin(self, session: Jogging[J, T]) -> None:
         """Begin a jog: the motor may move from now on, answered or not."""
         self._await_heartbeat(session)
         self._sessions[session.jog.id] = session
         what = f"the jog of {session.what}"
         with working("followers"):
-            rest = asyncio.create_task(carry_on(what, partial(self._rests, session)), name=what)
+            rest = asyncio.create_task(restart_after_faults(what, partial(self._rests, session)), name=what)
         session.rest = rest
-        at_end_of(rest, what, lambda: None if rest.cancelled() else self._take(session, News.REST))
+        when_done(rest, what, lambda: None if rest.cancelled() else self._take(session, JogNews.REST))
         over = [key for key, it in self._sessions.items() if it.jog.state == it.jog.ends_as]
         for key in over[: max(0, len(over) - KEPT)]:
             del self._sessions[key]
         self._tell_of("started", session)
 
-    def _await_heartbeat(self, session: Session[J, T]) -> None:
+    def _await_heartbeat(self, session: Jogging[J, T]) -> None:
         loop = asyncio.get_running_loop()
         if session.alarm is not None:
             session.alarm.cancel()
-        session.alarm = loop.call_later(HEARTBEAT_S, insist, _WHAT, partial(self._missed, session))
+        session.alarm = loop.call_later(HEARTBEAT_S, retry_until_done, _WHAT, partial(self._missed, session))
 
     @acting(Origin("gateway: missing heartbeat"))
-    def _missed(self, session: Session[J, T]) -> None:
-        self._take(session, News.MISSED)
+    def _missed(self, session: Jogging[J, T]) -> None:
+        self._take(session, JogNews.MISSED)
 
-    def _take(self, session: Session[J, T], news: News) -> None:
+    def _take(self, session: Jogging[J, T], news: JogNews) -> None:
         """Go on to the next stage: the motor first, and only then what is told of it.
 
         :raises JogOver: the table refuses it.
@@ -254,30 +260,32 @@ class Jogs(ABC, Generic[J, T]):
             return
         jog.ends_as = jog.ends_as or step.ends_as
         jog.state = step.state or jog.ends_as or "ended"
-        if step.action is Action.REFUSE:
+        if step.action is JogAction.REFUSE:
             raise JogOver(session.what, jog)
-        if step.action is Action.WAIT:
+        if step.action is JogAction.WAIT:
             self._await_heartbeat(session)
-        elif step.action is Action.TELL:
+        elif step.action is JogAction.TELL:
             tell = partial(self._tell_of, jog.state, session)
             for deed in (session.let_go, partial(self._settled, session), tell):
-                insist(_WHAT, deed)
+                retry_until_done(_WHAT, deed)
         else:
-            stop = [partial(self._stop, session)] if step.action is Action.STOP else []
+            stop = [partial(self._stop, session)] if step.action is JogAction.STOP else []
             with working("stops"):
-                all_of([*stop, partial(self._see_to, session)])
+                run_all_then_raise([*stop, partial(self._see_to, session)])
             session.let_go()
             self._tell_of("stopping", session)
 
-    def _see_to(self, session: Session[J, T]) -> None:
+    def _see_to(self, session: Jogging[J, T]) -> None:
         """See that the motor stands still; a second stop joins the first."""
         if session.end is None:
             what = f"the end of the jog of {session.what}"
-            session.end = asyncio.create_task(carry_on(what, partial(self._see_over, session)), name=what)
+            session.end = asyncio.create_task(
+                restart_after_faults(what, partial(self._see_over, session)), name=what
+            )
 
-    async def _see_over(self, session: Session[J, T]) -> None:
+    async def _see_over(self, session: Jogging[J, T]) -> None:
         if await self._see_still(session):
-            self._take(session, News.STILL)
+            self._take(session, JogNews.STILL)
 
     # asked for
 
@@ -292,10 +300,10 @@ class Jogs(ABC, Generic[J, T]):
         session.line.admission.revise()
         now, alarm = asyncio.get_running_loop().time(), session.alarm
         if session.jogs and alarm is not None and now >= alarm.when():
-            self._take(session, News.MISSED)  # the loop was held: the alarm comes too late
+            self._take(session, JogNews.MISSED)  # the loop was held: the alarm comes too late
         if session.jogs:
             self._require_in_reach(session)
-        self._take(session, News.HEARTBEAT)
+        self._take(session, JogNews.HEARTBEAT)
         return session.jog
 
     async def end(self, jog_id: str, of: T | None = None) -> J:
@@ -307,12 +315,12 @@ class Jogs(ABC, Generic[J, T]):
         :raises NotFound: there was no such jog.
         """
         session = self._find(jog_id, of)
-        self._take(session, News.END)
+        self._take(session, JogNews.END)
         if session.end is not None:
             await asyncio.wait({session.end}, timeout=self.still_within_s)
         return session.jog
 
-    def _find(self, jog_id: str, of: T | None = None) -> Session[J, T]:
+    def _find(self, jog_id: str, of: T | None = None) -> Jogging[J, T]:
         session = self._sessions.get(jog_id)
         if session is None or session.of is not of:
             raise NotFound(
@@ -323,14 +331,14 @@ class Jogs(ABC, Generic[J, T]):
 
     # all of them
 
-    def end_all(self, news: Literal[News.MISSED, News.CLOSING]) -> None:
+    def end_all(self, news: Literal[JogNews.MISSED, JogNews.CLOSING]) -> None:
         """Stop every motor that jogs: no heartbeat counts any more."""
         jogging = [it for it in self._sessions.values() if it.jogs]
-        all_of(partial(self._take, it, news) for it in jogging)
+        run_all_then_raise(partial(self._take, it, news) for it in jogging)
 
-    def take_all(self, news: News) -> None:
+    def take_all(self, news: JogNews) -> None:
         """Something has happened to all of them; a fault at one keeps none of the others from it."""
-        survived(_WHAT, *(partial(self._take, it, news) for it in self._sessions.values()))
+        run_each_logging(_WHAT, *(partial(self._take, it, news) for it in self._sessions.values()))
 
     @property
     def is_under_way(self) -> bool:
@@ -345,7 +353,7 @@ class Jogs(ABC, Generic[J, T]):
 
     async def close(self) -> None:
         """Stop what jogs, and give up looking whether motors stand still."""
-        self.end_all(News.CLOSING)
+        self.end_all(JogNews.CLOSING)
         for session in self._sessions.values():
             if session.end is not None:
                 session.end.cancel()
@@ -359,7 +367,7 @@ def drawing() -> str:
         "How a jog goes on and ends, by what happens to it. A cell has the next state and *what is done*;",
         "a dash is news that changes nothing. A jog is over only when its motor was seen to stand still.",
     )
-    return states(head, News, TABLE)
+    return states(head, JogNews, TABLE)
 
 
 if __name__ == "__main__":

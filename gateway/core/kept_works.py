@@ -8,12 +8,12 @@ from typing import Any, ClassVar, Protocol, TypeVar
 
 from pydantic import BaseModel
 
-from gateway.core.works import GATEWAY_ENDED, CutOff, Recorded, Works
+from gateway.core.works import GATEWAY_ENDED, CutOff, Jobs, WorkRecord
 
 log = logging.getLogger(__name__)
 
 
-class Dated(Recorded, Protocol):
+class Dated(WorkRecord, Protocol):
     """A record that says when its work was over."""
 
     started_at: datetime
@@ -23,7 +23,7 @@ class Dated(Recorded, Protocol):
 K = TypeVar("K", bound=Dated)
 
 
-class KeptWorks(Works[K]):
+class DurableJobs(Jobs[K]):
     """The work of one kind; each change of a record that is worth an event is worth to be kept."""
 
     record_type: ClassVar[type[BaseModel]]

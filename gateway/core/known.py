@@ -20,7 +20,7 @@ class Remembering(Protocol):
         """
 
 
-class Known:
+class FactStore:
     """By address, each in words of its family."""
 
     def __init__(self) -> None:

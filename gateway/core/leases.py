@@ -17,7 +17,7 @@ from gateway.core.errors import GatewayError, NotAllowed, NotFound, NotSent
 from gateway.core.exchange import Exchange
 from gateway.core.loop_watch import boot_time
 from gateway.core.origin import Claim
-from gateway.core.own_faults import insist, survived
+from gateway.core.own_faults import retry_until_done, run_each_logging
 from gateway.core.parts import Part
 from gateway.core.records import Record
 from gateway.texts import Text, text
@@ -144,7 +144,7 @@ class Leases:
             self._end(other, "taken_over")
         held = _Held(scope, subject, parts, holder, token, ttl_s, self.clock() + ttl_s)
         self._held[held.id] = held
-        insist(WAKE, self._wait)
+        retry_until_done(WAKE, self._wait)
         self.on_taken(held.subject, self._told(held))
         return self._told_to_holder(held)
 
@@ -263,17 +263,21 @@ class Leases:
             self._timer = None
         if self._held:
             rest_s = min(held.until for held in self._held.values()) - self.clock()
-            self._timer = asyncio.get_running_loop().call_later(max(rest_s, 0.001), insist, WAKE, self._wake)
+            self._timer = asyncio.get_running_loop().call_later(
+                max(rest_s, 0.001), retry_until_done, WAKE, self._wake
+            )
 
     def _wake(self) -> None:
-        survived(WAKE, self.expire)
+        run_each_logging(WAKE, self.expire)
         self._wait()
 
     def _end(self, held: _Held, why: End) -> None:
         """The only place where a lease ends."""
         told = self._told(held)
         del self._held[told.lease]
-        insist(f"the end of {told.lease}", partial(self.on_end, held.subject, told, why, held.parts))
+        retry_until_done(
+            f"the end of {told.lease}", partial(self.on_end, held.subject, told, why, held.parts)
+        )
 
     def _find(self, lease_id: str) -> _Held:
         self.expire()

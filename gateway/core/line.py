@@ -19,9 +19,9 @@ from gateway.core.errors import (
     Cancelled,
     GatewayError,
     InvalidRequest,
-    LineDown,
     NoReply,
     Overtaking,
+    PortNotOpen,
     StoppedFirst,
 )
 from gateway.core.exchange import F, X
@@ -29,7 +29,7 @@ from gateway.core.journal.intents import Intents
 from gateway.core.lanes import Lane
 from gateway.core.line_state import LineState
 from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
-from gateway.core.own_faults import carry_on, survived
+from gateway.core.own_faults import restart_after_faults, run_each_logging
 from gateway.core.sequence_lock import SequenceLock, Series, all_held
 from gateway.core.session import Session
 from gateway.core.trace_filter import FrameSubject
@@ -64,7 +64,7 @@ W = TypeVar("W")
 """What a reader cuts out of what comes: replies, and messages that nobody has asked for."""
 
 
-class Reader(Protocol[W_co]):
+class FrameReader(Protocol[W_co]):
     """Cuts what comes into frames."""
 
     def feed(self, data: bytes, /) -> Iterable[W_co]:
@@ -160,7 +160,7 @@ class PortLoop(ABC):
         self._tasks = [self._port_task()]
         with acting(PROBE):
             beside = f"the work beside line {self.id}"
-            self._tasks += [self._begun(carry_on(beside, work)) for work in self._beside()]
+            self._tasks += [self._begun(restart_after_faults(beside, work)) for work in self._beside()]
 
     def _begun(self, work: Coroutine[Any, Any, None]) -> "asyncio.Task[None]":
         return asyncio.create_task(work, name=f"line {self.id}")
@@ -195,7 +195,7 @@ class PortLoop(ABC):
 
     def _port_task(self) -> "asyncio.Task[None]":
         with acting(SET_UP):
-            return self._begun(carry_on(f"the port of line {self.id}", self._keep_open))
+            return self._begun(restart_after_faults(f"the port of line {self.id}", self._keep_open))
 
     @property
     def baud(self) -> int | None:
@@ -306,8 +306,8 @@ class PortLoop(ABC):
             self._up_published = False
             self.on_change("line.down", {"reason": reason})
 
-    def _down(self) -> LineDown:
-        return LineDown(f"Line {self.id} is down: {self.down_reason}. Nothing was sent.", REMEDY)
+    def _down(self) -> PortNotOpen:
+        return PortNotOpen(f"Line {self.id} is down: {self.down_reason}. Nothing was sent.", REMEDY)
 
     def set_up_again(self, reason: str) -> None:
         """The far end shows signs of a restart: tell it everything again."""
@@ -415,7 +415,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         line_id: str,
         transport: Transport,
         session: Session[X, F],
-        reader: Callable[[], Reader[W | Garbage]],
+        reader: Callable[[], FrameReader[W | Garbage]],
     ) -> None:
         super().__init__(line_id, transport, session.counters)
         self._session = session
@@ -614,8 +614,8 @@ class LineDriver(PortLoop, Generic[X, W, F]):
             if self._session.in_step and not self._session.has_something():
                 self.fence()
 
-    def _echoes(self) -> LineDown:
-        return LineDown.worded("line.echoes", line=self.id)
+    def _echoes(self) -> PortNotOpen:
+        return PortNotOpen.worded("line.echoes", line=self.id)
 
     def _is_silent(self, why: str) -> None:
         super()._is_silent(ECHOING if self.echoes else why)
@@ -766,7 +766,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         lost = NoReply(
             f"Line {self.id} was lost before the reply came: {reason}.", "Read status and position."
         )
-        survived(
+        run_each_logging(
             f"the end of line {self.id}",
             partial(self._session.break_off, lost, unsent),
             partial(self._cancel_held, lambda _: True, unsent),

@@ -17,14 +17,14 @@ GATHER, LONGEST_GATHER_S = 0.25, 0.05
 """Share of the pause between two deliveries in which values gather to one write, and its limit."""
 
 
-class Wanted(Hashable, Protocol):
+class LiveWish(Hashable, Protocol):
     """Which values somebody watches."""
 
     def passes(self, type_: str, subject: str) -> bool:
         """Whether it is one of them."""
 
 
-class Reading(NamedTuple):
+class LiveValue(NamedTuple):
     """The newest value of one target."""
 
     number: int
@@ -44,7 +44,7 @@ class Live:
         self.demand = asyncio.Event()
         """Set, and replaced by another, when somebody begins or ceases to watch."""
         self._epoch, self._source, self._clock = epoch, source, clock
-        self._readings: OrderedDict[tuple[str, str], Reading] = OrderedDict()
+        self._readings: OrderedDict[tuple[str, str], LiveValue] = OrderedDict()
         self._audiences: dict[float, _Audience] = {}
         self._rates: dict[tuple[str, str], float] = {}
 
@@ -65,14 +65,14 @@ class Live:
             "data": data,
         }
         text = to_json(told, inf_nan_mode="null").decode().removesuffix("}")
-        self._readings[type_, subject] = Reading(self.last, type_, subject, text)
+        self._readings[type_, subject] = LiveValue(self.last, type_, subject, text)
         self._readings.move_to_end((type_, subject))
         for audience in self._audiences.values():
             audience.news()
 
-    def newer(self, than: int, wanted: Wanted) -> list[Reading]:
+    def newer(self, than: int, wanted: LiveWish) -> list[LiveValue]:
         """The readings after a number, the oldest first."""
-        newest: Iterator[Reading] = reversed(self._readings.values())
+        newest: Iterator[LiveValue] = reversed(self._readings.values())
         found = []
         for reading in newest:
             if reading.number <= than:
@@ -117,7 +117,7 @@ class Live:
 class Watch(AbstractContextManager["Watch"]):
     """What one client wants of the newest readings, and has got; it watches within the context."""
 
-    def __init__(self, live: Live, wanted: Wanted, hz: float, wake: Callable[[], None]) -> None:
+    def __init__(self, live: Live, wanted: LiveWish, hz: float, wake: Callable[[], None]) -> None:
         self.wanted, self.hz, self.wake = wanted, hz, wake
         self.due = False
         """Whether there may be readings for it now."""

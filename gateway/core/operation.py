@@ -59,7 +59,7 @@ class Section(NamedTuple):
     """Whether it is among what is needed first: to move, to stop, and to see what has happened."""
 
 
-class Words(NamedTuple):
+class RouteWords(NamedTuple):
     """The words of a place's routes."""
 
     replied: str = "The controller's reply."
@@ -68,7 +68,7 @@ class Words(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Text:
+class PlainText:
     """A result that is a text of the row's media type."""
 
     content: str
@@ -285,7 +285,7 @@ def operation(tag: str, verb: Verb, path: str, right: Right, run: Run, **told: A
         "leased": right in LEASED,
         "request_optional": request is not None and request.default is not Parameter.empty,
         "any_scope": False,
-        "result": str if returned is Text else returned,
+        "result": str if returned is PlainText else returned,
         **told,
     }
     return Operation(

@@ -19,7 +19,7 @@ INSIST_S: Final = 0.05
 """The first pause before a deed is done again that a motor waits for."""
 
 
-async def carry_on(what: str, work: Callable[[], Awaitable[None]]) -> None:
+async def restart_after_faults(what: str, work: Callable[[], Awaitable[None]]) -> None:
     """Do work to its end: after a fault it is begun again."""
     pause_s = AGAIN_S[0]
     loop = asyncio.get_running_loop()
@@ -37,22 +37,22 @@ async def carry_on(what: str, work: Callable[[], Awaitable[None]]) -> None:
         pause_s = min(2 * pause_s, AGAIN_S[1])
 
 
-def insist(what: str, deed: Callable[[], object], pause_s: float = INSIST_S) -> None:
+def retry_until_done(what: str, deed: Callable[[], object], pause_s: float = INSIST_S) -> None:
     """Do what a motor waits for: after a fault soon again, until it is done."""
     try:
         deed()
     except Exception:
         log.exception("%s has met a fault of the gateway itself, and is done again in %g s", what, pause_s)
         loop = asyncio.get_running_loop()
-        loop.call_later(pause_s, insist, what, deed, min(2 * pause_s, AGAIN_S[1]))
+        loop.call_later(pause_s, retry_until_done, what, deed, min(2 * pause_s, AGAIN_S[1]))
 
 
-def at_end_of(task: "asyncio.Task[Any]", what: str, deed: Callable[[], object]) -> None:
+def when_done(task: "asyncio.Task[Any]", what: str, deed: Callable[[], object]) -> None:
     """Do what a motor waits for when a task has ended, however it has ended."""
-    task.add_done_callback(lambda _: insist(what, deed))
+    task.add_done_callback(lambda _: retry_until_done(what, deed))
 
 
-def survived(what: str, *deeds: Callable[[], object]) -> None:
+def run_each_logging(what: str, *deeds: Callable[[], object]) -> None:
     """Do all of these: a fault in one is logged, and keeps none of the others from it."""
     for deed in deeds:
         try:
@@ -61,7 +61,7 @@ def survived(what: str, *deeds: Callable[[], object]) -> None:
             log.exception("%s has met a fault of the gateway itself", what)
 
 
-async def seen_to(what: str, *deeds: Callable[[], Awaitable[object]]) -> None:
+async def await_each_logging(what: str, *deeds: Callable[[], Awaitable[object]]) -> None:
     """Wait for all of these in turn: a fault in one is logged, and keeps none of the others from it."""
     for deed in deeds:
         try:
@@ -70,7 +70,7 @@ async def seen_to(what: str, *deeds: Callable[[], Awaitable[object]]) -> None:
             log.exception("%s has met a fault of the gateway itself", what)
 
 
-def safely(what: str, question: Callable[[], T], otherwise: T) -> T:
+def ask_safely(what: str, question: Callable[[], T], otherwise: T) -> T:
     """Ask; after a fault it is taken to be as it does the least harm."""
     try:
         return question()
@@ -79,7 +79,7 @@ def safely(what: str, question: Callable[[], T], otherwise: T) -> T:
         return otherwise
 
 
-def all_of(deeds: Iterable[Callable[[], T]]) -> list[T]:
+def run_all_then_raise(deeds: Iterable[Callable[[], T]]) -> list[T]:
     """Do all of these; the first error is raised when all are done."""
     results: list[T] = []
     errors: list[Exception] = []
@@ -93,7 +93,7 @@ def all_of(deeds: Iterable[Callable[[], T]]) -> list[T]:
     return results
 
 
-def twice(what: str, deed: Callable[[], T]) -> T:
+def retry_once(what: str, deed: Callable[[], T]) -> T:
     """Do what may be done twice: after a fault at once again, and what that raises is passed on."""
     try:
         return deed()
@@ -104,7 +104,7 @@ def twice(what: str, deed: Callable[[], T]) -> T:
         return deed()
 
 
-async def once_more(what: str, deed: Callable[[], Awaitable[object]]) -> None:
+async def await_with_one_retry(what: str, deed: Callable[[], Awaitable[object]]) -> None:
     """Wait for what may be done twice: after a fault at once again, and what that raises is passed on."""
     try:
         await deed()

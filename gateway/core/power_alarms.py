@@ -2,7 +2,7 @@
 
 from typing import Any, Final
 
-from gateway.core.alarms import Facts, Kind
+from gateway.core.alarms import CauseKind, Facts
 from gateway.core.next_calls import post
 from gateway.core.rights import Right
 from gateway.texts import text
@@ -16,9 +16,9 @@ def facts_of_power_loss(loss: Facts) -> Facts:
     return {**loss, **{it: text(f"phrases.power-loss.{how}.{it}") for it in ("lost", "had_lost", "so")}}
 
 
-def swapped(what: str, manual: str) -> Kind[Any]:
+def swapped(what: str, manual: str) -> CauseKind[Any]:
     """The alarm of a body or a robot that came back otherwise than it was: it may be another controller."""
-    return Kind(f"{what}.swapped", manual, (COMPARE,), facts=_facts_of_swap, words="swapped")
+    return CauseKind(f"{what}.swapped", manual, (COMPARE,), facts=_facts_of_swap, words="swapped")
 
 
 def _facts_of_swap(swap: Facts) -> Facts:

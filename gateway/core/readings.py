@@ -8,8 +8,8 @@ from functools import partial
 from typing import Protocol, TypeVar
 
 from gateway.core.backup_record import BackupError, Reading, Status
-from gateway.core.errors import BodyBusy, Cancelled, GatewayError, ShuttingDown
-from gateway.core.kept_works import KeptWorks
+from gateway.core.errors import BodyBusy, Cancelled, GatewayEnding, GatewayError
+from gateway.core.kept_works import DurableJobs
 from gateway.core.pace import left_s
 from gateway.core.works import CutOff
 
@@ -20,7 +20,7 @@ PROGRESS_S = 1.0
 R = TypeVar("R", bound=Reading)
 
 
-class Progress(Protocol):
+class ProgressListener(Protocol):
     """Who is told how far a reading has come."""
 
     def expect(self, answers: int | None, /) -> None:
@@ -57,7 +57,7 @@ class _Followed:
         return now
 
 
-class Readings(KeptWorks[R]):
+class Readings(DurableJobs[R]):
     """The readings of one kind, one at a time of each target."""
 
     noun: str
@@ -69,7 +69,7 @@ class Readings(KeptWorks[R]):
         )
         self._closed = False
 
-    def follow(self, record: R, read: Callable[[Progress], Awaitable[None]]) -> R:
+    def follow(self, record: R, read: Callable[[ProgressListener], Awaitable[None]]) -> R:
         """Keep a record, and fill it by what is read."""
         followed = _Followed(record, lambda what: self.tell(what, record))
         task = self.begin(record, self._run(record, partial(read, followed)), self.noun)
@@ -111,7 +111,7 @@ class Readings(KeptWorks[R]):
             unwanted = Cancelled(
                 f"The {self.noun} was cancelled by request; {self.left_by(record)}.", "Begin anew."
             )
-            self._end(record, "cancelled", ShuttingDown() if self._closed else unwanted)
+            self._end(record, "cancelled", GatewayEnding() if self._closed else unwanted)
 
     def _end(self, record: R, status: Status, error: GatewayError | None) -> None:
         record.status, record.ended_at, record.left_s = status, datetime.now(UTC), None

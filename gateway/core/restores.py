@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
-from gateway.core.errors import BodyBusy, Cancelled, GatewayError, NotFound, ShuttingDown, StoppedFirst
-from gateway.core.kept_works import KeptWorks
+from gateway.core.errors import BodyBusy, Cancelled, GatewayEnding, GatewayError, NotFound, StoppedFirst
+from gateway.core.kept_works import DurableJobs
 from gateway.core.move_log import new_id
 from gateway.core.pace import left_s
 from gateway.core.restore_record import (
@@ -45,14 +45,14 @@ class Comparison(NamedTuple):
     """Whether it is proved that the power was kept while it was read."""
 
 
-class Reader(Protocol):
+class ComparisonListener(Protocol):
     """Who is told how far a comparison has come."""
 
     def has_read(self) -> None:
         """One more answer was read."""
 
 
-class Watcher(Reader, Protocol):
+class Watcher(ComparisonListener, Protocol):
     """Who is told how far the work at a controller has come, and may end it."""
 
     def require_wanted(self) -> None:
@@ -65,7 +65,7 @@ class Watcher(Reader, Protocol):
         """One more command was taken."""
 
 
-class Controller(Protocol):
+class RestoredController(Protocol):
     """A controller that is brought back to what a backup has of it."""
 
     @property
@@ -90,7 +90,9 @@ class Controller(Protocol):
         :raises GatewayError: it does, or it could not be asked.
         """
 
-    async def compare(self, reader: Reader, /, *, lasting: bool = False, sure: bool = True) -> Comparison:
+    async def compare(
+        self, reader: ComparisonListener, /, *, lasting: bool = False, sure: bool = True
+    ) -> Comparison:
         """Read all that the backup has; `lasting` leaves out what is gone with the power.
 
         To be `sure`, what differs is read again: without a checksum one reading proves nothing.
@@ -117,7 +119,7 @@ class Controller(Protocol):
         """
 
 
-C = TypeVar("C", bound=Controller)
+C = TypeVar("C", bound=RestoredController)
 
 
 @dataclass(eq=False)
@@ -125,7 +127,7 @@ class _Work:
     """A restore under way."""
 
     record: Restore
-    works: KeptWorks[Restore]
+    works: DurableJobs[Restore]
     answers: int | None
     """As many as the two readings of all controllers take at most."""
     baud: int | None
@@ -170,7 +172,7 @@ class _Work:
             self.works.tell("progress", self.record)
 
 
-class Restores(KeptWorks[Restore], Generic[C]):
+class Restores(DurableJobs[Restore], Generic[C]):
     """The restores of a family, one at a time for each controller."""
 
     record_type = Restore
@@ -182,7 +184,9 @@ class Restores(KeptWorks[Restore], Generic[C]):
         self._current: dict[str, tuple[_Work, C]] = {}
         """By the address of each controller."""
 
-    async def plan(self, target: str, controllers: Sequence[C], reader: Reader | None = None) -> RestorePlan:
+    async def plan(
+        self, target: str, controllers: Sequence[C], reader: ComparisonListener | None = None
+    ) -> RestorePlan:
         """Tell what a restore would do.
 
         :raises BodyBusy: a controller is being restored.
@@ -297,7 +301,7 @@ class Restores(KeptWorks[Restore], Generic[C]):
                 else:
                     differences += ended.differences
         except asyncio.CancelledError:
-            error, differences = error or (_unwanted(work) or ShuttingDown()), None
+            error, differences = error or (_unwanted(work) or GatewayEnding()), None
         record.differences = differences
         record.saved = record.flash and work.saved == len(controllers)
         self._end(work, _status(work, error), error)
@@ -324,18 +328,18 @@ class Restores(KeptWorks[Restore], Generic[C]):
         self.tell("failed", record)
 
 
-def answers_of(controllers: Sequence[Controller]) -> int | None:
+def answers_of(controllers: Sequence[RestoredController]) -> int | None:
     """How many answers a comparison of all takes at most; None where nobody knows."""
     each = [it.answers for it in controllers]
     return None if None in each else sum(filter(None, each))
 
 
-def baud_of(controllers: Sequence[Controller]) -> int | None:
+def baud_of(controllers: Sequence[RestoredController]) -> int | None:
     """The speed of their line; None where its port does not tell."""
     return next((it.baud for it in controllers), None)
 
 
-def scales_of(controllers: Sequence[Controller]) -> list[ScaleDifference]:
+def scales_of(controllers: Sequence[RestoredController]) -> list[ScaleDifference]:
     """The controllers whose scale is not that of the backup."""
     return [it.scale for it in controllers if it.scale is not None]
 
@@ -352,7 +356,7 @@ class _Ended(NamedTuple):
     error: GatewayError | None
 
 
-async def _restored(work: _Work, controller: Controller) -> _Ended:
+async def _restored(work: _Work, controller: RestoredController) -> _Ended:
     """Restore one controller. Whatever happens on the way, what it holds then is found out."""
     record, lasting = work.record, False
     try:
@@ -373,7 +377,7 @@ async def _restored(work: _Work, controller: Controller) -> _Ended:
     return _Ended(differences, None)
 
 
-async def _written(work: _Work, controller: Controller) -> list[Difference]:
+async def _written(work: _Work, controller: RestoredController) -> list[Difference]:
     """Write what differs, and give what differs still."""
     work.begin("comparing")
     read = work.record.read
@@ -391,7 +395,7 @@ async def _written(work: _Work, controller: Controller) -> list[Difference]:
 
 
 async def _compared(
-    work: _Work, controller: Controller, *, lasting: bool = False, sure: bool = True
+    work: _Work, controller: RestoredController, *, lasting: bool = False, sure: bool = True
 ) -> Comparison:
     work.require_wanted()
     found = await controller.compare(work, lasting=lasting, sure=sure)
@@ -399,14 +403,16 @@ async def _compared(
     return found
 
 
-async def _found_out(work: _Work, controller: Controller, *, lasting: bool) -> list[Difference] | None:
+async def _found_out(
+    work: _Work, controller: RestoredController, *, lasting: bool
+) -> list[Difference] | None:
     """Read what a controller holds, as soon as it answers; None where it does not."""
     loop = asyncio.get_running_loop()
     until = loop.time() + BACK_WITHIN_S
     while loop.time() < until:
         try:
             found = await controller.compare(work, lasting=lasting)
-        except ShuttingDown:
+        except GatewayEnding:
             return None
         except GatewayError:
             await asyncio.sleep(ASK_AGAIN_S)
@@ -426,7 +432,7 @@ def _unwanted(work: _Work) -> GatewayError | None:
 
 def _status(work: _Work, error: GatewayError | None) -> Status:
     record = work.record
-    if work.unwanted or isinstance(error, StoppedFirst | ShuttingDown):
+    if work.unwanted or isinstance(error, StoppedFirst | GatewayEnding):
         return "cancelled"
     if record.differences is None:
         return "failed"

@@ -20,7 +20,7 @@ CLOCK_S = 0.001
 """A timer may be early by so much."""
 
 
-class Source(ABC):
+class LiveSource(ABC):
     """One kind of values of one target."""
 
     type: ClassVar[str]
@@ -29,7 +29,7 @@ class Source(ABC):
     subject: str
 
     @abstractmethod
-    async def read(self, due: Sequence["Source"]) -> Sequence["Source"]:
+    async def read(self, due: Sequence["LiveSource"]) -> Sequence["LiveSource"]:
         """Ask for it and put the answer; give the answers to all that is `due`.
 
         :raises GatewayError: it was not told.
@@ -40,7 +40,7 @@ class Source(ABC):
         """How often a second it is asked for while nobody watches: what is under way wants it."""
         return 0.0
 
-    def among(self, due: Sequence["Source"]) -> list[Self]:
+    def among(self, due: Sequence["LiveSource"]) -> list[Self]:
         """Those of the same kind."""
         return [it for it in due if isinstance(it, type(self))]
 
@@ -48,10 +48,10 @@ class Source(ABC):
 class Sampler:
     """Asks for what is due first, one question after the other, and for nothing that nobody watches."""
 
-    def __init__(self, line: AnyLine, live: Live, sources: Iterable[Source], share: float) -> None:
+    def __init__(self, line: AnyLine, live: Live, sources: Iterable[LiveSource], share: float) -> None:
         self._line, self._live, self._share = line, live, share
         self._sources = list(sources)
-        self._due: dict[Source, float] = {}
+        self._due: dict[LiveSource, float] = {}
         """When each that is watched is to be asked for."""
         self._free_at = 0.0
         """Before that, more would be taken of the line than the share."""
@@ -87,13 +87,13 @@ class Sampler:
         took_s = self._line.load.busy_s[LIVE.work] - before_s
         self._free_at = _now() + took_s * (1 / self._share - 1)
 
-    async def _read(self, source: Source, due: list[Source]) -> Sequence[Source]:
+    async def _read(self, source: LiveSource, due: list[LiveSource]) -> Sequence[LiveSource]:
         try:
             return await source.read(due)
         except GatewayError:
             return ()
 
-    def _hz(self, source: Source) -> float:
+    def _hz(self, source: LiveSource) -> float:
         rate = self._live.rate(source.type, source.subject)
         return max(min(rate, source.most_hz), source.own_hz)
 

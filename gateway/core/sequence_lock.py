@@ -10,7 +10,7 @@ from functools import partial
 
 from gateway.core.errors import Expired
 from gateway.core.lanes import Lane, require_room
-from gateway.core.own_faults import insist
+from gateway.core.own_faults import retry_until_done
 
 log = logging.getLogger(__name__)
 
@@ -75,7 +75,7 @@ class SequenceLock:
                 self._release(mine)
             except Exception:
                 log.exception("%s has met a fault of the gateway itself", RELEASE)
-                insist(RELEASE, partial(self._release, mine))
+                retry_until_done(RELEASE, partial(self._release, mine))
 
     def _release(self, mine: Series | None) -> None:
         """Pass it on; once, though after a fault of the gateway itself it is tried again."""
@@ -100,7 +100,7 @@ class SequenceLock:
 
     def _give_up(self, turn: "asyncio.Future[None]", queue: "deque[asyncio.Future[None]]") -> None:
         if not turn.cancelled():
-            insist(RELEASE, partial(self._release, self.holder))
+            retry_until_done(RELEASE, partial(self._release, self.holder))
         elif turn in queue:
             queue.remove(turn)
 
@@ -118,7 +118,7 @@ class SequenceLock:
             self.on_free()
         except Exception:
             log.exception("a free sequence lock has met a fault of the gateway itself")
-            insist("what waits for a sequence lock", self.on_free)
+            retry_until_done("what waits for a sequence lock", self.on_free)
 
 
 @asynccontextmanager

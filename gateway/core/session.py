@@ -18,7 +18,7 @@ from gateway.core.copies import Copies
 from gateway.core.echo import Echo
 from gateway.core.errors import Cancelled, GarbledReply, GatewayError, NoReply, Overtaking
 from gateway.core.exchange import Exchange, F, More, Proof, X
-from gateway.core.fence import FENCE_TRIES, Action, Event, Fence, State
+from gateway.core.fence import FENCE_TRIES, Action, Fence, FenceEvent, State
 from gateway.core.gate import Gate
 from gateway.core.lanes import IMPATIENT, STOPS, Lane
 from gateway.core.load import Load
@@ -289,7 +289,7 @@ class Session(ABC, Generic[X, F]):
         fence = self._fence_query = self.fence_query()
         fence.origin = FENCE
         fence.timeout_s = max(self.reply_timeout_s, self.late_reply_s / FENCE_TRIES)
-        self._fence.take(Event.ASKED)
+        self._fence.take(FenceEvent.ASKED)
         self.counters["fences"] += 1
         return fence
 
@@ -345,7 +345,7 @@ class Session(ABC, Generic[X, F]):
                 return self._ended(exchange, outcome, frame, now)
         if self.echo.found and self._is_echo(self.line_of(frame)):
             return None
-        if self._fence.take(Event.STRAY) is Action.DROP or not self._is_late(frame, now):
+        if self._fence.take(FenceEvent.STRAY) is Action.DROP or not self._is_late(frame, now):
             self._stray(frame, now)
         return None
 
@@ -365,7 +365,7 @@ class Session(ABC, Generic[X, F]):
                 return None
             self._fence_query = None
             self.fence_passed(exchange)
-            if self._fence.take(Event.ECHO) is Action.SETTLE:
+            if self._fence.take(FenceEvent.ECHO) is Action.SETTLE:
                 self._settle_suspect()
         elif self.strict and exchange.lane is Lane.COMMAND:
             exchange.late_answer, self._suspect = outcome, exchange
@@ -500,14 +500,14 @@ class Session(ABC, Generic[X, F]):
 
         It is not `doubtful` where only copies of replies have to be ruled out.
         """
-        self._fence.take(Event.DOUBT)
+        self._fence.take(FenceEvent.DOUBT)
 
     def _fence_failed(self) -> None:
         self._fence_query = None
-        action = self._fence.take(Event.SILENCE if self.has_time() else Event.NO_TIME)
+        action = self._fence.take(FenceEvent.SILENCE if self.has_time() else FenceEvent.NO_TIME)
         if action is Action.GIVE_UP:
             found = self.witness_failed()
-            action = self._fence.take(Event.WITNESS if found else Event.NOBODY)
+            action = self._fence.take(FenceEvent.WITNESS if found else FenceEvent.NOBODY)
         if action is Action.SETTLE:
             if self._suspect is not None:
                 self._suspect.repeats = 0  # late replies have had their time
@@ -541,7 +541,7 @@ class Session(ABC, Generic[X, F]):
         self._awaiting = self._suspect = self._fence_query = self._unanswered = None
         self._sent, self._urgent = [], deque()
         self.echo = self._new_echo()
-        self._fence.take(Event.PORT_LOST)
+        self._fence.take(FenceEvent.PORT_LOST)
         for exchange in written:
             exchange.settle(exchange.late_answer or NoReply(lost.detail, exchange.remedy, exchange.command))
         for exchange in waiting:

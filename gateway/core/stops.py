@@ -10,7 +10,7 @@ from pydantic import PrivateAttr
 
 from gateway.core.errors import GatewayError, NotSent
 from gateway.core.origin import working
-from gateway.core.own_faults import at_end_of, carry_on, insist, survived
+from gateway.core.own_faults import restart_after_faults, retry_until_done, run_each_logging, when_done
 from gateway.core.records import Record
 from gateway.core.waiting import happens
 from gateway.texts import Text, text
@@ -249,7 +249,7 @@ class Stopping(ABC):
 
     def _warn_in(self, seconds: float) -> None:
         loop, what = asyncio.get_running_loop(), "the call for the hardware stop"
-        self._warning = loop.call_later(seconds, insist, what, self._warn)
+        self._warning = loop.call_later(seconds, retry_until_done, what, self._warn)
 
     def _warn(self) -> None:
         if self._report.state == "confirmed":
@@ -334,16 +334,16 @@ class StopsUnderWay(Generic[K, S]):
         """Begin a stop, and do what `others` are to do with it; its task repeats it."""
         task = asyncio.create_task(self._see_through(stop, what), name=what)
         self._running[key], self._tasks[stop] = stop, task
-        at_end_of(task, f"the end of {what}", partial(self._over, stop))
+        when_done(task, f"the end of {what}", partial(self._over, stop))
         counted, told = partial(self._count, stop), partial(stop.publish, "requested")
-        survived(what, counted, stop.submit, told, *others)
+        run_each_logging(what, counted, stop.submit, told, *others)
 
     async def _see_through(self, stop: S, what: str) -> None:
         """Repeat it until it is confirmed; from then on another stop is one of its own."""
         with working("stops"):
-            await carry_on(what, stop.see_through)
+            await restart_after_faults(what, stop.see_through)
         done = self._at_standstill(stop)
-        survived(what, partial(self._forget, stop), *done, partial(stop.publish, "confirmed"))
+        run_each_logging(what, partial(self._forget, stop), *done, partial(stop.publish, "confirmed"))
         await self._record(stop)
 
     def _over(self, stop: S) -> None:

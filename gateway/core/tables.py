@@ -88,7 +88,7 @@ def named(id_: str, name: str | None) -> str:
     return f"{id_} ({name})" if name else id_
 
 
-class Line(Table):
+class LineTable(Table):
     """A port; what is on it stands in the table of its protocol."""
 
     id: Slug

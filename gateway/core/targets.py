@@ -22,7 +22,7 @@ R = TypeVar("R", bound=Reply)
 
 
 @dataclass(frozen=True)
-class Answer:
+class CommandReplies:
     """All replies to one command, in turn; none where the command is silent."""
 
     replies: Sequence[Reply]
@@ -43,7 +43,7 @@ class MemberAnswers:
 
 
 @dataclass(frozen=True)
-class Begun:
+class BegunMoves:
     """The moves of a command: one for each member of a group, else one."""
 
     path: str
@@ -77,7 +77,7 @@ async def stopped(what: str, stopping: Awaitable[Sequence[Report]]) -> Stopped:
     return Stopped({what: await stopping})
 
 
-Result = Answer | MemberAnswers | Begun | Opened | Stopped
+Result = CommandReplies | MemberAnswers | BegunMoves | Opened | Stopped
 AnyCommand = Command[Any]
 
 
@@ -110,7 +110,7 @@ class Target(ABC):
     """The rows that stop all of it."""
 
     @abstractmethod
-    async def ask(self, command: AnyCommand) -> Answer | MemberAnswers:
+    async def ask(self, command: AnyCommand) -> CommandReplies | MemberAnswers:
         """Send a command that starts no move.
 
         :raises GatewayError: it was refused, not sent, or not answered; the error says which.
@@ -120,7 +120,7 @@ class Target(ABC):
         self,
         command: AnyCommand,
         start_within_s: float = START_WITHIN_S,  # noqa: ARG002
-    ) -> Begun | Opened:
+    ) -> BegunMoves | Opened:
         """Send a command that starts a move, once the move has its record; it is sent in time, or never.
 
         :raises GatewayError: it was refused, or not sent.
@@ -129,13 +129,13 @@ class Target(ABC):
 
     async def start_and_wait(
         self, command: AnyCommand, wait_s: float, start_within_s: float
-    ) -> Begun | Opened:
+    ) -> BegunMoves | Opened:
         """Start a move, and give it when it is over, or when the time to wait is up; errors as of `start`."""
         return await self.wait_for(await self.start(command, start_within_s), wait_s)
 
-    async def wait_for(self, begun: Begun | Opened, wait_s: float) -> Begun | Opened:
+    async def wait_for(self, begun: BegunMoves | Opened, wait_s: float) -> BegunMoves | Opened:
         """Give a move that was started when it is over, or when the time to wait is up."""
-        if isinstance(begun, Begun) and wait_s:
+        if isinstance(begun, BegunMoves) and wait_s:
             await together(*(self.log.wait(move.id, wait_s) for move in begun.moves))
         return begun
 
@@ -173,7 +173,7 @@ class Target(ABC):
         """Stop it; every stop frame is queued before anything is awaited."""
         raise InvalidRequest(f"{self.address} has no motor to be stopped ({mode}); nothing was sent.")
 
-    async def stop_by(self, command: AnyCommand) -> Answer | MemberAnswers | Stopped:
+    async def stop_by(self, command: AnyCommand) -> CommandReplies | MemberAnswers | Stopped:
         """Stop as a command of the table says."""
         return await self.stop(self.stop_modes[type(command)])
 

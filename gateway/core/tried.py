@@ -4,7 +4,7 @@ import json
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from gateway.core.tables import Line
+from gateway.core.tables import LineTable
 
 CONTRADICTS, DIFFERS, UNKNOWN = "contradicts", "differs", "cannot_tell"
 
@@ -19,7 +19,7 @@ class Untried(NamedTuple):
     """One sentence."""
 
 
-def untried(line: Line) -> Untried | None:
+def untried(line: LineTable) -> Untried | None:
     """Read the report of a line; None if all its assumptions were tried and hold. It reads a file."""
     if line.commissioned is None:
         command = f"`motion-gateway commission {line.id}`"

@@ -185,7 +185,7 @@ class Verdict(NamedTuple):
             move.evidence.append(self.evidence)
 
 
-class Problem(NamedTuple):
+class RowProblem(NamedTuple):
     """An error of a row; names in braces are words that the family gives."""
 
     kind: type[GatewayError]
@@ -201,7 +201,7 @@ class Row(NamedTuple):
     finding: Finding
     status: MoveStatus
     cause: str | None = None
-    error: Problem | str = ""
+    error: RowProblem | str = ""
     """`GIVEN`, or empty, where it is no problem of the table."""
     evidence: str = ""
 
@@ -210,7 +210,7 @@ GIVEN: Final = "given"
 """The error of a row: what the controller, the line or the gateway has told of this one command."""
 
 
-class Words(NamedTuple):
+class VerdictWords(NamedTuple):
     """What a family says in the sentences of the tables."""
 
     who: str = ""
@@ -242,8 +242,10 @@ class Words(NamedTuple):
     moved: str = ""
 
 
-MOTOR: Final = Words()
-AXES: Final = Words(what="axes", stand="stand", have="have", were="were", they="they", controller="the robot")
+MOTOR: Final = VerdictWords()
+AXES: Final = VerdictWords(
+    what="axes", stand="stand", have="have", were="were", they="they", controller="the robot"
+)
 
 _ANY_SIGHT: Final = ~Sight(0)
 _ANY_POWER: Final = ~Power(0)
@@ -258,59 +260,59 @@ _EXECUTED: Final = ~Begun.IN_DOUBT
 _PERHAPS_KEPT: Final = Power.KEPT | Power.UNPROVED
 _NOT_CONFIRMED: Final = Stop.NONE | Stop.SENT
 
-_RESTARTED: Final = Problem(
+_RESTARTED: Final = RowProblem(
     Cancelled,
     "The gateway has ended before this could be sent; nothing was sent, and nothing is sent again.",
     "Send the command again if it is still wanted.",
 )
-_OTHER_MEMBERS: Final = Problem(
+_OTHER_MEMBERS: Final = RowProblem(
     Unproved,
     "The gateway was restarted in the middle of the move, and {who} has other bodies now, or their moves are "
     "not kept any more.",
     "See where the {what} is before anything else.",
 )
-_SILENT: Final = Problem(
+_SILENT: Final = RowProblem(
     MoveFailed,
     "{who} stopped answering in the middle of the move; it may still be moving.",
     "Check its power and cable, stop it, and home it again.",
 )
-_OUT_OF_SIGHT: Final = Problem(
+_OUT_OF_SIGHT: Final = RowProblem(
     Unproved,
     "{who} {unheard}; the move may have ended, or the {what} may still be moving.",
     "See that its line works, then read its status and position.",
 )
-_CAUSE: Final = Problem(
+_CAUSE: Final = RowProblem(
     MoveFailed,
     "The move of {who} {ended}; the {what} {stand} still.",
     "Remove the cause, clear the controller's status, and home the axis if steps were lost.",
 )
-_ALARM: Final = Problem(
+_ALARM: Final = RowProblem(
     MoveFailed,
     "An axis of {who} reports an alarm; the {what} {stand} still.",
     "Read the errors of {controller}, remove the cause, then reset them.",
 )
-_NOT_IN_POSITION: Final = Problem(
+_NOT_IN_POSITION: Final = RowProblem(
     MoveFailed,
     "{who} has put out all pulses, and its servo drive was not in position within {waited_s:g} s: "
     "{controller} gives CLR then, and the {what} may stand elsewhere than it counts.",
     "See what holds the axis up, and home it before the next move to a place.",
 )
-_WITHOUT_POWER: Final = Problem(
+_WITHOUT_POWER: Final = RowProblem(
     MoveFailed,
     "{who} {lost} its power before or in the middle of the move; the {what} {stand} still, and nobody knows "
     "where.",
     "Home it again: its position means nothing now.",
 )
-_POWER_IN_DOUBT: Final = Problem(
+_POWER_IN_DOUBT: Final = RowProblem(
     Unproved,
     "{who} stands at {position}, and nothing proves that it has kept its power: it has arrived there, or has "
     "lost its power before or in the middle of the move.",
     "Home it again, unless its position is proved otherwise.",
 )
-_NOT_EXECUTED: Final = Problem(
+_NOT_EXECUTED: Final = RowProblem(
     NotExecuted, "{sending}; the {what} {have} not moved.", "Send it again if it is still wanted."
 )
-_MISSED: Final = Problem(
+_MISSED: Final = RowProblem(
     MoveFailed,
     "{who} stands at {position}{counted}, not at {target} as was asked.",
     "The command may have been garbled on the line: check the position before the next move.",
@@ -319,7 +321,7 @@ _MISSED_IN_DOUBT: Final = _MISSED._replace(
     remedy="The command may have been garbled on the line, or the controller has lost its power: "
     "check the position before the next move."
 )
-_UNPROVED: Final = Problem(
+_UNPROVED: Final = RowProblem(
     Unproved,
     "{sending}; the {what} {stand} still, but the {what} {were} not seen to move, and no place proves that "
     "it was done.",
@@ -329,7 +331,7 @@ _UNPROVED_POWER: Final = _UNPROVED._replace(
     detail="{sending}; the {what} {stand} still, but {controller} may have lost its power on the way, and "
     "no place proves that it was done."
 )
-_MEMBERS: Final = Problem(
+_MEMBERS: Final = RowProblem(
     MoveFailed,
     "The move of {who} failed{stopped}. {told}",
     "Remove the cause, see where the {what} is, and bring it back by moves of single axes or by homing.",
@@ -347,7 +349,9 @@ _HEARD_STILL: Final = "The {what} {were} last heard to stand still at {position}
 
 
 def _cycled(seen: PowerCycle, told: str, look: str = "") -> Row:
-    problem = Problem(MoveFailed, f"{{happened}} in the middle of the move; {told}.", look + "{acknowledge}")
+    problem = RowProblem(
+        MoveFailed, f"{{happened}} in the middle of the move; {told}.", look + "{acknowledge}"
+    )
     return Row(seen, MoveStatus.LOST, "power_cycled", problem)
 
 
@@ -462,7 +466,7 @@ def worst_of(statuses: Iterable[MoveStatus]) -> Worst:
     return max((Worst[it.name] for it in statuses), key=lambda it: it.value)
 
 
-def judge(finding: Finding, words: Words = MOTOR, given: GatewayError | None = None) -> Verdict:
+def judge(finding: Finding, words: VerdictWords = MOTOR, given: GatewayError | None = None) -> Verdict:
     """Give the verdict on a move: that of the row of its finding, in the words of the family.
 
     `given` is the error that was told of this command, for rows that have none of their own.
@@ -492,8 +496,8 @@ def _facts(finding: Finding) -> Sequence[Flag]:
     return (finding,) if isinstance(finding, Flag) else finding
 
 
-def _error(problem: Problem | str, named: Mapping[str, object]) -> GatewayError | None:
-    if not isinstance(problem, Problem):
+def _error(problem: RowProblem | str, named: Mapping[str, object]) -> GatewayError | None:
+    if not isinstance(problem, RowProblem):
         return None
     error = problem.kind(problem.detail.format(**named), problem.remedy.format(**named))
     if problem.moved:
@@ -519,7 +523,7 @@ def drawing() -> str:
 
 def _drawn(row: Row) -> Sequence[str]:
     detail, remedy = (f"*{row.error}*" if row.error else "", "")
-    if isinstance(row.error, Problem):
+    if isinstance(row.error, RowProblem):
         detail, remedy = f"{row.error.kind.title}: {row.error.detail}", row.error.remedy
     return _named(row.finding), row.status.value, row.cause or "", detail, remedy, row.evidence
 

@@ -27,7 +27,7 @@ GATEWAY_ENDED: Final = CutOff("gateway-ended", "The gateway has ended in the mid
 OWN_FAULT: Final = CutOff("gateway-fault", "A fault of the gateway itself has ended it")
 
 
-class Recorded(Protocol):
+class WorkRecord(Protocol):
     """A record of work."""
 
     @property
@@ -35,10 +35,10 @@ class Recorded(Protocol):
         """What it is found by."""
 
 
-W = TypeVar("W", bound=Recorded)
+W = TypeVar("W", bound=WorkRecord)
 
 
-class Works(Generic[W]):
+class Jobs(Generic[W]):
     """The work of one kind: all that is under way, and the newest of what is over."""
 
     doing: ClassVar = "running"

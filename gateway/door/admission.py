@@ -10,12 +10,12 @@ from gateway.access import keys
 from gateway.access.credentials import Credentials
 from gateway.access.errors import LimitReached, NotAuthenticated, NothingShown, NotPermitted
 from gateway.access.grants import PENDANT_S, Grant, SessionInfo, Tickets, handle_of
-from gateway.access.limits import Limits, Rates, Usages, Use
+from gateway.access.limits import KeyLimits, Rates, Usages, Use
 from gateway.access.principal import EVERYBODY, PRINCIPAL, Principal, current
 from gateway.access.roles import Role
 from gateway.core.errors import GatewayError
 from gateway.core.origin import ORIGIN, Origin
-from gateway.core.own_faults import survived
+from gateway.core.own_faults import run_each_logging
 from gateway.core.rights import Right
 from gateway.door.table import operations_of
 from gateway.plant import Plant
@@ -25,11 +25,11 @@ from gateway.security.folding import network_of
 __all__ = [
     "EVERYBODY",
     "PENDANT_S",
-    "Admission",
+    "AccessCheck",
+    "AuthorizedRequest",
     "CallersPassage",
     "Credentials",
     "Grant",
-    "Passage",
     "Principal",
     "Use",
 ]
@@ -47,7 +47,7 @@ def not_good(kind: type[NotAuthenticated] = NotAuthenticated) -> NotAuthenticate
     return kind.worded("key.not-good")
 
 
-class Passage:
+class AuthorizedRequest:
     """A request that may go on; within it the code acts in the name of the caller."""
 
     holds: Callable[[], bool] | None = None
@@ -60,7 +60,7 @@ class Passage:
         """It is answered."""
 
 
-class CallersPassage(Passage):
+class CallersPassage(AuthorizedRequest):
     """A request of somebody."""
 
     def __init__(self, principal: Principal, origin: Origin) -> None:
@@ -93,7 +93,7 @@ class _Counted(CallersPassage):
         self._usages.end(self._principal.id, self._use)
 
 
-class Admission:
+class AccessCheck:
     """Who may come in, with what; with mode `open` everybody may."""
 
     def __init__(self, plant: Plant) -> None:
@@ -112,7 +112,7 @@ class Admission:
         )
         """The parameters that name what a request is about."""
         self._usages = Usages(
-            Limits(settings.subscribers_per_key, settings.requests_per_key, settings.moves_per_key_and_s)
+            KeyLimits(settings.subscribers_per_key, settings.requests_per_key, settings.moves_per_key_and_s)
         )
         self._good_ones: dict[bytes, Grant] = {}
         """By what was shown and was good a moment ago."""
@@ -188,7 +188,7 @@ class Admission:
         self, target: str, error: NotAuthenticated | NotPermitted, name_of: Callable[[], str | None]
     ) -> None:
         """Write a refusal into the security log, but for those who have shown nothing."""
-        survived("the security log", partial(self._note, target, error, name_of))
+        run_each_logging("the security log", partial(self._note, target, error, name_of))
 
     def _note(
         self, target: str, error: NotAuthenticated | NotPermitted, name_of: Callable[[], str | None]

@@ -53,7 +53,7 @@ def _before(mark: str) -> str:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class AuditFilter:
     """Which deeds; what is None does not matter."""
 
     caller: str | None = None
@@ -81,7 +81,7 @@ class Wanted:
         return " AND ".join(sql for sql, _ in parts) or "1", [value for _, value in parts]
 
 
-async def deeds(plant: Plant, wanted: Wanted, limit: int) -> Sequence[Deed]:
+async def deeds(plant: Plant, wanted: AuditFilter, limit: int) -> Sequence[Deed]:
     """Read so many deeds, the newest first. Nothing waits for that: the file is read beside its writer.
 
     :raises NotFound: there is no journal.
@@ -157,7 +157,7 @@ async def list_deeds(
 
     A key with a scope names a target in it.
     """
-    found = await deeds(plant, Wanted(caller, target, since, until, cursor), limit)
+    found = await deeds(plant, AuditFilter(caller, target, since, until, cursor), limit)
     return await aside(_told, found, limit)
 
 

@@ -8,14 +8,14 @@ from typing import Annotated, Any, Final, Literal, NamedTuple, Self
 from pydantic import Field, model_validator
 
 from gateway.core.backup_record import Backup, BackupComparison
-from gateway.core.backups import Source
+from gateway.core.backups import BackupSource
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.operation import Rows, Run
 from gateway.core.records import RequestModel
 from gateway.core.restore_record import Restore, RestorePlan
-from gateway.core.restores import Controller, Restores
+from gateway.core.restores import RestoredController, Restores
 from gateway.core.rights import Right
-from gateway.core.works import Works
+from gateway.core.works import Jobs
 from gateway.door.records import Find, list_records
 from gateway.plant import Plant
 
@@ -34,13 +34,13 @@ NO_MORE: Final = "Read no more."
 WRITE_NO_MORE: Final = "Write no more; what differs is still read and told, unless it is cancelled once more."
 
 
-class Reading(NamedTuple):
+class ReadingOrder(NamedTuple):
     """Controllers that are to be read."""
 
     target: str
     """The path of what is asked for."""
     preamble: str
-    sources: Sequence[Source]
+    sources: Sequence[BackupSource]
 
 
 def folder_of_nights(plant: Plant) -> Path:
@@ -72,18 +72,18 @@ def _read_night(own: Path, night: str, ending: str) -> str:
     return files[-1].read_text("utf-8")
 
 
-class Wanted(NamedTuple):
+class ComparisonOrder(NamedTuple):
     """Controllers, and what they are to hold."""
 
     target: str
     """The path of what was asked for."""
     restores: Restores[Any]
-    controllers: Sequence[Controller]
+    controllers: Sequence[RestoredController]
     no_flash: str | None = None
     """Why nothing can be kept without power, if so."""
 
 
-async def read(plant: Plant, reading: Reading, wait_s: float) -> Backup:
+async def read(plant: Plant, reading: ReadingOrder, wait_s: float) -> Backup:
     """Begin to read a backup, and give its record after `wait_s` at most.
 
     :raises BodyBusy: one is being read, or restored, or a program is uploaded.
@@ -94,7 +94,7 @@ async def read(plant: Plant, reading: Reading, wait_s: float) -> Backup:
     return begun
 
 
-async def text(reading: Reading) -> str:
+async def text(reading: ReadingOrder) -> str:
     """Read a backup to its end; errors as of `read`, and where something was not read.
 
     A caller that gives up ends it.
@@ -114,7 +114,7 @@ class _Nobody:
         """Say nothing."""
 
 
-async def plan(plant: Plant, wanted: Wanted) -> RestorePlan:
+async def plan(plant: Plant, wanted: ComparisonOrder) -> RestorePlan:
     """Tell what a restore would write, and what differs; nothing is written but the mark of the gateway.
 
     :raises BodyBusy: a controller is being restored.
@@ -124,7 +124,9 @@ async def plan(plant: Plant, wanted: Wanted) -> RestorePlan:
     return await wanted.restores.plan(wanted.target, wanted.controllers)
 
 
-async def start(plant: Plant, wanted: Wanted, flash: bool, power_cycle: bool, wait_s: float) -> Restore:
+async def start(
+    plant: Plant, wanted: ComparisonOrder, flash: bool, power_cycle: bool, wait_s: float
+) -> Restore:
     """Begin to bring controllers back to a backup, and give the record after `wait_s` at most.
 
     :raises InvalidRequest: it cannot be kept without power, and is to be verified after a power cycle.
@@ -144,7 +146,7 @@ async def start(plant: Plant, wanted: Wanted, flash: bool, power_cycle: bool, wa
     return begun
 
 
-async def compare(plant: Plant, wanted: Wanted, wait_s: float) -> BackupComparison:
+async def compare(plant: Plant, wanted: ComparisonOrder, wait_s: float) -> BackupComparison:
     """Begin to tell what a restore would write, and what differs; give the record after `wait_s` at most.
 
     :raises BodyBusy: a controller is being restored or compared.
@@ -189,7 +191,9 @@ async def text_of(plant: Plant, target: str, wanted: ComparisonRequest) -> str:
     return await text_of_night(plant, target, wanted.nightly or LAST)
 
 
-async def begin(plant: Plant, target: Wanted, wanted: RestoreRequest, wait_s: float) -> Restore | RestorePlan:
+async def begin(
+    plant: Plant, target: ComparisonOrder, wanted: RestoreRequest, wait_s: float
+) -> Restore | RestorePlan:
     """Begin a restore, or tell what it would do; errors as of `plan` and `start`."""
     if wanted.dry_run:
         return await plan(plant, target)
@@ -201,7 +205,7 @@ class _Kind(NamedTuple):
 
     noun: str
     record: Any
-    works: Callable[[Plant], Works[Any]] | None
+    works: Callable[[Plant], Jobs[Any]] | None
     """Those of the plant; None where the family has them."""
     right: Right
     cancelled: str
@@ -228,7 +232,7 @@ def list_work(rows: Rows, place: str, what: str, beginnings: Sequence[Run], find
     """
     for kind, begins in zip(_KINDS, beginnings, strict=True):
 
-        def find(plant: Plant, *, of: _Kind = kind, **named: str) -> tuple[Works[Any], str]:
+        def find(plant: Plant, *, of: _Kind = kind, **named: str) -> tuple[Jobs[Any], str]:
             restores, subject = find_restores(plant, **named)
             return of.works(plant) if of.works else restores, subject
 

@@ -14,7 +14,7 @@ from gateway.core.aside import aside
 from gateway.core.family import Registered
 from gateway.core.operation import EXPECTS, KEYED, Expectation, Operation, names_in
 from gateway.core.origin import ORIGIN
-from gateway.core.own_faults import twice
+from gateway.core.own_faults import retry_once
 from gateway.core.rights import Right
 from gateway.core.targets import Looked, Target
 from gateway.door.caller import require
@@ -24,7 +24,7 @@ from gateway.plant import Plant
 from protocols.table import Effect
 from transports.recorder import clocks
 
-__all__ = ["aside", "carry_out", "require_right", "twice"]
+__all__ = ["aside", "carry_out", "require_right", "retry_once"]
 
 _OF_LINES: Final = ("/lines", *COLLECTIONS)
 _BY_ITSELF: Final = "gateway"

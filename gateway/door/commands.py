@@ -5,7 +5,7 @@ from functools import cache, partial
 from inspect import getdoc
 from typing import Any, Final
 
-from gateway.core.family import Family, Place, Row
+from gateway.core.family import Family, Row, TargetKind
 from gateway.core.move_record import MoveRecord
 from gateway.core.operation import Operation, Wait, names_in, operation, taking
 from gateway.core.origin import current
@@ -33,7 +33,7 @@ def rows_of(family: type[Family]) -> list[Operation]:
     return [*listed, *(it for place in others.values() for it in _moves_and_stop(place))]
 
 
-def _moves_and_stop(place: Place) -> Iterator[Operation]:
+def _moves_and_stop(place: TargetKind) -> Iterator[Operation]:
     what, moves = place.path.split("/")[1], f"{place.path}/moves"
     yield operation(what, "GET", moves, Right.VIEW, _list_moves, name=f"list_moves_of_{what}")
     yield operation(
@@ -64,7 +64,7 @@ async def _stop(plant: Plant, target: Target, stop: StopRequest = SLOWLY) -> Sto
     return await stopping.stop(plant, current(), target.path, stop.mode)
 
 
-def _operation(family: type[Family], place: Place, row: Row) -> Operation:
+def _operation(family: type[Family], place: TargetKind, row: Row) -> Operation:
     waits = row.starts_motion() and row not in family.sessions
 
     async def send(plant: Plant, command: Any, wait: float | None = None, **names: object) -> Any:
@@ -89,7 +89,7 @@ def _operation(family: type[Family], place: Place, row: Row) -> Operation:
     )
 
 
-def _results(family: type[Family], place: Place, row: Row) -> dict[str, Any]:
+def _results(family: type[Family], place: TargetKind, row: Row) -> dict[str, Any]:
     """What a row answers."""
     if row in family.sessions:
         return {"result": family.sessions[row], "opens": True}

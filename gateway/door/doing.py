@@ -7,7 +7,7 @@ from typing import Any
 from gateway.core.errors import NotAllowed
 from gateway.core.move_record import START_WITHIN_S
 from gateway.core.origin import current
-from gateway.core.own_faults import twice
+from gateway.core.own_faults import retry_once
 from gateway.core.rights import RIGHT_OF
 from gateway.core.targets import AnyCommand, Result, Target
 from gateway.door.caller import for_caller, require
@@ -32,7 +32,7 @@ async def do(
     """
     require(plant, RIGHT_OF[command.effect], target)
     if command.effect is Effect.STOP:
-        return await twice("a stop", partial(_stop_by, plant, target, command))
+        return await retry_once("a stop", partial(_stop_by, plant, target, command))
     addressed = plant.target(target)
     if not command.starts_motion():
         return await addressed.ask(command)

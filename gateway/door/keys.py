@@ -12,7 +12,7 @@ from gateway.core.journal import writes
 from gateway.core.journal.journal import Journal, JournalUnavailable
 from gateway.core.journal.writes import Value
 from gateway.core.move_record import MoveRecord
-from gateway.core.targets import Begun
+from gateway.core.targets import BegunMoves
 from gateway.plant import Plant
 
 ASKED_WITHIN_S = 1.0
@@ -34,7 +34,7 @@ def not_honoured() -> InvalidRequest:
     )
 
 
-class Key(NamedTuple):
+class RequestKey(NamedTuple):
     """A key, with the scope in which it stands for one request."""
 
     scope: str
@@ -65,7 +65,7 @@ class Key(NamedTuple):
             )
 
 
-class Answered(NamedTuple):
+class KeptAnswer(NamedTuple):
     """What was answered."""
 
     status: int
@@ -80,10 +80,10 @@ class LeftOpen(NamedTuple):
     among: str = ""
     """The resources that the first of them is among."""
 
-    def begun(self) -> Begun:
+    def begun(self) -> BegunMoves:
         """The moves, as they were to be told when they had begun."""
         first, *_ = its_own = [it for it in self.moves if type(it) is type(self.moves[0])]
-        return Begun(f"/{self.among}/{first.body_id}", its_own, getattr(first, "group_id", None))
+        return BegunMoves(f"/{self.among}/{first.body_id}", its_own, getattr(first, "group_id", None))
 
     def unknown(self) -> NoReply:
         """What is told of anything else."""
@@ -102,7 +102,7 @@ class Keys:
         self._begun: Counter[str] = Counter()
         """How many each caller has begun since they were counted."""
 
-    async def known(self, key: Key) -> Answered | LeftOpen | None:
+    async def known(self, key: RequestKey) -> KeptAnswer | LeftOpen | None:
         """What came of an earlier request with this key; None where nothing was sent for it.
 
         :raises InvalidRequest: that was another request.
@@ -112,13 +112,13 @@ class Keys:
             "SELECT digest, status, answer FROM keys WHERE scope = ? AND key = ?", key.scope, key.key
         )
         for digest, status, text in rows:
-            known = await self._left_open(key) if status is None else Answered(status, text)
+            known = await self._left_open(key) if status is None else KeptAnswer(status, text)
             if known is not None:
                 key.require_same(digest)
             return known
         return None
 
-    async def _left_open(self, key: Key) -> LeftOpen | None:
+    async def _left_open(self, key: RequestKey) -> LeftOpen | None:
         rows = await self._rows("SELECT move_id FROM intents WHERE key = ? ORDER BY id", key.name)
         ids = dict.fromkeys(it for (ids,) in rows for it in (ids or "").split())
         moves = [found for it in ids if (found := self._move(it))]
@@ -139,7 +139,7 @@ class Keys:
                     return it.collections[0], moves.get(move_id)
         return None
 
-    def begin(self, key: Key) -> None:
+    def begin(self, key: RequestKey) -> None:
         """Write the key down: it is durable before the first intent of its request is.
 
         :raises JournalUnavailable: the journal cannot be written; nothing was sent.
@@ -151,7 +151,7 @@ class Keys:
             del self._begun[key.caller]
             self._journal.note(writes.keys_beyond(key.caller, MOST_OF_ONE))
 
-    async def end(self, key: Key, status: int, location: str | None, text: str) -> bool:
+    async def end(self, key: RequestKey, status: int, location: str | None, text: str) -> bool:
         """Keep what was answered, or free the key after a refusal of which nothing was sent; was it kept?"""
         kept = status < 400 or await self._was_sent(key)
         if kept:
@@ -160,7 +160,7 @@ class Keys:
             self._journal.note(writes.key_free(key.scope, key.key))
         return kept
 
-    async def _was_sent(self, key: Key) -> bool:
+    async def _was_sent(self, key: RequestKey) -> bool:
         """Whether anything was sent for it; where nobody can say, it counts as sent."""
         sql = "SELECT 1 FROM intents WHERE key = ? AND written_at IS NOT NULL LIMIT 1"
         try:

@@ -10,11 +10,11 @@ from typing import Final
 from pydantic import BaseModel, Field
 
 from gateway.core.errors import GatewayError, NotFound
-from gateway.core.operation import Rows, Text
+from gateway.core.operation import PlainText, Rows
 from gateway.core.origin import Origin, acting
-from gateway.core.own_faults import carry_on
+from gateway.core.own_faults import restart_after_faults
 from gateway.core.whole_files import write_whole
-from gateway.door.backups import AS_TEXT, ENDING, Night, Reading, folder_of_nights, text_of_night
+from gateway.door.backups import AS_TEXT, ENDING, Night, ReadingOrder, folder_of_nights, text_of_night
 from gateway.door.doors import doors
 from gateway.door.swaps import Recognition
 from gateway.plant import Plant
@@ -67,7 +67,8 @@ class Nightly:
             }
             with acting(ORIGIN):
                 self._tasks = [
-                    asyncio.create_task(carry_on(what, work), name=what) for what, work in works.items()
+                    asyncio.create_task(restart_after_faults(what, work), name=what)
+                    for what, work in works.items()
                 ]
 
     async def close(self) -> None:
@@ -91,7 +92,7 @@ class Nightly:
                 log.warning("the nightly backup of %s was not kept: %s", target, error)
         await asyncio.to_thread(self._forget_old)
 
-    async def _read(self, target: str, reading: Reading) -> None:
+    async def _read(self, target: str, reading: ReadingOrder) -> None:
         if not await self._is_quiet(reading):
             log.warning("the nightly backup of %s was left out: something moved all the time", target)
             return
@@ -101,7 +102,7 @@ class Nightly:
             night = datetime.now().astimezone().date().isoformat()
             await asyncio.to_thread(keep, self._folder, target, night, backup.text)
 
-    async def _is_quiet(self, reading: Reading) -> bool:
+    async def _is_quiet(self, reading: ReadingOrder) -> bool:
         """Wait until nothing of it has moved for a while; give up in the morning."""
         loop = asyncio.get_running_loop()
         quiet_since, give_up_at = loop.time(), loop.time() + TRIES_FOR_S
@@ -127,7 +128,7 @@ def seconds_until(at: str, now: datetime) -> float:
     return (wanted - now).total_seconds() % timedelta(days=1).total_seconds() or 1.0
 
 
-def readings(plant: Plant) -> dict[str, Reading]:
+def readings(plant: Plant) -> dict[str, ReadingOrder]:
     """All that is read by night, by what is backed up as one."""
     return {name: it for backups in doors("backups") for name, it in backups.readings(plant).items()}
 
@@ -183,14 +184,14 @@ async def list_nightly_backups(plant: Plant) -> NightlyBackups:
 
 
 @TEXTS.get("/backups/nightly/{target}/{night}", whole_plant=True, **AS_TEXT)
-async def get_nightly_backup(plant: Plant, target: str, night: Night) -> Text:
+async def get_nightly_backup(plant: Plant, target: str, night: Night) -> PlainText:
     """Give a backup that was read by night, as a restore takes it."""
     _require_target(plant, target)
-    return Text(await text_of_night(plant, target, night))
+    return PlainText(await text_of_night(plant, target, night))
 
 
 @TEXTS.get("/backups/nightly/{target}/{night}/changes", whole_plant=True, **AS_TEXT)
-async def get_nightly_changes(plant: Plant, target: str, night: Night) -> Text:
+async def get_nightly_changes(plant: Plant, target: str, night: Night) -> PlainText:
     """Give what a nightly backup changes of the one before it, as a unified diff."""
     _require_target(plant, target)
-    return Text(await text_of_night(plant, target, night, DIFF))
+    return PlainText(await text_of_night(plant, target, night, DIFF))

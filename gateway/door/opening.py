@@ -17,7 +17,7 @@ from gateway.config_file import ConfigFile
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.journal.opening import open_journal
 from gateway.core.lease_tokens import LeaseTokens
-from gateway.core.operation import Operation, Text, Written, adapter_of
+from gateway.core.operation import Operation, PlainText, Written, adapter_of
 from gateway.core.origin import Origin, acting, new_request_id
 from gateway.core.rights import Right
 from gateway.core.targets import Result
@@ -160,7 +160,7 @@ def _valid(name: str, kind: Any, given: Any) -> Any:
 def _data(operation: Operation, result: Any) -> Any:
     if isinstance(result, Written):
         return from_json(result.json)
-    if isinstance(result, Text):
+    if isinstance(result, PlainText):
         return result.content
     if isinstance(result, Result):
         result = told(result, operation.path)

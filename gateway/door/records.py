@@ -5,11 +5,11 @@ from typing import Any
 
 from gateway.core.operation import Rows, Wait, names_in, taking
 from gateway.core.rights import Right
-from gateway.core.works import Works
+from gateway.core.works import Jobs
 from gateway.door.names import NAMES
 from gateway.plant import Plant
 
-Find = Callable[..., tuple[Works[Any], str]]
+Find = Callable[..., tuple[Jobs[Any], str]]
 """Finds the works by the plant and what the path names, and what their work is done to."""
 
 

@@ -6,15 +6,15 @@ from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, WithJsonSchem
 
 from gateway.core.errors import GatewayError
 from gateway.core.move_record import Move
-from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Result, Stopped
+from gateway.core.targets import BegunMoves, CommandReplies, MemberAnswers, Opened, Result, Stopped
 from gateway.core.times import age_ms_of
 from gateway.door.problems import Problem, problem_of
 from gateway.families import FAMILIES
 from protocols.table import Reply
 
 __all__ = [
-    "Answer",
-    "Begun",
+    "BegunMoves",
+    "CommandReplies",
     "GroupMove",
     "GroupReply",
     "MemberAnswers",
@@ -77,7 +77,7 @@ class GroupReply(BaseModel):
 def told(result: Result, instance: str = "", *, japanese: bool = False) -> Any:
     """What a client is told of a result: a model, or what is made of models; `instance` is what was asked."""
     match result:
-        case Answer():
+        case CommandReplies():
             return {"replies": list(result.replies)} if result.listed else result.replies[0]
         case MemberAnswers():
             members = [
@@ -85,7 +85,7 @@ def told(result: Result, instance: str = "", *, japanese: bool = False) -> Any:
                 for body_id, reply in result.members.items()
             ]
             return {"group_id": result.group_id, "members": members}
-        case Begun():
+        case BegunMoves():
             if result.group_id is None:
                 return result.moves[0]
             return {"group_id": result.group_id, "moves": list(result.moves)}

@@ -11,9 +11,9 @@ from pydantic import AwareDatetime, BaseModel, Field
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.journal.journal import Journal
 from gateway.core.journal.writes import Value
-from gateway.core.operation import Rows, Text
+from gateway.core.operation import PlainText, Rows
 from gateway.core.rights import Right
-from gateway.door.audit import Wanted, address_of, read_beside
+from gateway.door.audit import AuditFilter, address_of, read_beside
 from gateway.door.caller import require
 from gateway.door.csv_tables import CSV, csv_of
 from gateway.plant import Plant
@@ -147,17 +147,17 @@ async def get_shift(
     begin = since or end - min(SHIFT, end - _FIRST)
     if not timedelta(0) < end - begin <= LONGEST:
         raise InvalidRequest("A shift ends after it begins, and within 31 days; nothing was sent.")
-    wanted = Wanted(target=address_of(plant, target), since=begin, until=end)
+    wanted = AuditFilter(target=address_of(plant, target), since=begin, until=end)
     return await asyncio.to_thread(_summed_up, plant.journal, wanted)
 
 
 @ROWS.get("/shift.csv", any_scope=True, media=CSV)
 async def download_shift(
     plant: Plant, *, since: Since = None, until: Until = None, target: Target = None
-) -> Text:
+) -> PlainText:
     """Sum up the axes of a shift as CSV, a line each; a key with a scope names a target in it."""
     shift = await get_shift(plant, since=since, until=until, target=target)
-    return Text(csv_of(_COLUMNS, list(_lines(shift))))
+    return PlainText(csv_of(_COLUMNS, list(_lines(shift))))
 
 
 _COLUMNS: Final = (*AxisOfShift.model_fields, "homings", "last_off_by", "largest_off_by")
@@ -170,7 +170,7 @@ def _lines(shift: Shift) -> Iterator[list[object]]:
         yield ["" if cell is None else cell for cell in cells]
 
 
-def _summed_up(journal: Journal, wanted: Wanted) -> Shift:
+def _summed_up(journal: Journal, wanted: AuditFilter) -> Shift:
     """Read it beside the journal's writer, in SQLite as far as possible: nothing else waits meanwhile."""
     condition, values = wanted.condition()
 

@@ -5,7 +5,7 @@ from collections.abc import Awaitable
 from functools import partial
 
 from gateway.core.family import Family
-from gateway.core.own_faults import all_of, twice
+from gateway.core.own_faults import retry_once, run_all_then_raise
 from gateway.core.rights import Right
 from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped
@@ -19,13 +19,13 @@ async def stop(plant: Plant, target: str, mode: StopMode) -> Stopped:
 
     :raises GatewayError: there is no such target.
     """
-    return await twice("a stop", partial(_begin_one, plant, target, mode))
+    return await retry_once("a stop", partial(_begin_one, plant, target, mode))
 
 
 @needs(Right.STOP, whole_plant=True)
 async def stop_all(plant: Plant, mode: StopMode) -> Stopped:
     """Stop everything; the frames are queued before anything is awaited."""
-    stopped = await asyncio.gather(*twice("a stop", partial(_begin_all, plant, mode)))
+    stopped = await asyncio.gather(*retry_once("a stop", partial(_begin_all, plant, mode)))
     return Stopped({name: those for it in stopped for name, those in it.reports.items()})
 
 
@@ -34,7 +34,7 @@ def _begin_one(plant: Plant, target: str, mode: StopMode) -> Awaitable[Stopped]:
 
 
 def _begin_all(plant: Plant, mode: StopMode) -> "list[asyncio.Future[Stopped]]":
-    return all_of(partial(_begin, family, mode) for family in plant.families.values())
+    return run_all_then_raise(partial(_begin, family, mode) for family in plant.families.values())
 
 
 def _begin(family: Family, mode: StopMode) -> "asyncio.Future[Stopped]":

@@ -30,7 +30,7 @@ MOST_EXACT = 2**53
 """Up to here no whole number with a point is rounded when it is read."""
 
 
-class Nothing(RequestModel):
+class NoContent(RequestModel):
     """What a request asks for at a route that takes no body."""
 
 

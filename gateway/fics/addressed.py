@@ -9,7 +9,7 @@ from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest
 from gateway.core.move_record import START_WITHIN_S
 from gateway.core.next_calls import NextCall
 from gateway.core.stops import StopMode
-from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped, Target, stopped
+from gateway.core.targets import BegunMoves, CommandReplies, MemberAnswers, Opened, Stopped, Target, stopped
 from gateway.fics.calls import calls_for_robot
 from gateway.fics.fit import require_fit
 from gateway.fics.move_requests import RobotMoveRequest
@@ -46,21 +46,21 @@ class RobotTarget(Target):
         self.path = f"/robots/{robot.id}"
         self._moves, self.log = moves, moves.log
 
-    async def ask(self, command: Any) -> Answer:
+    async def ask(self, command: Any) -> CommandReplies:
         """Send a command that starts no move; errors as of `Robot.ask`."""
         return await self._ask(command, None)
 
-    async def _ask(self, command: FicsCommand[Any], unit: int | None) -> Answer:
+    async def _ask(self, command: FicsCommand[Any], unit: int | None) -> CommandReplies:
         replies, at, texts = await self.robot.ask_all(command, unit)
         listed = bool(command.ends_with)
         told = replies if replies or listed else (command.reply_type()(),)
-        return Answer(told, at if command.is_query() else None, listed, texts)
+        return CommandReplies(told, at if command.is_query() else None, listed, texts)
 
-    async def start(self, command: Any, start_within_s: float = START_WITHIN_S) -> Begun | Opened:
+    async def start(self, command: Any, start_within_s: float = START_WITHIN_S) -> BegunMoves | Opened:
         """Start a move on the only unit; errors as of `RobotMoves.start`."""
         return await self._only_unit().start(command, start_within_s)
 
-    async def stop_by(self, command: Any) -> Answer | MemberAnswers | Stopped:
+    async def stop_by(self, command: Any) -> CommandReplies | MemberAnswers | Stopped:
         """Stop all axes, or one of the only unit."""
         if isinstance(command, StopJog):
             return await self._only_unit().stop_by(command)
@@ -103,13 +103,13 @@ class UnitTarget(RobotTarget):
         self.address = unit.address
         self.path = f"/robots/{unit.address}"
 
-    async def ask(self, command: Any) -> Answer:
+    async def ask(self, command: Any) -> CommandReplies:
         """Send a command that the unit can take; errors as of `Robot.ask`, and of `uncrossed`."""
         require_fit(self.unit, command)
         (settled,) = await uncrossed(self.unit, {"coordinates": command})
         return await self._ask(settled, self.unit.number)
 
-    async def start(self, command: Any, start_within_s: float = START_WITHIN_S) -> Begun | Opened:
+    async def start(self, command: Any, start_within_s: float = START_WITHIN_S) -> BegunMoves | Opened:
         """Start a move, or open a JOG session; errors as of `RobotMoves.start` and `Jogs.start`."""
         if isinstance(command, StartJog):
             return await self.jog(command)
@@ -119,7 +119,7 @@ class UnitTarget(RobotTarget):
             self.robot.macros.note(command, refusal)
             raise
         self.robot.macros.note(command, None)
-        return Begun(self.path, [move])
+        return BegunMoves(self.path, [move])
 
     async def samples(self, move_id: str) -> RobotSamples:
         """Give where it was seen during a move; errors as of `Trajectories.of`."""
@@ -130,13 +130,13 @@ class UnitTarget(RobotTarget):
         session = await self.robot.jogs.start(self.unit.number, command.axis, command.direction)
         return Opened(f"/robots/{self.robot.id}/jogs/{session.id}", session)
 
-    async def stop_by(self, command: Any) -> Answer | MemberAnswers | Stopped:
+    async def stop_by(self, command: Any) -> CommandReplies | MemberAnswers | Stopped:
         """Stop one axis, with its session, or all axes."""
         if not isinstance(command, StopJog):
             return await super().stop_by(command)
         require_fit(self.unit, command)
         await self.robot.jogs.stop(self.unit.number, command.axis)
-        return Answer((command.reply_type()(),))
+        return CommandReplies((command.reply_type()(),))
 
     def calls_for(self, error: GatewayError) -> Sequence[NextCall]:
         """The calls that help where a request about the unit has failed."""

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
-from gateway.core.alarms import Cause, Facts, Kind, causes_of_moves, stopped
+from gateway.core.alarms import Cause, CauseKind, Facts, causes_of_moves, stopped
 from gateway.core.next_calls import ACKNOWLEDGE, STOP
 from gateway.core.power_alarms import facts_of_power_loss, swapped
 from gateway.core.restore_alarms import causes_of_restores
@@ -17,14 +17,14 @@ def _facts_of_error(record: Facts) -> Facts:
     return {**record, "error": error, "remedy": Text(record["remedy_en"], record["remedy_ja"])}
 
 
-ROBOTS: Final[Sequence[Kind[Robot]]] = (
-    Kind(
+ROBOTS: Final[Sequence[CauseKind[Robot]]] = (
+    CauseKind(
         "robot.offline",
         "C-HOST manual 1-1",
         (ROBOT, STOP),
         lambda robot: not robot.online,
     ),
-    Kind(
+    CauseKind(
         "robot.power_cycled",
         "C-HOST manual 1-1-1, 2-15",
         (ROBOT, ACKNOWLEDGE),
@@ -32,14 +32,14 @@ ROBOTS: Final[Sequence[Kind[Robot]]] = (
         facts=facts_of_power_loss,
     ),
     swapped("robot", "C-HOST manual 1-1-1"),
-    Kind(
+    CauseKind(
         "robot.error",
         "C-HOST manual 2-12 to 2-14",
         (ERRORS, RESET),
         lambda robot: robot.latched_error is not None,
         facts=_facts_of_error,
     ),
-    Kind(
+    CauseKind(
         "robot.stop.unconfirmed",
         "C-HOST manual 2-7, 2-8",
         (ROBOT, STOP),
@@ -47,31 +47,31 @@ ROBOTS: Final[Sequence[Kind[Robot]]] = (
         disproved=lambda robot: robot.stops.was_proved,
     ),
     stopped("robot", "C-HOST manual 2-7, 2-8", (ROBOT,), lambda robot: robot.stops.unconfirmed is not None),
-    Kind(
+    CauseKind(
         "robot.motion.foreign",
         "C-HOST manual 2-10",
         (ROBOT, STOP),
         lambda robot: robot.moving is True and robot.motion.command is None,
     ),
-    Kind(
+    CauseKind(
         "robot.bits.mismatch",
         "C-HOST manual 2-10, 2-11",
         (ROBOT,),
         lambda robot: bool(robot.bits.mismatches),
     ),
-    Kind(
+    CauseKind(
         "robot.unit.missing",
         "C-HOST manual 2-1, 2-12",
         (ROBOT,),
         lambda robot: bool(robot.selection.missing),
     ),
-    Kind(
+    CauseKind(
         "robot.jog.not_stopped",
         "C-HOST manual 2-2",
         (ROBOT, STOP),
         lambda robot: robot.moving is True,
     ),
-    Kind(
+    CauseKind(
         "robot.move.overdue",
         "C-HOST manual 2-10",
         (ROBOT, STOP),

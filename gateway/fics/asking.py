@@ -9,19 +9,19 @@ from gateway.core.errors import ControllerRefused, Expired, GatewayError, Invali
 from gateway.core.lanes import Lane
 from gateway.fics.axes import UnitAxes, unit_of
 from gateway.fics.commander import Commander
-from gateway.fics.edges import Edges
+from gateway.fics.edges import AxisEdges
 from gateway.fics.errors import ErrorRemains, NotReadBack, RobotFailed, preparing
-from gateway.fics.exchange import Answered, Outcome, answered
+from gateway.fics.exchange import Outcome, RobotAnswered, answered
 from gateway.fics.motion_state import MOVES_ALL_UNITS, MotionState
-from gateway.fics.power import Power
+from gateway.fics.power import RobotPower
 from gateway.fics.read_back import read_back
 from gateway.fics.selection import Selection
 from gateway.fics.system_errors import SystemErrors
 from protocols.fics.alarms import DetailKind, ResetErrors
 from protocols.fics.axis_settings import AxisSetting, AxisTimes, SpeedPercents
 from protocols.fics.commands import of_the_robot
-from protocols.fics.errors import ErrorKind, lookup
-from protocols.fics.link import Failure
+from protocols.fics.errors import FicsErrorKind, lookup
+from protocols.fics.link import SystemFailure
 from protocols.fics.motor_axes import SetMotorSpeedPercent
 from protocols.fics.positions import DownloadPositions
 from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand, WhenAnswered
@@ -34,7 +34,7 @@ TURN_WITHIN_S = 5.0
 """A read or a command waits this time for the robot, and then for the line; a move says how long."""
 _TURN_WITHIN_S: Final[Mapping[Lane, float]] = dict.fromkeys((Lane.COMMAND, Lane.READ), TURN_WITHIN_S)
 
-NOTHING_TOLD: Final = Answered()
+NOTHING_TOLD: Final = RobotAnswered()
 T = TypeVar("T")
 Question = tuple[int | None, str]
 """A unit, or none, and the text of a query."""
@@ -52,7 +52,7 @@ class Answers(NamedTuple):
     """What followed the name in each answer, as it came; none where Ver.2 has answered nothing."""
 
 
-def answered_now(answered: Answered = NOTHING_TOLD) -> Answers:
+def answered_now(answered: RobotAnswered = NOTHING_TOLD) -> Answers:
     """What was answered just now."""
     return Answers(answered.replies, asyncio.get_running_loop().time(), answered.texts)
 
@@ -75,9 +75,9 @@ class Asking:
     _commander: Commander
     _motion: MotionState
     _selection: Selection
-    _power: Power
+    _power: RobotPower
     _errors: SystemErrors
-    _edges: Edges
+    _edges: AxisEdges
     settings_changed: int = 0
     """How often a setting of an axis may have changed."""
     said: int = 0
@@ -117,7 +117,7 @@ class Asking:
         number = self._admit(command, unit)
         if command.answered is not WhenAnswered.ALWAYS:
             said, _ = await self._do(command, number)
-            return answered_now(said) if isinstance(said, Answered) else answered_now()
+            return answered_now(said) if isinstance(said, RobotAnswered) else answered_now()
         expires_at = deadline_of(lane)
         if lane is not Lane.READ:
             return await self._put(command, number, lane, expires_at)
@@ -179,7 +179,7 @@ class Asking:
             error = await self._errors.take(reset_by="gateway")
         except GatewayError as unread:
             raise NotReadBack(f"The errors of {self._commander.robot_id} were reset", unread) from unread
-        if lookup(error).kind is ErrorKind.FICS:
+        if lookup(error).kind is FicsErrorKind.FICS:
             raise self._remains(error)
         return told
 
@@ -234,7 +234,7 @@ class Asking:
 
     async def _do(
         self, command: FicsCommand[Any], number: int | None, *, since: int | None = None
-    ) -> tuple[Outcome, Answered]:
+    ) -> tuple[Outcome, RobotAnswered]:
         """Send a command that changes something, to a unit just confirmed: its answer, and what is read back.
 
         An answer of Ver.3 does not tell what was heard: a bit may have flipped on the way.
@@ -254,7 +254,7 @@ class Asking:
                 said = await self._commander.say(command, epoch, within_s=TURN_WITHIN_S)
                 outcome = await read_back(self._commander, command, said, epoch)
                 self._note(command, number, outcome)
-        if isinstance(outcome, Failure):
+        if isinstance(outcome, SystemFailure):
             await self._errors.poll()
         return said, answered(self._commander.robot_id, command, outcome)
 
@@ -266,7 +266,7 @@ class Asking:
             self._power.note_set(self._by_number[number], command, outcome)
         if isinstance(command, AxisSetting):
             self.note_change()
-        if isinstance(outcome, Answered):
+        if isinstance(outcome, RobotAnswered):
             self._learn(command, number, outcome.replies)
 
     def _learn(self, command: FicsCommand[Any], number: int | None, replies: Sequence[Reply]) -> None:

@@ -7,9 +7,9 @@ from typing import Any, Final, Literal
 
 from pydantic import ValidationError
 
-from gateway.core.backup_text import Line, Part, commented, parts_of, refuse, section
+from gateway.core.backup_text import BackupLine, BackupPart, commented, parts_of, refuse, section
 from gateway.core.errors import Misplaced
-from gateway.core.readings import Progress
+from gateway.core.readings import ProgressListener
 from gateway.core.restore_record import Difference
 from gateway.fics import settings
 from gateway.fics.axes import DISPLAYED
@@ -159,7 +159,7 @@ class RobotSource:
         self.require_free()
         await self.robot.read(GetVariable(number=0))
 
-    async def read(self, progress: Progress) -> str:
+    async def read(self, progress: ProgressListener) -> str:
         """Read what it tells of what it keeps; errors as of `text_of`."""
         self.require_free()
         progress.expect(None)
@@ -247,7 +247,7 @@ class _Parsing:
     robot: Robot
     faults: list[Misplaced] = field(default_factory=list)
 
-    def contents(self, part: Part) -> RobotContents:
+    def contents(self, part: BackupPart) -> RobotContents:
         found = RobotContents()
         for name, lines in part.sections.items():
             unit = self._unit(name)
@@ -271,7 +271,9 @@ class _Parsing:
         }
         return names.get(name)
 
-    def _each(self, lines: Iterable[Line], read: Callable[[str, str], tuple[Any, Any]]) -> Iterator[Any]:
+    def _each(
+        self, lines: Iterable[BackupLine], read: Callable[[str, str], tuple[Any, Any]]
+    ) -> Iterator[Any]:
         """Read what the lines say; what comes twice is a fault."""
         seen = set()
         for line in lines:

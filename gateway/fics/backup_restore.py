@@ -8,12 +8,12 @@ from typing import Any
 from gateway.core.errors import InvalidRequest, NoReply, PowerCycled
 from gateway.core.lanes import Lane
 from gateway.core.origin import Origin, current
-from gateway.core.restores import Comparison, Reader, Watcher
+from gateway.core.restores import Comparison, ComparisonListener, Watcher
 from gateway.fics import backup, settings
 from gateway.fics.asking import deadline_of
 from gateway.fics.axes import at_rest
 from gateway.fics.backup import RobotContents, UnitContents
-from gateway.fics.errors import NotDone, PositionsDiffer, RobotBusy
+from gateway.fics.errors import NotDone, RobotBusy, RobotPositionsDiffer
 from gateway.fics.exchange import FicsExchange
 from gateway.fics.robot import Robot
 from gateway.fics.settings import SettingsChange
@@ -84,7 +84,9 @@ class RobotRestore:
 
     # compared
 
-    async def compare(self, reader: Reader, *, lasting: bool = False, sure: bool = True) -> Comparison:
+    async def compare(
+        self, reader: ComparisonListener, *, lasting: bool = False, sure: bool = True
+    ) -> Comparison:
         """Read what the backup has. In Ver.3 the mode proves that the power was kept meanwhile.
 
         :raises InvalidRequest: what is kept without power is wanted, which nobody knows.
@@ -105,7 +107,7 @@ class RobotRestore:
         proved = self.robot.mode == HostMode.VER_3
         return Comparison(await self._frames(), differences, proved)
 
-    async def _confirm(self, reader: Reader) -> None:
+    async def _confirm(self, reader: ComparisonListener) -> None:
         """Read until two readings agree where something differs: one garbled digit proves nothing."""
         before = None
         while self.held != before and backup.differences(self.robot, self.wanted, self.held):
@@ -189,7 +191,7 @@ class RobotRestore:
             self._require_no_stop()
             try:
                 await work()
-            except (NoReply, NotDone, PositionsDiffer):
+            except (NoReply, NotDone, RobotPositionsDiffer):
                 if attempt == ATTEMPTS:
                     raise
             else:

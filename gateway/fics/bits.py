@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from gateway.fics.exchange import Answered, Outcome
+from gateway.fics.exchange import Outcome, RobotAnswered
 from protocols.fics.status import (
     SENSOR_BITS,
     STATUS_BITS,
@@ -46,7 +46,7 @@ class Bits:
 
     def read(self, outcome: Outcome) -> Outcome:
         """Name the bits of an answer as they are ordered here."""
-        if not isinstance(outcome, Answered):
+        if not isinstance(outcome, RobotAnswered):
             return outcome
         if (self.status, self.sensors) != (STATUS_BITS, SENSOR_BITS):
             outcome = replace(outcome, replies=tuple(map(self._named, outcome.replies)))

@@ -10,7 +10,7 @@ from gateway.core.lanes import Lane
 from gateway.core.session import READ_REPEATS
 from gateway.fics.bits import BITS_TOLD_BY, Bits
 from gateway.fics.errors import NotProved
-from gateway.fics.exchange import Answered, FicsExchange, Outcome, Proof, answered
+from gateway.fics.exchange import FicsExchange, Outcome, Proof, RobotAnswered, answered
 from gateway.fics.line import FicsLine
 from protocols.fics.alarms import (
     CurrentError,
@@ -19,8 +19,8 @@ from protocols.fics.alarms import (
     ResetErrors,
     TakeCurrentError,
 )
-from protocols.fics.errors import ErrorKind, lookup
-from protocols.fics.link import Failure, Refusal
+from protocols.fics.errors import FicsErrorKind, lookup
+from protocols.fics.link import FicsRefusal, SystemFailure
 from protocols.fics.positions import EndPositionUpload
 from protocols.fics.row import FicsCommand, WhenAnswered
 from protocols.fics.system import HostMode
@@ -85,9 +85,9 @@ class Commander:
             outcome = await self._why_unanswered(command, outcome)
             if not isinstance(outcome, NoReply):
                 break
-        if isinstance(outcome, Answered) and not outcome.confirmed:
+        if isinstance(outcome, RobotAnswered) and not outcome.confirmed:
             outcome = await self._verdict(exchange)
-        if isinstance(outcome, Failure):
+        if isinstance(outcome, SystemFailure):
             await self._heed(outcome.error)
         return self.bits.read(outcome) if isinstance(command, BITS_TOLD_BY) else outcome
 
@@ -99,7 +99,7 @@ class Commander:
         within_s: float | None = None,
         fresh: bool = False,
         proof: Proof | None = None,
-    ) -> Answered:
+    ) -> RobotAnswered:
         """Send a command as `say` does, and give its answer.
 
         :raises NoReply: there was none.
@@ -165,7 +165,7 @@ class Commander:
         reply = answered(self.robot_id, exchange.command, await self.line.say(exchange)).replies[0]
         self._asked_after = asked_after
         error = reply.error if isinstance(reply, CurrentError) else "E00"
-        self._older_may_hide = lookup(error).kind is ErrorKind.FICS
+        self._older_may_hide = lookup(error).kind is FicsErrorKind.FICS
         self.on_told(error, asked_after)
         await self._heed(error)
         return error
@@ -178,10 +178,10 @@ class Commander:
         """
         exchange = self.line.exchange(EndPositionUpload(), Lane.COMMAND)
         outcome = await self.line.say(exchange)
-        return exchange.unheard if isinstance(outcome, Answered) else None
+        return exchange.unheard if isinstance(outcome, RobotAnswered) else None
 
     async def _heed(self, error: str) -> None:
-        if lookup(error).kind is ErrorKind.FICS:
+        if lookup(error).kind is FicsErrorKind.FICS:
             await self.on_error(error)
 
     async def take_detail(self) -> ErrorDetail | None:
@@ -231,15 +231,15 @@ class Commander:
             return _reset_told_by(error)
         if self.line.stop_epoch != exchange.epoch:
             return _nobody_knows(command)  # the error may be that of the stop
-        if kind is ErrorKind.NONE:
-            return Answered(confirmed=False)
+        if kind is FicsErrorKind.NONE:
+            return RobotAnswered(confirmed=False)
         alone = cleared + 1 == exchange.unheard == self._asked_after
-        if kind is ErrorKind.UNKNOWN or not alone:
+        if kind is FicsErrorKind.UNKNOWN or not alone:
             return _nobody_knows(command)  # it may be that of what else was said, or garbled, since the last
-        if kind is ErrorKind.COMMUNICATION:
-            return _nobody_knows(command) if older_may_hide else Refusal(command.wire_name(), error)
+        if kind is FicsErrorKind.COMMUNICATION:
+            return _nobody_knows(command) if older_may_hide else FicsRefusal(command.wire_name(), error)
         if command.starts_motion():
-            return Failure(command.wire_name(), error)
+            return SystemFailure(command.wire_name(), error)
         return _nobody_knows(command)  # the error stands whatever was said, and hides a refusal
 
     async def _why_unanswered(self, query: FicsCommand[Any], unanswered: NoReply) -> Outcome:
@@ -248,18 +248,18 @@ class Commander:
             error = await self.take_error()
             if error in STATE_FORBIDS:
                 self.line.note_forbidden(error)
-                return Refusal(query.wire_name(), error)
+                return FicsRefusal(query.wire_name(), error)
         return unanswered
 
     def _heed_alarm(self, motion: "asyncio.Future[Outcome]") -> None:
         outcome = None if motion.cancelled() else motion.result()
-        if isinstance(outcome, Refusal) and outcome.error == ALARM_STANDS:
+        if isinstance(outcome, FicsRefusal) and outcome.error == ALARM_STANDS:
             self.on_alarm()
 
     async def _silent_outcome(self, exchange: FicsExchange) -> "asyncio.Future[Outcome]":
         future: asyncio.Future[Outcome] = asyncio.get_running_loop().create_future()
         verdict = await self._verdict(exchange)
-        if not isinstance(verdict, Answered):
+        if not isinstance(verdict, RobotAnswered):
             future.set_result(verdict)
         return future
 
@@ -270,9 +270,9 @@ def _reset_told_by(error: str) -> Outcome:
     A refusal is that of an older command, which the error has hidden; it stands no more.
     """
     kind = lookup(error).kind
-    if kind is ErrorKind.UNKNOWN:
+    if kind is FicsErrorKind.UNKNOWN:
         return _nobody_knows(ResetErrors())
-    return Failure(ResetErrors.code, error) if kind is ErrorKind.FICS else Answered()
+    return SystemFailure(ResetErrors.code, error) if kind is FicsErrorKind.FICS else RobotAnswered()
 
 
 def _nobody_knows(command: FicsCommand[Any]) -> NoReply:

@@ -36,7 +36,7 @@ System = Annotated[AxisSystem | tuple[AxisSystem, ...], PlainValidator(_check_sy
 THETA = "@"
 
 
-class RobotUnit(Table):
+class UnitTable(Table):
     """Axes of a robot that are commanded together (C-HOST manual 1-5, 1-6)."""
 
     number: int = Field(ge=1, le=LAST_UNIT)
@@ -101,12 +101,12 @@ def _require_one_each(axes: tuple[str, ...], key: str, system: object) -> None:
         raise Fault(f"must have one entry for each of {', '.join(axes)}, not {len(system)}", key)
 
 
-class Robot(Table):
+class RobotTable(Table):
     """A Fics robot, alone on its line."""
 
     id: Slug
     name: Name | None = None
-    units: Array[RobotUnit]
+    units: Array[UnitTable]
     macros: dict[str, Name] | None = None
     """What its macros do, by their names."""
     status_bits: Array[str] = STATUS_BITS
@@ -141,10 +141,10 @@ class Robot(Table):
         return self
 
 
-class Line(tables.Line):
+class FicsLineTable(tables.LineTable):
     """A port with a robot."""
 
-    robot: Robot
+    robot: RobotTable
     mode: Literal[2, 3] = 3
     """The robot's communication mode; in 2 most commands are silent (C-HOST manual 1-1-1)."""
     terminator: Terminator = "cr"

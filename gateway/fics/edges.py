@@ -15,7 +15,7 @@ TOLD_BITS: Final = ("origin_done", "servo_ready", "alarm")
 
 
 @dataclass(eq=False)
-class Edges:
+class AxisEdges:
     """The motor axes of one robot as they were last told; what is told first is no edge."""
 
     _tell: Tell

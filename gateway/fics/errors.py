@@ -201,7 +201,7 @@ class UploadBrokenOff(GatewayError):
         )
 
 
-class PositionsDiffer(GatewayError):
+class RobotPositionsDiffer(GatewayError):
     """Positions were uploaded, and the robot holds others: a line was lost, doubled or garbled on its way."""
 
     kind = "positions-differ"

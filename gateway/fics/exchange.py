@@ -4,24 +4,24 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gateway.core.errors import GatewayError
-from gateway.core.exchange import Exchange, More, Said, remedy_of
+from gateway.core.exchange import Exchange, More, RememberedReply, remedy_of
 from gateway.core.exchange import Proof as Proof
 from gateway.core.lanes import Lane
 from gateway.fics.errors import RobotFailed, refused
 from protocols.fics.alarms import TakeCurrentError
-from protocols.fics.link import Answer, Completion, Failure, Refusal, credit, line_of
+from protocols.fics.link import Completion, FicsRefusal, QueryAnswer, SystemFailure, credit, line_of
 from protocols.fics.row import FicsCommand
 from protocols.table import Reply
 
 ROBOT, SET_UP = 0, 1
 """The targets of a robot's line: itself, and its own set-up, which no stop takes back."""
 
-ReplyFrame = Answer | Completion | Refusal | Failure
-_NOT_DONE = (Refusal, Failure)
+ReplyFrame = QueryAnswer | Completion | FicsRefusal | SystemFailure
+_NOT_DONE = (FicsRefusal, SystemFailure)
 
 
 @dataclass(frozen=True, slots=True)
-class Answered:
+class RobotAnswered:
     """The replies to a query, several for a download; none for an action that is done, or was only sent."""
 
     replies: tuple[Reply, ...] = ()
@@ -31,14 +31,14 @@ class Answered:
     """What followed the name in each answer, as it came."""
 
 
-Outcome = Answered | Refusal | Failure | GatewayError
+Outcome = RobotAnswered | FicsRefusal | SystemFailure | GatewayError
 
 
-def answered(robot_id: str, command: FicsCommand[Any], outcome: Outcome) -> Answered:
+def answered(robot_id: str, command: FicsCommand[Any], outcome: Outcome) -> RobotAnswered:
     """Turn everything that is no answer into its error."""
-    if isinstance(outcome, Refusal):
+    if isinstance(outcome, FicsRefusal):
         raise refused(robot_id, command, outcome.error)
-    if isinstance(outcome, Failure):
+    if isinstance(outcome, SystemFailure):
         raise RobotFailed(robot_id, command.wire_name(), outcome.error)
     if isinstance(outcome, GatewayError):
         raise outcome
@@ -46,7 +46,7 @@ def answered(robot_id: str, command: FicsCommand[Any], outcome: Outcome) -> Answ
 
 
 @dataclass(eq=False, slots=True)
-class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | Failure]):
+class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, RobotAnswered | FicsRefusal | SystemFailure]):
     """A command for a robot."""
 
     outdated_before: int = 0
@@ -68,7 +68,7 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | F
             return "What it would have told is gone: read the details of the latest error (ERD)."
         return remedy_of(self.command)
 
-    def mistakes(self, said: Said) -> bool:
+    def mistakes(self, said: RememberedReply) -> bool:
         """Whether a copy would be credited, and be wrong (decision 12).
 
         Equal reads are not kept apart, as long as nothing is done in between: a copy tells what was true a
@@ -76,7 +76,7 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | F
         """
         return not self._is_right(said) and credit(self.command, said.frame) is not None
 
-    def _is_right(self, said: Said) -> bool:
+    def _is_right(self, said: RememberedReply) -> bool:
         command = self.command
         if isinstance(said.frame, _NOT_DONE):
             return False
@@ -84,23 +84,27 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | F
             return command.may_repeat() and not self.fresh and said.number >= self.outdated_before
         return type(said.exchange.command) is type(command) and command.is_told_apart()
 
-    def shares(self, other: Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | Failure]) -> bool:
+    def shares(
+        self, other: Exchange[FicsCommand[Any], ReplyFrame, RobotAnswered | FicsRefusal | SystemFailure]
+    ) -> bool:
         """Equal stops are written once; reads are shared before they are put."""
         return self.lane is other.lane is Lane.STOP and self.frame == other.frame
 
-    def credit(self, frame: ReplyFrame, _: float = 0.0) -> Answered | Refusal | Failure | More | None:
+    def credit(
+        self, frame: ReplyFrame, _: float = 0.0
+    ) -> RobotAnswered | FicsRefusal | SystemFailure | More | None:
         """Read a frame as an answer to this command; None if it is for another."""
         found = credit(self.command, frame)
-        if isinstance(found, Failure) and line_of(found) == self.frame.strip():
+        if isinstance(found, SystemFailure) and line_of(found) == self.frame.strip():
             return None  # `POM 183` may be an echo of it: what the axes do tells whether it has failed
         if found is None or isinstance(found, _NOT_DONE):
             return found
         if isinstance(found, Completion):
-            return self._whole() if self.command.is_query() else Answered(texts=("",))
-        self.parts.append((found, frame.payload if isinstance(frame, Answer) else ""))
+            return self._whole() if self.command.is_query() else RobotAnswered(texts=("",))
+        self.parts.append((found, frame.payload if isinstance(frame, QueryAnswer) else ""))
         return More.MORE if self.command.ends_with else self._whole()
 
-    def _whole(self) -> Answered:
+    def _whole(self) -> RobotAnswered:
         replies, texts = tuple(reply for reply, _ in self.parts), tuple(text for _, text in self.parts)
         self.parts.clear()
-        return Answered(replies, texts=texts)
+        return RobotAnswered(replies, texts=texts)

@@ -10,16 +10,16 @@ from gateway.core.alarms import Cause
 from gateway.core.controllers import Controllers
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.family import (
-    Place,
     PortInfo,
     Site,
+    TargetKind,
     Watch,
     facts_of,
 )
-from gateway.core.kept_works import KeptWorks
+from gateway.core.kept_works import DurableJobs
 from gateway.core.lanes import Lane
-from gateway.core.operation import Section, Words
-from gateway.core.own_faults import seen_to
+from gateway.core.operation import RouteWords, Section
+from gateway.core.own_faults import await_each_logging
 from gateway.core.restore_record import Restore
 from gateway.core.restores import Restores
 from gateway.core.sampler import Sampler
@@ -52,9 +52,11 @@ from protocols.fics.system import SetCommunicationMode
 from protocols.wording import as_given
 from transports.base import Transport
 
-ROBOT = Place("/robots/{robot_id}", RobotMove, tag="robot commands", listed=True)
-UNIT = Place("/robots/{robot_id}/units/{unit}", RobotMove, tag="robot commands", listed=True)
-WORDS: Final = Words("The robot's reply.", begun="The robot has not refused the move; ask again at Location.")
+ROBOT = TargetKind("/robots/{robot_id}", RobotMove, tag="robot commands", listed=True)
+UNIT = TargetKind("/robots/{robot_id}/units/{unit}", RobotMove, tag="robot commands", listed=True)
+WORDS: Final = RouteWords(
+    "The robot's reply.", begun="The robot has not refused the move; ask again at Location."
+)
 _ANSWERED: Final[Mapping[WhenAnswered, str]] = {
     WhenAnswered.ALWAYS: "answered at once",
     WhenAnswered.ON_COMPLETION: "answered when it is done, in Ver.2 not at all",
@@ -76,7 +78,7 @@ class Fics(Controllers[Robot]):
 
     moves: RobotMoves
     kind = "robot"
-    line_table = config.Line
+    line_table = config.FicsLineTable
     line_info = RobotLineInfo
     now = RobotNow
     move_records = (RobotMove,)
@@ -114,11 +116,11 @@ class Fics(Controllers[Robot]):
 
     def __init__(self, site: Site) -> None:
         super().__init__(site)
-        self._tables: dict[str, config.Line] = {}
+        self._tables: dict[str, config.FicsLineTable] = {}
         self.moves = RobotMoves(site.events.live.demand_changes)
         self.restores: Restores[RobotRestore] = Restores(self._publish_restore)
 
-    def add(self, table: config.Line, port: Transport) -> FicsLine:
+    def add(self, table: config.FicsLineTable, port: Transport) -> FicsLine:
         """Build a line with its robot and its units."""
         it = table.robot
         line = FicsLine(
@@ -228,7 +230,7 @@ class Fics(Controllers[Robot]):
         """Those of the moves."""
         return self.moves.trajectories.all
 
-    def works(self) -> Mapping[str, KeptWorks[Any]]:
+    def works(self) -> Mapping[str, DurableJobs[Any]]:
         """Restores."""
         return {"robot_restore": self.restores}
 
@@ -274,5 +276,5 @@ class Fics(Controllers[Robot]):
 
     async def let_go(self) -> None:
         """Give the waiters for moves what is known now."""
-        await seen_to("the end of long work", self.restores.close)
+        await await_each_logging("the end of long work", self.restores.close)
         await super().let_go()

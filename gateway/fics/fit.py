@@ -4,11 +4,11 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from gateway.fics.axes import UnitAxes
-from gateway.fics.settings import SETTINGS, Row, Setting
+from gateway.fics.settings import SETTINGS, AxisSettingRows, Row
 from protocols.fics.jog import StartJog, StepAxis, StopJog
 from protocols.fics.row import FicsCommand
 
-_SETTINGS: Final[Mapping[Row, Setting]] = {setting.write: setting for setting in SETTINGS.values()}
+_SETTINGS: Final[Mapping[Row, AxisSettingRows]] = {setting.write: setting for setting in SETTINGS.values()}
 
 
 def require_fit(unit: UnitAxes, command: FicsCommand[Any]) -> None:

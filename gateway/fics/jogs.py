@@ -7,9 +7,9 @@ from functools import partial
 from typing import Literal
 
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply
-from gateway.core.jogs import START_WITHIN_S, Jog, JogOutOfReach, JogOver, Jogs, News, Session
+from gateway.core.jogs import START_WITHIN_S, Jog, Jogging, JogNews, JogOutOfReach, JogOver, Jogs
 from gateway.core.lanes import Lane
-from gateway.core.own_faults import all_of, insist
+from gateway.core.own_faults import retry_until_done, run_all_then_raise
 from gateway.fics.axes import Places, at_rest, unit_of
 from gateway.fics.errors import IN_MOTION, RobotBusy, UnitNotSelected, preparing
 from gateway.fics.exchange import answered
@@ -43,7 +43,7 @@ class JogSession(Jog):
         return f"axis {self.axis} of unit {self.unit}"
 
 
-_Session = Session[JogSession, None]
+_Session = Jogging[JogSession, None]
 
 
 class RobotJogs(Jogs[JogSession, None]):
@@ -88,7 +88,7 @@ class RobotJogs(Jogs[JogSession, None]):
         loop = asyncio.get_running_loop()
         axes, command = unit_of(self._units, unit), StartJog(axis=axis, direction=direction)
         jog, epoch = JogSession(unit=unit, axis=axis, direction=direction), self._line.stop_epoch
-        session = Session(jog, jog.what, self._line, None)
+        session = Jogging(jog, jog.what, self._line, None)
         self._unsettled.append(session)
         try:
             with preparing(self._robot_id, command), self._motions.sending(command, axes):
@@ -101,10 +101,10 @@ class RobotJogs(Jogs[JogSession, None]):
                 )
         except BaseException:
             if not self._was_sent(session):
-                insist("the end of a JOG", partial(self._settled, session))
+                retry_until_done("the end of a JOG", partial(self._settled, session))
             raise
         if not self._was_sent(session) and accepted.was_not_written():
-            insist("the end of a JOG", partial(self._settled, session))
+            retry_until_done("the end of a JOG", partial(self._settled, session))
         elif not self._was_sent(session):  # a fault of the gateway itself has met it while it was written
             self._begin(session)
         await self._await_answer(session, command, accepted, epoch)
@@ -123,7 +123,7 @@ class RobotJogs(Jogs[JogSession, None]):
         except GatewayError as error:
             ran = await self._may_have_run(error, session, epoch)
             if self._was_sent(session):
-                self._take(session, News.END if ran or error.moved != "no" else News.REFUSED)
+                self._take(session, JogNews.END if ran or error.moved != "no" else JogNews.REFUSED)
             if ran:
                 raise _perhaps_begun(self._robot_id, session.jog) from error
             raise
@@ -151,7 +151,7 @@ class RobotJogs(Jogs[JogSession, None]):
         if not all(map(self._was_sent, sessions)):
             self._line.begin_stop()  # a start that waits must not follow the stop
         sent = [session for session in sessions if self._was_sent(session)]
-        all_of(partial(self._take, session, News.END) for session in sent)
+        run_all_then_raise(partial(self._take, session, JogNews.END) for session in sent)
         if sent:
             await asyncio.wait([session.end for session in sent if session.end is not None])
             if any(session.jog.state == "stopping" for session in sent):
@@ -196,12 +196,12 @@ class RobotJogs(Jogs[JogSession, None]):
     def robot_stops(self) -> None:
         """The whole robot is being stopped, which sees to its standstill: no session goes on."""
         self._unsettled.clear()
-        self.take_all(News.STOP)
+        self.take_all(JogNews.STOP)
         self._end_motion()
 
     def robot_stands_still(self) -> None:
         """The stop of the whole robot is confirmed."""
-        self.take_all(News.STILL)
+        self.take_all(JogNews.STILL)
 
     def _require_in_reach(self, session: _Session) -> None:
         if not self._line.online:

@@ -15,12 +15,12 @@ from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
 from gateway.core.origin import SET_UP as SET_UP_ORIGIN
 from gateway.core.origin import acting
-from gateway.core.own_faults import insist
-from gateway.fics.exchange import ROBOT, SET_UP, Answered, FicsExchange, Outcome, ReplyFrame
+from gateway.core.own_faults import retry_until_done
+from gateway.fics.exchange import ROBOT, SET_UP, FicsExchange, Outcome, ReplyFrame, RobotAnswered
 from gateway.fics.session import FicsSession, offline_error
 from gateway.texts import text
 from protocols.fics.alarms import TakeCurrentError
-from protocols.fics.link import Refusal, Terminator, Ver2Reader, Ver3Reader
+from protocols.fics.link import FicsRefusal, Terminator, Ver2Reader, Ver3Reader
 from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand
 from protocols.fics.system import (
     CommunicationMode,
@@ -210,13 +210,13 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
         any time, in Ver.3 with that of C-HOST (C-HOST manual 2-36).
         """
         outcome = await self._tell(GetCommunicationMode())
-        self._tells_mode = isinstance(outcome, Answered | Refusal)
-        if isinstance(outcome, Refusal):
+        self._tells_mode = isinstance(outcome, RobotAnswered | FicsRefusal)
+        if isinstance(outcome, FicsRefusal):
             return HostMode.VER_3 if outcome.error == BLOCK_ERRORS[Block.MOTION] else None
-        if isinstance(outcome, Answered) and isinstance(reply := outcome.replies[0], CommunicationMode):
+        if isinstance(outcome, RobotAnswered) and isinstance(reply := outcome.replies[0], CommunicationMode):
             return reply.mode
         outcome = await self._tell(GetSystemVersion())
-        if isinstance(outcome, Answered) and isinstance(version := outcome.replies[0], SystemVersion):
+        if isinstance(outcome, RobotAnswered) and isinstance(version := outcome.replies[0], SystemVersion):
             return HostMode.VER_2 if version.c_host is None else HostMode.VER_3
         return None
 
@@ -234,7 +234,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
     def power_was_lost(self, reason: str) -> None:
         """The robot was found in the mode of power-on: nothing is said to it until it is set up again."""
         self._begin_set_up()
-        insist("the set-up of a robot", partial(self.set_up_again, reason))
+        retry_until_done("the set-up of a robot", partial(self.set_up_again, reason))
         self._lost_power()
         self._known = False  # only now: the set-up would find it once more
 

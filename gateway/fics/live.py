@@ -7,7 +7,7 @@ from typing import ClassVar
 from gateway.core.event_types import IO, Signal, Signals
 from gateway.core.lanes import Lane
 from gateway.core.live import Live
-from gateway.core.sampler import IO_HZ, Source
+from gateway.core.sampler import IO_HZ, LiveSource
 from gateway.fics.event_types import LiveAxis, RobotPosition
 from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit
@@ -18,7 +18,7 @@ CHANNEL = 1
 
 
 @dataclass(eq=False)
-class UnitSource(Source):
+class UnitSource(LiveSource):
     """Where a unit stands (APS).
 
     Another unit is not selected just to be watched: the terminal would show it (C-HOST manual 2-1).
@@ -40,7 +40,7 @@ class UnitSource(Source):
         """While it moves, that of the samples which are kept with the move."""
         return 0.0 if self.unit.trajectory is None else self.samples_hz
 
-    async def read(self, _: Sequence[Source]) -> list[Source]:
+    async def read(self, _: Sequence[LiveSource]) -> list[LiveSource]:
         """Ask, and put what was told."""
         if len(self.robot.units) > 1 and self.robot.selection.unit != self.unit.number:
             return []
@@ -52,7 +52,7 @@ class UnitSource(Source):
 
 
 @dataclass(eq=False)
-class ChannelSource(Source):
+class ChannelSource(LiveSource):
     """The inputs and outputs of a robot (IDI, IDO)."""
 
     robot: Robot
@@ -73,7 +73,7 @@ class ChannelSource(Source):
         """That of the changes that are told as events."""
         return self.edges_hz
 
-    async def read(self, _: Sequence[Source]) -> list[Source]:
+    async def read(self, _: Sequence[LiveSource]) -> list[LiveSource]:
         """Ask, put what was told, and tell what has changed; outputs only for watchers."""
         asking = self.robot.asking
         asked = await asking.ask(GetInputChannel(channel=CHANNEL), lane=Lane.BACKGROUND)

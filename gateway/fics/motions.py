@@ -14,11 +14,11 @@ from gateway.fics.commander import Commander
 from gateway.fics.errors import NotProved
 from gateway.fics.exchange import FicsExchange, Outcome, Proof
 from gateway.fics.motion_state import MOVES_ALL_UNITS, MotionState
-from gateway.fics.power import Power
+from gateway.fics.power import RobotPower
 from gateway.fics.questions import UNIT
 from gateway.fics.selection import Selection
 from gateway.fics.system_errors import SystemErrors
-from protocols.fics.link import Refusal
+from protocols.fics.link import FicsRefusal
 from protocols.fics.row import FicsCommand
 from protocols.fics.system import HostMode, SelectUnit
 
@@ -39,7 +39,7 @@ class Accepted(NamedTuple):
 
     def was_refused(self) -> bool:
         """Whether nothing moved because of it."""
-        return self.outcome.done() and isinstance(self.outcome.result(), Refusal)
+        return self.outcome.done() and isinstance(self.outcome.result(), FicsRefusal)
 
 
 @dataclass(eq=False)
@@ -49,7 +49,7 @@ class Motions:
     commander: Commander
     state: MotionState
     selection: Selection
-    power: Power
+    power: RobotPower
     errors: SystemErrors
     poll_interval_s: float
     """How often what moves is looked at."""
@@ -163,7 +163,7 @@ class Motions:
             return await self.power.see_signs(unit, speeds=speeds)
 
     async def restore_speeds(self) -> None:
-        """Set the speeds again that were lost with the power; errors as of `Power.restore`."""
+        """Set the speeds again that were lost with the power; errors as of `RobotPower.restore`."""
         async with self.line.sequence_lock.held(Lane.COMMAND):
             await self.power.restore(self._select)
 

@@ -46,7 +46,7 @@ from gateway.fics.errors import (
     preparing,
     refused,
 )
-from gateway.fics.exchange import Answered, Outcome
+from gateway.fics.exchange import Outcome, RobotAnswered
 from gateway.fics.motions import Accepted, in_time
 from gateway.fics.move_record import RobotMove
 from gateway.fics.power import ACKNOWLEDGE
@@ -56,7 +56,7 @@ from gateway.fics.targets import require_known, target_of
 from gateway.fics.units import RobotUnit
 from gateway.fics.upload_state import OF_AN_END_IN_VAIN
 from protocols.fics.homing import HomeRobot
-from protocols.fics.link import Failure, Refusal
+from protocols.fics.link import FicsRefusal, SystemFailure
 from protocols.fics.moves import MoveToPosition
 from protocols.fics.row import FicsCommand
 from protocols.fics.status import AxisStatus
@@ -304,12 +304,12 @@ class MoveRun:
 
     async def _conclude(self, outcome: Outcome) -> None:
         """The robot has answered, or nobody will know its answer."""
-        if isinstance(outcome, Refusal):
+        if isinstance(outcome, FicsRefusal):
             await self._rejected(outcome.error)
-        elif isinstance(outcome, Answered | Failure):
+        elif isinstance(outcome, RobotAnswered | SystemFailure):
             self._move.completion = "reply"
             if await self._come_to_rest():
-                await (self._failed(outcome.error) if isinstance(outcome, Failure) else self._ended())
+                await (self._failed(outcome.error) if isinstance(outcome, SystemFailure) else self._ended())
         elif isinstance(outcome, NoReply):
             await self._outlive(outcome)
         else:

@@ -14,7 +14,7 @@ HIDE_PLACES = (MotionMode.HOMING, MotionMode.MACRO)
 """While these go on, a robot may tell no positions, and may forget them (C-HOST manual 2-9)."""
 
 
-class Sign(IntEnum):
+class OriginSign(IntEnum):
     """What a unit that was homed has told since, in turn."""
 
     PLACES = 0
@@ -32,7 +32,7 @@ class Origins:
     def __init__(self, on_lost: Callable[[], None]) -> None:
         self._on_lost = on_lost
         """Called when a unit is not homed any more, and nothing but a loss of power can have done that."""
-        self._signs: dict[int, Sign] = {}
+        self._signs: dict[int, OriginSign] = {}
         self._all_placed: set[int] = set()
         """The units of which every axis has told its place last."""
         self._busy: set[int] = set()
@@ -53,7 +53,7 @@ class Origins:
 
     def are_doubtful(self, unit: UnitAxes) -> bool:
         """Whether a homed unit has just told no place."""
-        return self._signs.get(unit.number, Sign.PLACES) is not Sign.PLACES
+        return self._signs.get(unit.number, OriginSign.PLACES) is not OriginSign.PLACES
 
     def note(self, unit: UnitAxes, command: FicsCommand[Any], reply: Reply) -> None:
         """Learn from what a unit has told.
@@ -66,10 +66,10 @@ class Origins:
             placed = None not in reply.coordinates
             (self._all_placed.add if placed else self._all_placed.discard)(unit.number)
             if any(place is not None for place in reply.coordinates):
-                self._signs[unit.number] = Sign.PLACES
+                self._signs[unit.number] = OriginSign.PLACES
             elif isinstance(command, GetMotorPosition) and unit.number in self._signs:
-                hidden = self._signs[unit.number] in (Sign.PLACES, Sign.NO_PLACES)
-                self._signs[unit.number] = Sign.NO_PLACES if hidden else Sign.LOST
+                hidden = self._signs[unit.number] in (OriginSign.PLACES, OriginSign.NO_PLACES)
+                self._signs[unit.number] = OriginSign.NO_PLACES if hidden else OriginSign.LOST
                 if not hidden:
                     self._on_lost()
 
@@ -78,5 +78,5 @@ class Origins:
         if busy:
             self._signs.pop(number, None)
             self._all_placed.discard(number)
-        elif self._signs.get(number) is Sign.NO_PLACES:
-            self._signs[number] = Sign.NOTHING_HIDES_THEM
+        elif self._signs.get(number) is OriginSign.NO_PLACES:
+            self._signs[number] = OriginSign.NOTHING_HIDES_THEM

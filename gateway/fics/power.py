@@ -10,7 +10,7 @@ from gateway.core.errors import ControllerRefused, NoReply, NotSent, PowerCycled
 from gateway.fics.axes import Coordinates, UnitAxes, unit_of
 from gateway.fics.commander import Commander
 from gateway.fics.errors import RobotBusy, SpeedsNotRestored
-from gateway.fics.exchange import Answered, Outcome, Proof
+from gateway.fics.exchange import Outcome, Proof, RobotAnswered
 from gateway.fics.motion_state import Tell
 from gateway.fics.origins import Origins
 from gateway.fics.questions import MODE, PLACES, STATUS
@@ -38,7 +38,7 @@ Speeds = dict[str, float]
 """Percent by axis."""
 
 
-class Memory(BaseModel):
+class RobotMemory(BaseModel):
     """What a gateway has to remember of a robot over restarts."""
 
     mode: int
@@ -50,7 +50,7 @@ class Memory(BaseModel):
 
 
 @dataclass(eq=False)
-class Power:
+class RobotPower:
     """What a loss of power takes from a robot: its mode, its unit, its homing, its speed percentages."""
 
     _units: Sequence[UnitAxes]
@@ -83,7 +83,7 @@ class Power:
     def memory(self) -> str:
         """Give what is to be remembered."""
         mode, speeds = self._commander.line.mode, self._speeds
-        kept = Memory(mode=mode, cycled=self.cycled, certain=self._certain, due=self._due, speeds=speeds)
+        kept = RobotMemory(mode=mode, cycled=self.cycled, certain=self._certain, due=self._due, speeds=speeds)
         return kept.model_dump_json()
 
     def recall(self, memory: str) -> None:
@@ -91,7 +91,7 @@ class Power:
 
         :raises ValueError: it cannot be read.
         """
-        told = Memory.model_validate_json(memory)
+        told = RobotMemory.model_validate_json(memory)
         if told.mode == self._commander.line.mode:
             self._commander.line.was_set_up()
         self.cycled, self._certain = told.cycled, told.certain
@@ -306,7 +306,7 @@ class Power:
         for axis, percent in zip(unit.names(_coordinates(command)), command.percents, strict=False):
             if percent is None:
                 continue
-            if isinstance(outcome, Answered):
+            if isinstance(outcome, RobotAnswered):
                 speeds[axis] = percent
             elif isinstance(outcome, NoReply):
                 speeds.pop(axis, None)
@@ -397,7 +397,9 @@ class Power:
         found = dict(zip(unit.names(coordinates), reply.percents, strict=False))
         return any(found.get(axis) != percent for axis, percent in known.items())
 
-    async def _say(self, command: FicsCommand[Any], unit: UnitAxes, proof: Proof | None = None) -> Answered:
+    async def _say(
+        self, command: FicsCommand[Any], unit: UnitAxes, proof: Proof | None = None
+    ) -> RobotAnswered:
         """Set the speeds of a unit, or ask for them.
 
         :raises SpeedsNotRestored: there was no answer.

@@ -12,7 +12,7 @@ from gateway.fics.exchange import Outcome
 from protocols.fics.axis_settings import CoordinateSetting
 from protocols.fics.commands import COMMANDS
 from protocols.fics.inputs_outputs import ChannelBits, GetOutputChannel, SwitchOutput
-from protocols.fics.link import Failure, Refusal
+from protocols.fics.link import FicsRefusal, SystemFailure
 from protocols.fics.row import FicsCommand
 from protocols.fics.system import SelectUnit, UnitNumbers
 from protocols.table import Reply
@@ -38,7 +38,7 @@ async def read_back(commander: Commander, command: FicsCommand[Any], said: Outco
 
     A refusal stands, and so does what was not sent. The sequence lock is held, and the unit is selected.
     """
-    if isinstance(said, Refusal | Failure) or (
+    if isinstance(said, FicsRefusal | SystemFailure) or (
         isinstance(said, GatewayError) and not isinstance(said, NoReply)
     ):
         return said

@@ -7,9 +7,9 @@ from typing import Any
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.events import Data, Event
-from gateway.core.jogs import News
+from gateway.core.jogs import JogNews
 from gateway.core.lanes import Lane
-from gateway.core.own_faults import all_of, seen_to, survived
+from gateway.core.own_faults import await_each_logging, run_all_then_raise, run_each_logging
 from gateway.core.stops import StopMode
 from gateway.fics.asking import Answers, Asking, answered_now, deadline_of
 from gateway.fics.axes import UnitAxes, unit_of
@@ -17,15 +17,15 @@ from gateway.fics.bits import Bits
 from gateway.fics.commander import Commander
 from gateway.fics.downloads import download
 from gateway.fics.durations import Durations
-from gateway.fics.edges import Edges
+from gateway.fics.edges import AxisEdges
 from gateway.fics.errors import NotDone
-from gateway.fics.exchange import Answered, ReplyFrame
+from gateway.fics.exchange import ReplyFrame, RobotAnswered
 from gateway.fics.jogs import RobotJogs
 from gateway.fics.line import FicsLine
 from gateway.fics.macros import Macros
 from gateway.fics.motion_state import MotionState
 from gateway.fics.motions import Motions
-from gateway.fics.power import Power
+from gateway.fics.power import RobotPower
 from gateway.fics.selection import Selection
 from gateway.fics.stops import RobotStopReport, RobotStops
 from gateway.fics.system_errors import RobotErrorRecord, SystemErrors
@@ -88,9 +88,9 @@ class Robot:
         self.bits = commander.bits
         self.motion = motion = MotionState(robot_id, self.publish)
         self.errors = errors = SystemErrors(commander, self.publish)
-        self.power = power = Power(units, commander, errors, self.publish)
+        self.power = power = RobotPower(units, commander, errors, self.publish)
         self.selection = Selection([unit.number for unit in units], commander, motion, power, self.publish)
-        edges = Edges(self.publish)
+        edges = AxisEdges(self.publish)
         self.asking = Asking(units, commander, motion, self.selection, power, errors, edges)
         self.units = [RobotUnit(axes, self.asking, motion) for axes in units]
         self.tables = Tables(commander, motion, self.selection, self.asking)
@@ -106,7 +106,7 @@ class Robot:
     async def close(self) -> None:
         """Stop what jogs, give up repeating stops, and close the line; moves run on in the robot."""
         work = self.jogs, self.stops, self.errors, self.line, self.asking
-        await seen_to(f"the end of {self.id}", *(it.close for it in work))
+        await await_each_logging(f"the end of {self.id}", *(it.close for it in work))
 
     # what it is now
 
@@ -159,7 +159,7 @@ class Robot:
         _require_alone(command)
         if isinstance(command, TakeCurrentError):
             taken = await self.errors.take(expires_at=deadline_of(Lane.COMMAND))
-            return answered_now(Answered((CurrentError(error=taken),), texts=(taken,)))
+            return answered_now(RobotAnswered((CurrentError(error=taken),), texts=(taken,)))
         if isinstance(command, ResetErrors):
             return await self.asking.reset_errors()
         if isinstance(command, DownloadPositions):
@@ -234,7 +234,7 @@ class Robot:
 
     def was_left_alone(self) -> None:
         """The gateway was held up for seconds: stop what jogs, and believe nothing read before."""
-        self.jogs.end_all(News.MISSED)
+        self.jogs.end_all(JogNews.MISSED)
         self._forget_what_may_change()
 
     def _forget_what_may_change(self) -> None:
@@ -244,11 +244,11 @@ class Robot:
 
     def _line_changed(self, what: str, facts: dict[str, object]) -> None:
         doubts = self._forget_what_may_change, self.asking.note_change, self.bits.compare_again
-        survived(f"{what} of {self.id}", *doubts)
+        run_each_logging(f"{what} of {self.id}", *doubts)
         if what == "robot.power_cycled":
             lost = partial(self.power.lost, certain=True)
             deeds: list[Callable[[], None]] = [self.selection.forget, self.motion.ramps.forget, lost]
-            all_of(deeds)
+            run_all_then_raise(deeds)
         elif what.startswith("robot."):
             self.publish(what, dict(facts))
         else:

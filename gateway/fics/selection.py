@@ -10,9 +10,9 @@ from gateway.fics.commander import Commander
 from gateway.fics.errors import RobotBusy, UnitMissing, UnitNotSelected
 from gateway.fics.exchange import Outcome, answered
 from gateway.fics.motion_state import MotionState, Tell
-from gateway.fics.power import Power
+from gateway.fics.power import RobotPower
 from gateway.fics.questions import UNIT
-from protocols.fics.link import Refusal
+from protocols.fics.link import FicsRefusal
 from protocols.fics.row import OUT_OF_RANGE
 from protocols.fics.system import SelectUnit, UnitNumbers
 
@@ -30,7 +30,7 @@ class Selection:
     """Those of the configuration."""
     _commander: Commander
     _motion: MotionState
-    _power: Power
+    _power: RobotPower
     _tell: Tell
     unit: int | None = None
     """None while it is not certain."""
@@ -161,7 +161,7 @@ class Selection:
             if _is_out_of_range(outcome):
                 self.unit = before
                 raise self._missed(number)
-        if isinstance(outcome, Refusal):
+        if isinstance(outcome, FicsRefusal):
             self.unit = before
         if isinstance(outcome, NoReply):
             await self._blame_power()
@@ -190,4 +190,4 @@ class Selection:
 
 
 def _is_out_of_range(outcome: Outcome) -> bool:
-    return isinstance(outcome, Refusal) and outcome.error == OUT_OF_RANGE
+    return isinstance(outcome, FicsRefusal) and outcome.error == OUT_OF_RANGE

@@ -12,15 +12,15 @@ from math import inf
 from typing import Any
 
 from gateway.core.errors import Cancelled, GatewayError, NoReply, StoppedFirst
-from gateway.core.exchange import Said
+from gateway.core.exchange import RememberedReply
 from gateway.core.fence import FENCE_TRIES
 from gateway.core.lanes import Lane
 from gateway.core.session import READ_REPEATS, Awaited, Session
 from gateway.fics.errors import NotProved, RobotOffline
-from gateway.fics.exchange import ROBOT, SET_UP, Answered, FicsExchange, ReplyFrame
+from gateway.fics.exchange import ROBOT, SET_UP, FicsExchange, ReplyFrame, RobotAnswered
 from gateway.fics.upload_state import UploadState
 from protocols.fics.alarms import GetErrorDetail
-from protocols.fics.link import Completion, Refusal, Terminator, Ver3Reader, credit, encode, line_of
+from protocols.fics.link import Completion, FicsRefusal, Terminator, Ver3Reader, credit, encode, line_of
 from protocols.fics.motor_axes import GetMotorPosition
 from protocols.fics.positions import EndPositionUpload
 from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand, WhenAnswered
@@ -220,7 +220,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     def is_refusal_of_fence(self, frame: ReplyFrame) -> bool:
         """Whether a query that may be a fence was refused."""
-        return isinstance(frame, Refusal) and frame.name in FENCES
+        return isinstance(frame, FicsRefusal) and frame.name in FENCES
 
     def fence_passed(self, fence: FicsExchange) -> None:
         """What was to be answered at once and was not never will be; a decelerating stop is at standstill."""
@@ -275,7 +275,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         self._said_silently += silent
         exchange.unheard = self.unheard
         if silent:
-            exchange.settle(Answered(confirmed=False))
+            exchange.settle(RobotAnswered(confirmed=False))
             return Awaited.NEVER
         if type(command) is StopAllDecelerating:
             exchange.await_until((exchange.deadline or now) + STANDSTILL_S)
@@ -296,21 +296,23 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         self._remember(exchange, frame, now, now + self.late_reply_s)
 
     def _remember(self, exchange: FicsExchange, frame: ReplyFrame, now: float, until: float) -> None:
-        said = Said(exchange, frame, type(frame).__name__, exchange.number, until)  # whatever it says
+        said = RememberedReply(
+            exchange, frame, type(frame).__name__, exchange.number, until
+        )  # whatever it says
         self._copies.note(ROBOT, frame.name, said, now)
 
     def learn(self, exchange: FicsExchange, outcome: Any, frame: ReplyFrame, now: float) -> None:
         """The robot is there; and an upload that only its refusal shows has to be ended."""
-        if exchange is self._fence_query and isinstance(outcome, Answered):
+        if exchange is self._fence_query and isinstance(outcome, RobotAnswered):
             self._copies.forget(ROBOT)  # but not its own answer, which has no number in Ver.2
         self.note_reply(exchange, frame, now)
         if type(exchange.command) in NEVER_FORBIDDEN:
             self._answers_until[exchange.command.code] = now + self.late_reply_s
-        if not (exchange is self._fence_query and isinstance(outcome, Refusal)):
+        if not (exchange is self._fence_query and isinstance(outcome, FicsRefusal)):
             self.offline.discard(ROBOT)
-        if isinstance(outcome, Answered):
+        if isinstance(outcome, RobotAnswered):
             self._forbidding -= exchange.command.blocked
-        if self.upload.may_be_open or isinstance(outcome, Refusal):
+        if self.upload.may_be_open or isinstance(outcome, FicsRefusal):
             doubtful = self.upload.note_outcome(exchange.command, exchange.number, outcome)
             if doubtful and self.in_step:
                 self._lose_step()  # the fence ends the upload

@@ -23,7 +23,7 @@ ROWS: Final = Rows("robot settings")
 Row = type[FicsCommand[Any]]
 
 
-class Setting(NamedTuple):
+class AxisSettingRows(NamedTuple):
     """A setting of the axes: the rows that read and write it, and whose axes it has."""
 
     read: Row
@@ -39,36 +39,40 @@ class Setting(NamedTuple):
 
 
 PLACE, SPEED = Quantity.POSITION, Quantity.SPEED
-SETTINGS: Final[dict[str, Setting]] = {
-    "speed_percent": Setting(speeds.GetSpeedPercent, speeds.SetSpeedPercent, "user"),
-    "maximum_speed": Setting(speeds.GetMaximumSpeeds, speeds.SetMaximumSpeeds, "user", SPEED),
-    "acceleration_time_ms": Setting(speeds.GetAccelerationTimes, speeds.SetAccelerationTimes, "user"),
-    "deceleration_time_ms": Setting(speeds.GetDecelerationTimes, speeds.SetDecelerationTimes, "user"),
-    "upper_soft_limit": Setting(
+SETTINGS: Final[dict[str, AxisSettingRows]] = {
+    "speed_percent": AxisSettingRows(speeds.GetSpeedPercent, speeds.SetSpeedPercent, "user"),
+    "maximum_speed": AxisSettingRows(speeds.GetMaximumSpeeds, speeds.SetMaximumSpeeds, "user", SPEED),
+    "acceleration_time_ms": AxisSettingRows(speeds.GetAccelerationTimes, speeds.SetAccelerationTimes, "user"),
+    "deceleration_time_ms": AxisSettingRows(speeds.GetDecelerationTimes, speeds.SetDecelerationTimes, "user"),
+    "upper_soft_limit": AxisSettingRows(
         soft_limits.GetUpperSoftLimits, soft_limits.SetUpperSoftLimits, "user", PLACE
     ),
-    "lower_soft_limit": Setting(
+    "lower_soft_limit": AxisSettingRows(
         soft_limits.GetLowerSoftLimits, soft_limits.SetLowerSoftLimits, "user", PLACE
     ),
-    "start_speed_pps": Setting(speeds.GetSelfStartSpeeds, speeds.SetSelfStartSpeeds, "motor"),
-    "homing_type": Setting(homing.GetHomingTypes, homing.SetHomingTypes, "motor"),
-    "homing_offset": Setting(homing.GetHomingOffsets, homing.SetHomingOffsets, "motor", PLACE),
-    "homing_speed": Setting(homing.GetHomingSpeeds, homing.SetHomingSpeeds, "motor", SPEED),
-    "index_search_speed": Setting(homing.GetIndexSearchSpeeds, homing.SetIndexSearchSpeeds, "motor", SPEED),
-    "motor_speed_percent": Setting(motor_axes.GetMotorSpeedPercent, motor_axes.SetMotorSpeedPercent, "motor"),
-    "motor_maximum_speed": Setting(
+    "start_speed_pps": AxisSettingRows(speeds.GetSelfStartSpeeds, speeds.SetSelfStartSpeeds, "motor"),
+    "homing_type": AxisSettingRows(homing.GetHomingTypes, homing.SetHomingTypes, "motor"),
+    "homing_offset": AxisSettingRows(homing.GetHomingOffsets, homing.SetHomingOffsets, "motor", PLACE),
+    "homing_speed": AxisSettingRows(homing.GetHomingSpeeds, homing.SetHomingSpeeds, "motor", SPEED),
+    "index_search_speed": AxisSettingRows(
+        homing.GetIndexSearchSpeeds, homing.SetIndexSearchSpeeds, "motor", SPEED
+    ),
+    "motor_speed_percent": AxisSettingRows(
+        motor_axes.GetMotorSpeedPercent, motor_axes.SetMotorSpeedPercent, "motor"
+    ),
+    "motor_maximum_speed": AxisSettingRows(
         motor_axes.GetMotorMaximumSpeeds, motor_axes.SetMotorMaximumSpeeds, "motor", SPEED
     ),
-    "motor_acceleration_time_ms": Setting(
+    "motor_acceleration_time_ms": AxisSettingRows(
         motor_axes.GetMotorAccelerationTimes, motor_axes.SetMotorAccelerationTimes, "motor"
     ),
-    "motor_deceleration_time_ms": Setting(
+    "motor_deceleration_time_ms": AxisSettingRows(
         motor_axes.GetMotorDecelerationTimes, motor_axes.SetMotorDecelerationTimes, "motor"
     ),
-    "motor_upper_soft_limit": Setting(
+    "motor_upper_soft_limit": AxisSettingRows(
         motor_axes.GetMotorUpperSoftLimits, motor_axes.SetMotorUpperSoftLimits, "motor", PLACE
     ),
-    "motor_lower_soft_limit": Setting(
+    "motor_lower_soft_limit": AxisSettingRows(
         motor_axes.GetMotorLowerSoftLimits, motor_axes.SetMotorLowerSoftLimits, "motor", PLACE
     ),
 }

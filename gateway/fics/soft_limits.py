@@ -50,7 +50,7 @@ BEYOND: Final = "E07"
 """What a robot answers to a target beyond a soft limit, of whichever axis (C-HOST manual 2-12)."""
 
 
-class CrossedLimit(NamedTuple):
+class CrossedAxisLimit(NamedTuple):
     """A soft limit of an axis that a place lies beyond, in the unit of the axis."""
 
     axis: str
@@ -69,7 +69,7 @@ class CrossedLimit(NamedTuple):
         return f"{round(place, NOISE_DIGITS):.15g} {self.unit}"
 
 
-async def crossed_limits(unit: RobotUnit, coordinates: Coordinates, end: Places) -> list[CrossedLimit]:
+async def crossed_limits(unit: RobotUnit, coordinates: Coordinates, end: Places) -> list[CrossedAxisLimit]:
     """Give the soft limits that the end of a move lies beyond; such a move is refused (C-HOST manual 2-12).
 
     An axis whose place is not known has none: a robot cannot hold it to them either, an assumption.
@@ -82,8 +82,12 @@ async def crossed_limits(unit: RobotUnit, coordinates: Coordinates, end: Places)
     limits = next(it for it in _LIMITS if it.coordinates == coordinates)
     lower, upper = [await _read(unit, limits, row) for row in (limits.get_lower, limits.get_upper)]
     units = unit.counted_in(coordinates)
-    above = [CrossedLimit(it, "upper", upper[it], at, units[it]) for it, at in ends.items() if at > upper[it]]
-    below = [CrossedLimit(it, "lower", lower[it], at, units[it]) for it, at in ends.items() if at < lower[it]]
+    above = [
+        CrossedAxisLimit(it, "upper", upper[it], at, units[it]) for it, at in ends.items() if at > upper[it]
+    ]
+    below = [
+        CrossedAxisLimit(it, "lower", lower[it], at, units[it]) for it, at in ends.items() if at < lower[it]
+    ]
     return sorted(above + below, key=lambda it: list(ends).index(it.axis))
 
 

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from gateway.core.errors import GatewayError
 from gateway.core.lanes import Lane
-from gateway.core.own_faults import all_of, seen_to, twice
+from gateway.core.own_faults import await_each_logging, retry_once, run_all_then_raise
 from gateway.core.records import request_id_field
 from gateway.core.stops import (
     CONFIRM_WITHIN_S,
@@ -27,7 +27,7 @@ from gateway.core.waiting import happens
 from gateway.fics.axes import Places, at_rest
 from gateway.fics.bits import Bits
 from gateway.fics.errors import UnitMissing
-from gateway.fics.exchange import Answered, Outcome
+from gateway.fics.exchange import Outcome, RobotAnswered
 from gateway.fics.jogs import RobotJogs
 from gateway.fics.line import FicsLine
 from gateway.fics.motion_state import Tell
@@ -36,7 +36,7 @@ from gateway.fics.ramps import Ramps
 from gateway.fics.system_errors import SystemErrors
 from gateway.fics.units import RobotUnit
 from gateway.texts import Text, text
-from protocols.fics.link import Failure, Refusal
+from protocols.fics.link import FicsRefusal, SystemFailure
 from protocols.fics.row import BLOCK_ERRORS, UPLOAD_ERROR, Block, FicsCommand
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import HostMode
@@ -83,13 +83,13 @@ class RobotStops(StopsUnderWay[StopMode, "_RobotStop"]):
 
         The result comes when all stand still, or after two seconds with what is known then.
         """
-        stop = twice("a stop", partial(self._stop, mode))
+        stop = retry_once("a stop", partial(self._stop, mode))
         return asyncio.create_task(self._report(stop, self._tasks[stop]), name="stop report")
 
     def _stop(self, mode: StopMode) -> "_RobotStop":
         running = self._running.get(mode)
         send = partial(self._begin_new, mode) if running is None else running.submit
-        all_of([self._line.begin_stop, self._jogs.robot_stops, send])
+        run_all_then_raise([self._line.begin_stop, self._jogs.robot_stops, send])
         return self._running[mode]
 
     @property
@@ -124,7 +124,7 @@ class RobotStops(StopsUnderWay[StopMode, "_RobotStop"]):
         return self._motion.confirm_stop, self._jogs.robot_stands_still
 
     async def _record(self, stop: "_RobotStop") -> None:
-        await seen_to(f"the stop of {stop.report.robot_id}", self._errors.poll)
+        await await_each_logging(f"the stop of {stop.report.robot_id}", self._errors.poll)
         await happens(self._motion.idle, RECORD_WITHIN_S)
 
 
@@ -178,10 +178,10 @@ class _RobotStop(Stopping):
     def _note(self, outcome: Outcome) -> None:
         if self.report.state == "confirmed":
             return
-        if isinstance(outcome, Answered):
+        if isinstance(outcome, RobotAnswered):
             if outcome.confirmed:
                 self._acknowledged()
-        elif isinstance(outcome, Refusal | Failure):
+        elif isinstance(outcome, FicsRefusal | SystemFailure):
             self._refused(outcome.error)
         else:
             self.note_not_sent(outcome)

@@ -17,7 +17,7 @@ from gateway.fics.motion_state import Tell
 from gateway.texts import Text, text
 from protocols.fics.alarm_texts import row_of
 from protocols.fics.alarms import DetailKind, ErrorDetail
-from protocols.fics.errors import ErrorKind, lookup
+from protocols.fics.errors import FicsErrorKind, lookup
 from protocols.fics.notation import driver_error_text
 from protocols.fics.row import FicsCommand
 
@@ -73,7 +73,7 @@ class SystemErrors:
         async with self._line.sequence_lock.held(lane, expires_at):
             error = await self._commander.take_error()
             self.looked_at = datetime.now(UTC)
-            if self.latched is not None and lookup(error).kind is not ErrorKind.FICS:
+            if self.latched is not None and lookup(error).kind is not FicsErrorKind.FICS:
                 self.forget()
                 self._tell("robot.errors.reset", {"by": reset_by})
         return error

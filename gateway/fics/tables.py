@@ -9,7 +9,7 @@ from gateway.fics.asking import Answers, Asking, answered_now, deadline_of
 from gateway.fics.axes import DISPLAYED, at_rest
 from gateway.fics.commander import Commander
 from gateway.fics.downloads import download
-from gateway.fics.errors import NotDone, NotReadBack, PositionsDiffer, RobotBusy, preparing
+from gateway.fics.errors import NotDone, NotReadBack, RobotBusy, RobotPositionsDiffer, preparing
 from gateway.fics.motion_state import MotionState
 from gateway.fics.read_back import READINGS, same_number
 from gateway.fics.selection import Selection
@@ -181,13 +181,13 @@ def _differ(
     differing: Sequence[int],
     wanted: Mapping[int, UploadPosition],
     found: Mapping[int, StoredPosition],
-) -> PositionsDiffer:
+) -> RobotPositionsDiffer:
     cases = []
     for number in differing[:TOLD]:
         holds = f"holds {found[number].written()}" if number in found else "is not set"
         cases.append(f"{number} {holds} and was sent as {wanted[number].written()}")
     more = f"; so do {len(differing) - TOLD} more" if len(differing) > TOLD else ""
-    return PositionsDiffer(
+    return RobotPositionsDiffer(
         f"Of {len(wanted)} positions that were sent to {unit.address}, {len(differing)} differ: "
         f"{'; '.join(cases)}{more}. A line was lost, doubled or garbled on its way; "
         "others may be overwritten.",

@@ -6,7 +6,7 @@ No I/O and no clock: the session notes what was written and answered, and asks w
 from typing import Any
 
 from gateway.fics.exchange import Outcome
-from protocols.fics.link import Refusal
+from protocols.fics.link import FicsRefusal
 from protocols.fics.positions import BeginPositionUpload, EndPositionUpload
 from protocols.fics.row import BLOCK_ERRORS, UPLOAD_ERROR, Block, FicsCommand
 from protocols.fics.system import HostMode
@@ -48,14 +48,14 @@ class UploadState:
         No upload is open if its end was taken, or anything else that an upload does not let through.
         """
         ends, begins = isinstance(command, EndPositionUpload), isinstance(command, BeginPositionUpload)
-        if not isinstance(outcome, Refusal):
+        if not isinstance(outcome, FicsRefusal):
             closed = (ends or not command.during_upload) and number > self._begun
         else:
             closed = (begins and outcome.error != UPLOAD_ERROR) or (ends and outcome.error == NO_UPLOAD)
         if closed:
             self.is_open = self.may_be_open = False
             return False
-        doubtful = isinstance(outcome, Refusal) and _only_an_upload_explains(command, outcome)
+        doubtful = isinstance(outcome, FicsRefusal) and _only_an_upload_explains(command, outcome)
         if doubtful:
             self.doubt()
         return doubtful
@@ -75,7 +75,7 @@ class UploadState:
         return due
 
 
-def _only_an_upload_explains(command: FicsCommand[Any], refusal: Refusal) -> bool:
+def _only_an_upload_explains(command: FicsCommand[Any], refusal: FicsRefusal) -> bool:
     """Whether neither the teaching terminal nor motion refuses this command so (C-HOST manual 1-7)."""
     edited = Block.TERMINAL_EDITS in command.blocked
     return refusal.error == UPLOAD_ERROR and not command.during_upload and not edited

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Final
 
-from gateway.core.alarms import Cause, Facts, Kind, causes_of_moves, stopped
+from gateway.core.alarms import Cause, CauseKind, Facts, causes_of_moves, stopped
 from gateway.core.next_calls import ACKNOWLEDGE, LINE_STATE, STOP, NextCall
 from gateway.core.power_alarms import facts_of_power_loss, swapped
 from gateway.core.restore_alarms import causes_of_restores
@@ -58,8 +58,8 @@ def _facts_of_table_upload(record: Facts) -> Facts:
     }
 
 
-BODIES: Final[Sequence[Kind[Body]]] = (
-    Kind(
+BODIES: Final[Sequence[CauseKind[Body]]] = (
+    CauseKind(
         "body.offline",
         "RC-420 manual 10.2",
         (LINE_STATE, STOP),
@@ -67,7 +67,7 @@ BODIES: Final[Sequence[Kind[Body]]] = (
         is_told=lambda body: body.number in body.line.unasked,
         disproved=lambda body: body.number in body.line.answered_late,
     ),
-    Kind(
+    CauseKind(
         "body.power_cycled",
         "RC-420 manual 5.4.2",
         (STATUS, HOME, ACKNOWLEDGE),
@@ -75,7 +75,7 @@ BODIES: Final[Sequence[Kind[Body]]] = (
         facts=facts_of_power_loss,
     ),
     swapped("body", "RC-420 manual 18"),
-    Kind(
+    CauseKind(
         "body.stop.unconfirmed",
         "RC-420 manual 5.4.1, 14.6",
         (STATUS, STOP, LINE_STATE),
@@ -84,37 +84,37 @@ BODIES: Final[Sequence[Kind[Body]]] = (
         disproved=lambda body: body.stop_was_proved,
     ),
     stopped("body", "RC-420 manual 5.4.1", (STATUS, POSITION), lambda body: body.being_stopped),
-    Kind(
+    CauseKind(
         "body.motion.foreign",
         "RC-420 manual 13.8.2, 13.8.4",
         (STATUS, STOP),
         lambda body: body.moving is True and body.move is None,
     ),
-    Kind(
+    CauseKind(
         "body.power_mark.missing",
         "RC-420 manual 14 (9VS)",
         (READ_COMMENT, CLEAR_COMMENT),
         lambda body: body.power.taken,
     ),
-    Kind(
+    CauseKind(
         "body.program.upload.failed",
         "RC-420 manual 14.U, 15.2.6",
         (UPLOAD,),
         facts=_facts_of_upload,
     ),
-    Kind(
+    CauseKind(
         "body.position_upload.failed",
         "RC-420 manual 13.4",
         (TABLE_UPLOAD,),
         facts=_facts_of_table_upload,
     ),
-    Kind(
+    CauseKind(
         "group.strangers",
         "RC-420 manual 12, 17.2",
         (GROUP, LINE_STATE),
     ),
     *(
-        Kind(
+        CauseKind(
             f"body.{name}",
             manual,
             calls,
@@ -127,7 +127,7 @@ BODIES: Final[Sequence[Kind[Body]]] = (
 )
 
 
-STOPS_OF_LINE: Final = Kind[Line](
+STOPS_OF_LINE: Final = CauseKind[Line](
     "line.stops.unconfirmed",
     "RC-420 manual 5.4.1, 10.2",
     (LINE_STATE,),

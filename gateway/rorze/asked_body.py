@@ -51,7 +51,7 @@ class AskedLine(Protocol):
         """Wait for the disk once, whatever of these is sent."""
 
 
-class InFlash(Protocol):
+class KnownFlash(Protocol):
     """What flash memory is known to hold."""
 
     @property
@@ -123,7 +123,7 @@ class AskedBody(Protocol):
         """Its address that is always unique, such as `LINE.3F`."""
 
     @property
-    def flash(self) -> InFlash:
+    def flash(self) -> KnownFlash:
         """What its flash memory holds."""
 
     @property

@@ -10,10 +10,10 @@ from typing import Final, TypeVar
 
 from pydantic import ValidationError
 
-from gateway.core.backup_text import Line, Part, commented, parts_of, refuse, section
+from gateway.core.backup_text import BackupLine, BackupPart, commented, parts_of, refuse, section
 from gateway.core.errors import BodyBusy, ControllerRefused, Misplaced
 from gateway.core.lanes import Lane
-from gateway.core.readings import Progress
+from gateway.core.readings import ProgressListener
 from gateway.core.restore_record import Difference
 from gateway.rorze import stored_program
 from gateway.rorze.asked_body import is_mark
@@ -22,8 +22,8 @@ from gateway.rorze.backup_places import (
     PLACES_OF,
     RAM_ONLY,
     SECTIONS,
+    BackupPlace,
     Command,
-    Place,
     Section,
     normal,
     place_of,
@@ -136,7 +136,7 @@ async def read(body: Body, sections: Iterable[Section], on_read: OnRead = lambda
     return found
 
 
-def _depends(place: Place) -> bool:
+def _depends(place: BackupPlace) -> bool:
     """Whether what was read before decides whether it is asked for."""
     return place.row is SetSpeedChange or place.row in SHARES
 
@@ -171,15 +171,15 @@ class _Reading:
             self.found[key] = command
         self.on_read()
 
-    def _may_be_set(self, place: Place) -> bool:
+    def _may_be_set(self, place: BackupPlace) -> bool:
         """A pattern that was never set has no speed changes, and a speed set without speeds no shares."""
         if place.row is SetSpeedChange:
-            return Place(SetPattern, {"pattern": place.at["pattern"]}).key in self.found
+            return BackupPlace(SetPattern, {"pattern": place.at["pattern"]}).key in self.found
         if place.row in SHARES:
-            return any(Place(it, place.at).key in self.found for it in SPEEDS)
+            return any(BackupPlace(it, place.at).key in self.found for it in SPEEDS)
         return True
 
-    async def at(self, place: Place) -> Command | None:
+    async def at(self, place: BackupPlace) -> Command | None:
         """Read a place; None where nothing is set, or that may be told."""
         try:
             reply, _ = await self.body.ask(place.question)
@@ -268,7 +268,7 @@ class BodySource:
         self.require_free()
         await self.body.ask(GetInformation())
 
-    async def read(self, progress: Progress) -> str:
+    async def read(self, progress: ProgressListener) -> str:
         """Read all that it keeps; errors as of `text_of`."""
         self.require_free()
         end, _ = await self.body.ask(GetLastProgramAddress())
@@ -346,7 +346,7 @@ def body_number(text: str) -> int | None:
     return int(text, 16) if re.fullmatch("[0-7][0-9A-Fa-f]", text, re.ASCII) else None
 
 
-def _contents(part: Part, faults: list[Misplaced]) -> Contents:
+def _contents(part: BackupPart, faults: list[Misplaced]) -> Contents:
     contents = Contents(scale=_scale(part, faults))
     for name in SECTIONS:
         lines = part.sections.get(name)
@@ -362,7 +362,7 @@ def _contents(part: Part, faults: list[Misplaced]) -> Contents:
     return contents
 
 
-def _scale(part: Part, faults: list[Misplaced]) -> Scale | None:
+def _scale(part: BackupPart, faults: list[Misplaced]) -> Scale | None:
     """The scale of a part; None where it has none."""
     found = None
     for line in part.sections.get(SCALE, ()):
@@ -384,7 +384,7 @@ def _scale(part: Part, faults: list[Misplaced]) -> Scale | None:
     return found
 
 
-def _assembled(lines: list[Line], faults: list[Misplaced]) -> Assembled | tuple[str, ...]:
+def _assembled(lines: list[BackupLine], faults: list[Misplaced]) -> Assembled | tuple[str, ...]:
     program = assemble("\n".join(line.text for line in lines))
     if isinstance(program, Assembled):
         return replace(program, lines=tuple(lines[it - 1].number for it in program.lines))
@@ -392,7 +392,7 @@ def _assembled(lines: list[Line], faults: list[Misplaced]) -> Assembled | tuple[
     return ()
 
 
-def _parsed(name: Section, lines: Iterable[Line], faults: list[Misplaced]) -> dict[str, Command]:
+def _parsed(name: Section, lines: Iterable[BackupLine], faults: list[Misplaced]) -> dict[str, Command]:
     found: dict[str, Command] = {}
     for line in lines:
         text = line.text.strip()
@@ -455,7 +455,7 @@ def differences(body_id: str, wanted: Contents, held: Contents) -> list[Differen
     return found
 
 
-def differing(name: Section, wanted: Contents, held: Contents) -> list[Place]:
+def differing(name: Section, wanted: Contents, held: Contents) -> list[BackupPlace]:
     """The places of a section that are not as in a backup; settings that it does not name may be anything."""
     should, does = wanted.places[name], held.places[name]
     return [
@@ -511,7 +511,7 @@ def commands(
 
 
 def _settings(
-    places: Iterable[Place], wanted: Mapping[str, Command], held: Mapping[str, Command]
+    places: Iterable[BackupPlace], wanted: Mapping[str, Command], held: Mapping[str, Command]
 ) -> Iterator[Command]:
     """Free the error outputs that change, which are refused while another cause has them.
 
@@ -528,7 +528,7 @@ def _settings(
 
 
 def _table(
-    places: Iterable[Place], wanted: Mapping[str, Command], held: Mapping[str, Command]
+    places: Iterable[BackupPlace], wanted: Mapping[str, Command], held: Mapping[str, Command]
 ) -> Iterator[Command]:
     """SES takes all changes of a pattern away, never a single one, so that the others are set again."""
     keys = {place.key for place in places}

@@ -56,7 +56,7 @@ _WORDS: Final[Mapping[str, str]] = {
 
 
 @dataclass(frozen=True)
-class Place:
+class BackupPlace:
     """A place of a body that holds a value."""
 
     row: Row
@@ -124,7 +124,7 @@ def _key_of(question: Command) -> str:
     return f"{question.code}{question.written()}"
 
 
-def place_of(command: Command) -> Place | None:
+def place_of(command: Command) -> BackupPlace | None:
     """The place that a command sets; None where a backup has no such place."""
     if isinstance(command, SetPositionEntry) and command.pulses is None:
         return None  # it would store where the motor stands
@@ -159,11 +159,11 @@ def words_of(row: Row) -> str:
     return f"{title}, {unit}" if unit else title
 
 
-def _each(code: str, **at: object) -> Place:
-    return Place(COMMANDS[code], MappingProxyType(at))
+def _each(code: str, **at: object) -> BackupPlace:
+    return BackupPlace(COMMANDS[code], MappingProxyType(at))
 
 
-def _settings() -> Iterator[Place]:
+def _settings() -> Iterator[BackupPlace]:
     """All of RC-420 manual 18 but speeds and patterns; what others depend on comes first.
 
     CPS clears what CFS has set for its input (RC-420 manual 13.9.4), and outputs come last.
@@ -185,33 +185,33 @@ def _settings() -> Iterator[Place]:
     yield from map(_each, ("3IS", "UAS", "COS"))
 
 
-def _speed_sets() -> Iterator[Place]:
+def _speed_sets() -> Iterator[BackupPlace]:
     for number in (None, *range(30)):
         at = {} if number is None else {"speed_set": number}
         yield from (_each(code, **at) for code in ("OLS", "OHS", "OSS", "OAS", "OBS"))
 
 
-def _patterns() -> Iterator[Place]:
+def _patterns() -> Iterator[BackupPlace]:
     for pattern in range(30):
-        yield Place(SetPattern, {"pattern": pattern})
-        yield from (Place(SetSpeedChange, {"pattern": pattern, "point": point}) for point in range(16))
+        yield BackupPlace(SetPattern, {"pattern": pattern})
+        yield from (BackupPlace(SetSpeedChange, {"pattern": pattern, "point": point}) for point in range(16))
 
 
-def _positions() -> Iterator[Place]:
+def _positions() -> Iterator[BackupPlace]:
     numbers = range(LAST_POSITION + 1)
-    yield from (Place(SetPositionEntry, {"entry": PositionReference(position=it)}) for it in numbers)
+    yield from (BackupPlace(SetPositionEntry, {"entry": PositionReference(position=it)}) for it in numbers)
 
 
-def _memories() -> Iterator[Place]:
+def _memories() -> Iterator[BackupPlace]:
     for bank, last in LAST_PLACES.items():
-        yield from (Place(SetProgramMemory, {"memory": f"{bank}{place}"}) for place in range(last + 1))
+        yield from (BackupPlace(SetProgramMemory, {"memory": f"{bank}{place}"}) for place in range(last + 1))
 
 
-def _by_key(places: Iterable[Place]) -> Mapping[str, Place]:
+def _by_key(places: Iterable[BackupPlace]) -> Mapping[str, BackupPlace]:
     return MappingProxyType({place.key: place for place in places})
 
 
-PLACES_OF: Final[Mapping[Section, Mapping[str, Place]]] = {
+PLACES_OF: Final[Mapping[Section, Mapping[str, BackupPlace]]] = {
     "settings": _by_key(_settings()),
     "speed-sets": _by_key(_speed_sets()),
     "patterns": _by_key(_patterns()),

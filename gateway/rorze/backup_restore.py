@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply
 from gateway.core.lanes import Lane
 from gateway.core.restore_record import ScaleDifference
-from gateway.core.restores import Comparison, Reader, Watcher
+from gateway.core.restores import Comparison, ComparisonListener, Watcher
 from gateway.core.sequence_lock import Series
 from gateway.rorze import backup
 from gateway.rorze.asked_body import is_mark
@@ -89,7 +89,9 @@ class BodyRestore:
 
     # compared
 
-    async def compare(self, reader: Reader, *, lasting: bool = False, sure: bool = True) -> Comparison:
+    async def compare(
+        self, reader: ComparisonListener, *, lasting: bool = False, sure: bool = True
+    ) -> Comparison:
         """Read what the backup has, with a mark that proves that the power was kept meanwhile.
 
         :raises GatewayError: it was not read, or it loses its power again and again.

@@ -14,7 +14,7 @@ from gateway.core.move_record import CountedIn, Move, MoveStatus
 from gateway.core.targets import Looked
 from gateway.core.trajectories import Trajectory
 from gateway.core.waiting import happens
-from gateway.rorze.edges import Edges
+from gateway.rorze.edges import SensorEdges
 from gateway.rorze.errors import refused
 from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
 from gateway.rorze.flash_state import FlashState
@@ -22,7 +22,7 @@ from gateway.rorze.line import Line, lane_of
 from gateway.rorze.mark import Mark
 from gateway.rorze.own_refusals import OwnRefusals
 from gateway.rorze.position_flash import PositionFlash
-from gateway.rorze.power import POWER_ON_POSITION, RENAMING, Power
+from gateway.rorze.power import POWER_ON_POSITION, RENAMING, BodyPower
 from gateway.rorze.readings import believed, errs
 from gateway.rorze.units import Scale
 from protocols.rorze.commands import COMMANDS
@@ -112,11 +112,11 @@ class Body(Looked):
     """While it has a move, its state is asked for this often."""
     on_news: Callable[[str, dict[str, object]], None] = lambda _kind, _facts: None
     """Called with what it does unasked: the kind of event, and its data."""
-    power: Power = field(default_factory=Power)
+    power: BodyPower = field(default_factory=BodyPower)
     flash: FlashState = field(default_factory=FlashState)
     position_flash: PositionFlash = field(default_factory=PositionFlash)
     mark: Mark = field(init=False)
-    edges: Edges = field(init=False)
+    edges: SensorEdges = field(init=False)
     _own_refusals: OwnRefusals = field(init=False)
     moving: bool | None = None
     """None until its status has been read since it was out of reach."""
@@ -182,7 +182,7 @@ class Body(Looked):
         self.power.on_news = self._power_news
         self.mark = Mark(self)
         self._own_refusals = OwnRefusals(self)
-        self.edges = Edges(self.input_names, lambda kind, facts: self.on_news(kind, facts))
+        self.edges = SensorEdges(self.input_names, lambda kind, facts: self.on_news(kind, facts))
 
     @cached_property
     def short(self) -> str:

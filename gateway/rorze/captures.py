@@ -41,7 +41,7 @@ KINDS: Final[tuple[Kind, ...]] = ("position", "encoder", "encoder_in_pulses")
 Entry = Annotated[int, Field(ge=0, le=2047)]
 
 
-class Section(RequestModel):
+class CaptureSection(RequestModel):
     """The stretch of positions in which an edge counts."""
 
     lower: Length | int = Field(
@@ -93,7 +93,7 @@ class CaptureRequest(SentBack, json_schema_extra=example(edge="rising", position
         None, max_length=len(KINDS), description="The three numbers as GET gives them, in their place."
     )
     pulse: CapturePulse | None = None
-    between: Section | None = Field(None, description="Left out, the edge counts everywhere.")
+    between: CaptureSection | None = Field(None, description="Left out, the edge counts everywhere.")
 
     def entries(self) -> dict[Kind, int]:
         """The numbers that take values, by what they take."""
@@ -123,7 +123,7 @@ class CaptureRequest(SentBack, json_schema_extra=example(edge="rising", position
         return self
 
 
-class Recorded(NamedTuple):
+class CaptureTarget(NamedTuple):
     """An entry of the position table that takes a value."""
 
     kind: Kind
@@ -139,7 +139,7 @@ class Capture(NamedTuple):
     edge: Edge
     """What it waits for; off: it is not armed, or not any more."""
     between: Bounds | None
-    recorded: tuple[Recorded, ...]
+    recorded: tuple[CaptureTarget, ...]
     pulse: CapturePulse | None
 
     @property
@@ -174,7 +174,7 @@ async def read(body: AskedBody, port: int) -> Capture:
     mode, _ = await body.ask(GetInterruptMode(port=port))
     bounds, _ = await body.ask(GetInterruptRange(port=port))
     pulse, _ = await body.ask(GetInterruptAction(port=port, pulsed="output"))
-    recorded: list[Recorded] = []
+    recorded: list[CaptureTarget] = []
     for kind in KINDS:
         action, _ = await body.ask(GetInterruptAction(port=port, recorded=kind))
         if action.number is not None:
@@ -295,9 +295,9 @@ async def when_over(body: AskedBody, port: int, within_s: float) -> Capture:
     return capture
 
 
-async def _recorded(body: AskedBody, kind: Kind, number: int) -> Recorded:
+async def _recorded(body: AskedBody, kind: Kind, number: int) -> CaptureTarget:
     pulses = await read_pulses(body, number)
-    return Recorded(kind, number, None if pulses == NOTHING_YET else pulses)
+    return CaptureTarget(kind, number, None if pulses == NOTHING_YET else pulses)
 
 
 class CapturedValue(BaseModel):

@@ -32,21 +32,21 @@ TRIES: Final = 2
 """A setting that was not done, or whose command arrived garbled, is sent once more: it is absolute."""
 
 
-class Codec(NamedTuple):
+class SettingCodec(NamedTuple):
     """A value in the words of clients, in a reply and as parameters of the command that sets it."""
 
     read: Callable[[Any], Any]
     write: Callable[[Any], Mapping[str, Any]]
 
 
-def plain(name: str, parameter: str | None = None) -> Codec:
+def plain(name: str, parameter: str | None = None) -> SettingCodec:
     """A field of the reply, and the parameter that sets it."""
-    return Codec(lambda reply: getattr(reply, name), lambda value: {parameter or name: value})
+    return SettingCodec(lambda reply: getattr(reply, name), lambda value: {parameter or name: value})
 
 
-def switch(name: str) -> Codec:
+def switch(name: str) -> SettingCodec:
     """A field that is 0 or 1."""
-    return Codec(lambda reply: bool(getattr(reply, name)), lambda value: {name: int(value)})
+    return SettingCodec(lambda reply: bool(getattr(reply, name)), lambda value: {name: int(value)})
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Item:
     name: str
     question: Query
     setter: type[Setter]
-    codec: Codec
+    codec: SettingCodec
     place: Mapping[str, Any] = field(default_factory=dict)
     """The parameters that say which one it is."""
     refused_as: Mapping[str, Any] = field(default_factory=dict)

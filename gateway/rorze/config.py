@@ -42,7 +42,7 @@ BodyId = Annotated[str, _hex_between(0, LAST_BODY)]
 GroupId = Annotated[str, _hex_between(FIRST_GROUP, LAST_GROUP)]
 
 
-class Units(Table, Scale):
+class UnitsTable(Table, Scale):
     """How pulses of a body relate to a physical unit."""
 
 
@@ -105,13 +105,13 @@ def _check_comment(number: object) -> int:
     return number
 
 
-class Body(Table):
+class BodyTable(Table):
     """A controller on a line."""
 
     id: BodyId
     """Setting of the rotary switches, 00-77 hex (RC-420 manual 2.2)."""
     name: Name | None = None
-    units: Units | None = None
+    units: UnitsTable | None = None
     inputs: dict[str, Name] | None = None
     """Names of the inputs 0-9."""
     outputs: dict[str, Name] | None = None
@@ -163,7 +163,7 @@ def _numbered(names: dict[str, str] | None) -> dict[int, str]:
     return {int(number): name for number, name in (names or {}).items()}
 
 
-class Group(Table):
+class GroupTable(Table):
     """A virtual body: a command to it goes to all members at once (RC-420 manual 12)."""
 
     id: GroupId
@@ -187,7 +187,7 @@ class Group(Table):
         return self
 
 
-class Line(tables.Line):
+class RorzeLineTable(tables.LineTable):
     """A port with a link master and its bodies behind it."""
 
     introducer: Literal["&", "$", "#"] = "&"
@@ -197,8 +197,8 @@ class Line(tables.Line):
     """Whether a stop is sent at once or, should the link master not take it, after the reply under way."""
     port_baud: int = Field(9600, ge=50, le=4_000_000)
     """Speed of the serial port behind a terminal server; frames behind unanswered ones are spaced by it."""
-    bodies: Array[Body] = ()
-    groups: Array[Group] = ()
+    bodies: Array[BodyTable] = ()
+    groups: Array[GroupTable] = ()
     health_share: float = Field(0.1, ge=0.01, le=0.5)
     """Share of the line's time that the questions how bodies are may take, where there are many."""
     move_samples_per_s: float = Field(0, ge=0, le=50)

@@ -12,7 +12,7 @@ INPUTS: Final = range(10)
 
 
 @dataclass(eq=False)
-class Edges:
+class SensorEdges:
     """The sensors and inputs of one body as they were last told; what is told first is no edge."""
 
     _input_names: Mapping[int, str]

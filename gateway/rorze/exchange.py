@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gateway.core.errors import GatewayError
-from gateway.core.exchange import Exchange, Said, remedy_of
+from gateway.core.exchange import Exchange, RememberedReply, remedy_of
 from protocols.rorze.link import Answer, GroupAnswer, Refusal
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Reply, WireFault
@@ -69,7 +69,7 @@ class RorzeExchange(Exchange[RorzeCommand[Any], ReplyFrame, Answered | Refusal])
             return None
         return Answered(replies, now, self.doubt is not None, text)
 
-    def mistakes(self, said: Said) -> bool:
+    def mistakes(self, said: RememberedReply) -> bool:
         """Whether a copy would be credited, and be wrong (decision 10).
 
         It is right where the very same was asked, and asking changes nothing: that was true a moment ago.

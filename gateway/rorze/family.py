@@ -15,23 +15,23 @@ from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
 from gateway.core.events import Event
 from gateway.core.family import (
     Family,
-    LeftMoving,
-    Place,
+    MayMove,
     PortInfo,
     Seen,
     Site,
+    TargetKind,
     Watch,
     facts_of,
     is_within,
     why_it_moves,
 )
-from gateway.core.jogs import News
-from gateway.core.kept_works import KeptWorks
+from gateway.core.jogs import JogNews
+from gateway.core.kept_works import DurableJobs
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED, Move, MoveStatus
-from gateway.core.operation import Section, Words
+from gateway.core.operation import RouteWords, Section
 from gateway.core.origin import RESTART, acting
-from gateway.core.own_faults import safely, seen_to, survived
+from gateway.core.own_faults import ask_safely, await_each_logging, run_each_logging
 from gateway.core.parts import Part
 from gateway.core.restore_record import Restore
 from gateway.core.restores import Restores
@@ -72,7 +72,7 @@ from gateway.rorze.names import BodyId, GroupId
 from gateway.rorze.poll_intervals import Health
 from gateway.rorze.position_uploads import TableUploads
 from gateway.rorze.positions import PositionReadings
-from gateway.rorze.power import Power
+from gateway.rorze.power import BodyPower
 from gateway.rorze.program_runs import ProgramRun, ProgramRuns
 from gateway.rorze.program_uploads import ProgramUpload, ProgramUploads
 from gateway.rorze.scans import Scans
@@ -88,9 +88,11 @@ from transports.base import Transport
 
 UNATTENDED: Final = ("continuous", "jog")
 """Moves that must not go on when the gateway ends, or has ended: nobody else would stop them."""
-BODY = Place("/bodies/{body_id}", Move, listed=True)
-LINE = Place("/lines/{line_id}", tag="line commands", listed=True)
-GROUP = Place("/groups/{group_id}", Move, suffix="_to_group", members=True, tag="group commands", listed=True)
+BODY = TargetKind("/bodies/{body_id}", Move, listed=True)
+LINE = TargetKind("/lines/{line_id}", tag="line commands", listed=True)
+GROUP = TargetKind(
+    "/groups/{group_id}", Move, suffix="_to_group", members=True, tag="group commands", listed=True
+)
 
 
 class LineInfo(PortInfo):
@@ -132,7 +134,7 @@ class Listener(Protocol):
 class Rorze(Family):
     """All lines with RC-400s, and what is on them."""
 
-    line_table = config.Line
+    line_table = config.RorzeLineTable
     line_info = LineInfo
     now = BodyNow
     move_records = (Move,)
@@ -172,7 +174,7 @@ class Rorze(Family):
     )
     names: ClassVar = {"body_id": BodyId, "group_id": GroupId}
     words: ClassVar = {
-        GROUP.path: Words(
+        GROUP.path: RouteWords(
             over="All moves are over; `status` says how each ended.", begun="The moves are under way."
         )
     }
@@ -209,7 +211,7 @@ class Rorze(Family):
         self._configured: dict[str, Sequence[Part]] = {}
         """The members that the configuration gives each group, by its address."""
         self._health: dict[str, Health] = {}
-        self._tables: dict[str, config.Line] = {}
+        self._tables: dict[str, config.RorzeLineTable] = {}
         self._defining = asyncio.Lock()
         self.moves = Moves(
             self._publish_move,
@@ -232,7 +234,7 @@ class Rorze(Family):
 
     # building
 
-    def add(self, table: config.Line, port: Transport) -> Line:
+    def add(self, table: config.RorzeLineTable, port: Transport) -> Line:
         """Build a line with its bodies and groups."""
         line = Line(
             table.id,
@@ -273,7 +275,7 @@ class Rorze(Family):
             self._configure_group(Group(line, group.number, members))
         return line
 
-    def _add_body(self, line: Line, table: config.Line, it: config.Body) -> None:
+    def _add_body(self, line: Line, table: config.RorzeLineTable, it: config.BodyTable) -> None:
         body = Body(
             line,
             it.number,
@@ -285,7 +287,7 @@ class Rorze(Family):
             in_position=it.in_position,
             slow_pattern=it.slow_pattern,
             poll_interval_s=table.poll_interval_s,
-            power=Power(it.power_comment, it.needs_origin, it.silence_needs_acknowledgement),
+            power=BodyPower(it.power_comment, it.needs_origin, it.silence_needs_acknowledgement),
         )
         body.on_news = partial(self._on_news, body)
         body.power.on_memory = self.site.known.keep(body.address, body.power)
@@ -482,7 +484,7 @@ class Rorze(Family):
         """That of all bodies."""
         yield self.moves.log
 
-    def works(self) -> Mapping[str, KeptWorks[Any]]:
+    def works(self) -> Mapping[str, DurableJobs[Any]]:
         """Positions and programs that were uploaded, programs that were run, and restores."""
         return {
             "position_upload": self.position_uploads,
@@ -541,7 +543,7 @@ class Rorze(Family):
 
     def was_left_alone(self) -> None:
         """Stop what jogs, and look at every body."""
-        self.jogs.end_all(News.MISSED)
+        self.jogs.end_all(JogNews.MISSED)
         for body in self.bodies():
             body.may_move()
 
@@ -554,7 +556,7 @@ class Rorze(Family):
 
     def _publish_move(self, kind: str, body: Body, move: Move) -> Event:
         event = self.site.events.publish(kind, f"/bodies/{body.address}", move, correlation=move.id)
-        survived("the news of a move", *(partial(it.advanced, body, move) for it in self.listeners))
+        run_each_logging("the news of a move", *(partial(it.advanced, body, move) for it in self.listeners))
         return event
 
     def _publish_jog(self, what: str, body: Body, jog: BodyJog) -> None:
@@ -651,7 +653,9 @@ class Rorze(Family):
         """Stop what jogs or would never end, or everything that moves."""
         meant = (body for body in self.bodies() if is_within(body.line.id, body.address, within))
         must_end = partial(self._must_end, everything=everything)
-        bodies = [it for it in meant if safely("the end of motion", partial(must_end, it), otherwise=True)]
+        bodies = [
+            it for it in meant if ask_safely("the end of motion", partial(must_end, it), otherwise=True)
+        ]
         return [self.stops.stop(bodies, "decelerate")] if bodies else []
 
     def _must_end(self, body: Body, *, everything: bool) -> bool:
@@ -671,26 +675,28 @@ class Rorze(Family):
         await self.stops.confirmed()
         await self.moves.begun()
 
-    def left_moving(self) -> Iterator[LeftMoving]:
+    def left_moving(self) -> Iterator[MayMove]:
         """Name the bodies that may move on."""
         for body in self.bodies():
             stopped = self.stops.unconfirmed(body) is not None
             why = why_it_moves(stopped=stopped, moving=body.moving, under_way=body.move is not None)
             if why is not None:
                 move_id = None if body.move is None else body.move.id
-                yield LeftMoving("body", f"/bodies/{body.address}", why, move_id)
+                yield MayMove("body", f"/bodies/{body.address}", why, move_id)
 
     async def let_go(self) -> None:
         """Give the waiters for moves what is known now."""
         what, works = "the end of long work", self.works().values()
-        await seen_to(what, self.scans.close, self.position_readings.close, *(it.close for it in works))
-        survived(what, self.moves.let_go)
+        await await_each_logging(
+            what, self.scans.close, self.position_readings.close, *(it.close for it in works)
+        )
+        run_each_logging(what, self.moves.let_go)
 
     async def close(self) -> None:
         """End all work and close the lines."""
         lines = (line.close for line in self.lines.values())
         work = self.scans.close, self.moves.close
-        await seen_to("the end of all lines", self.jogs.close, self.stops.close, *lines, *work)
+        await await_each_logging("the end of all lines", self.jogs.close, self.stops.close, *lines, *work)
 
 
 T = TypeVar("T", Body, Group)

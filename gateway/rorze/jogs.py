@@ -7,7 +7,7 @@ from typing import Final, Literal, NamedTuple
 from pydantic import Field, PrivateAttr, model_validator
 
 from gateway.core.errors import GatewayError, InvalidRequest
-from gateway.core.jogs import START_WITHIN_S, Jog, JogOutOfReach, Jogs, News, Session
+from gateway.core.jogs import START_WITHIN_S, Jog, Jogging, JogNews, JogOutOfReach, Jogs
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.records import RequestModel, example
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S
@@ -63,7 +63,7 @@ class BodyJog(Jog):
     """Where it ends if it comes as far as it may."""
 
 
-_Session = Session[BodyJog, Body]
+_Session = Jogging[BodyJog, Body]
 
 
 class BodyJogs(Jogs[BodyJog, Body]):
@@ -103,7 +103,7 @@ class BodyJogs(Jogs[BodyJog, Body]):
                     distance=distance,
                 )
                 jog._bound = bound  # noqa: SLF001  # no client sees it
-                self._begin(Session(jog, body.address, line, body))
+                self._begin(Jogging(jog, body.address, line, body))
 
             try:
                 [move] = await self._moves.start(body, command, within_s, on_sent=begun, kind="jog")
@@ -118,7 +118,7 @@ class BodyJogs(Jogs[BodyJog, Body]):
         """A stop of a body begins: its jog goes on no more."""
         for session in self._sessions.values():
             if session.of is body:
-                self._take(session, News.STOP)
+                self._take(session, JogNews.STOP)
 
     def _require_in_reach(self, session: _Session) -> None:
         if not session.of.online:

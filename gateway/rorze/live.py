@@ -10,7 +10,7 @@ from gateway.core.errors import ControllerRefused, GatewayError
 from gateway.core.event_types import IO, Signal, Signals
 from gateway.core.lanes import Lane
 from gateway.core.live import Live
-from gateway.core.sampler import IO_HZ, Source
+from gateway.core.sampler import IO_HZ, LiveSource
 from gateway.rorze.bodies import POSITION, Body, R
 from gateway.rorze.event_types import BodyPosition
 from gateway.rorze.sweep import Sweep, SweepAnswer
@@ -24,7 +24,7 @@ FRESH = 0.5
 
 
 @dataclass(eq=False)
-class BodySource(Source):
+class LiveBody(LiveSource):
     """Values of one body; enough of those that are due with it are asked for by their group."""
 
     body: Body
@@ -37,7 +37,7 @@ class BodySource(Source):
     def __post_init__(self) -> None:
         self.subject = f"/bodies/{self.body.address}"
 
-    def company(self, due: Sequence[Source]) -> dict[Body, Self]:
+    def company(self, due: Sequence[LiveSource]) -> dict[Body, Self]:
         """Those that one frame asks for, by their bodies."""
         alike = {it.body: it for it in self.among(due)}
         group = self.sweep.group_for(self.body, alike)
@@ -58,7 +58,7 @@ class BodySource(Source):
         }
 
 
-class PositionSource(BodySource):
+class PositionSource(LiveBody):
     """Where a body stands (6PD)."""
 
     type: ClassVar = "body.position"
@@ -68,7 +68,7 @@ class PositionSource(BodySource):
         """While it moves, that of the samples which are kept with the move."""
         return 0.0 if self.body.trajectory is None else self.samples_hz
 
-    async def read(self, due: Sequence[Source]) -> list[Source]:
+    async def read(self, due: Sequence[LiveSource]) -> list[LiveSource]:
         """Put what somebody else has just been told, or ask."""
         if self.body.mode is None:
             with suppress(ControllerRefused):
@@ -102,13 +102,13 @@ class PositionSource(BodySource):
         self.live.put(self.type, self.subject, position, at)
 
 
-class SignalSource(BodySource):
+class SignalSource(LiveBody):
     """A body's general inputs and outputs (CID, COD)."""
 
     type: ClassVar = IO
     most_hz: ClassVar = IO_HZ
 
-    async def read(self, due: Sequence[Source]) -> list[Source]:
+    async def read(self, due: Sequence[LiveSource]) -> list[LiveSource]:
         """Ask, and put what was told."""
         sources = self.company(due)
         inputs = await self.ask(list(sources), GetInputs())

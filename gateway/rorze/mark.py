@@ -8,7 +8,7 @@ from gateway.core.errors import Cancelled, ControllerRefused, GatewayError, NotS
 from gateway.core.lanes import Lane
 from gateway.rorze.asked_body import is_mark, new_mark
 from gateway.rorze.exchange import Answered, RorzeExchange
-from gateway.rorze.power import Power
+from gateway.rorze.power import BodyPower
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import GetInformation, SetUserComment
 
@@ -21,7 +21,7 @@ TRIES = 3
 class MarkedBody(Protocol):
     """A body, as far as its mark is concerned."""
 
-    power: Power
+    power: BodyPower
 
     @property
     def address(self) -> str:

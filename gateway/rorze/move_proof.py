@@ -31,7 +31,7 @@ from gateway.core.verdicts import (
     Told,
     Unseen,
     Verdict,
-    Words,
+    VerdictWords,
     judge,
 )
 from gateway.rorze.bodies import ENCODER_SWAYS, STATUS, Body, MotorState
@@ -82,7 +82,7 @@ def _same_reply(one: tuple[Reply, object], other: tuple[Reply, object]) -> bool:
     return one[0] == other[0]
 
 
-class Stretch(NamedTuple):
+class SharedWay(NamedTuple):
     """Where a motor that moves together with others has to start, and should come to, in pulses."""
 
     start: int
@@ -155,7 +155,7 @@ class MoveProof:
                 "Wait for its end or stop it.",
             )
 
-    def expect(self, stretch: Stretch) -> None:
+    def expect(self, stretch: SharedWay) -> None:
         """Take the target from the plan of the move.
 
         :raises NotSent: the motor does not stand where the plan begins.
@@ -513,7 +513,7 @@ class MoveProof:
         body, move = self.body, self.move
         sent = "may have been sent" if move.sent_at is None else "was sent"
         reply = f"before {self.resumed}" if self.resumed else "and no usable reply came"
-        words = Words(
+        words = VerdictWords(
             who=body.address,
             announcer="The link master",
             sending=f"{move.command} {sent} to {body.address} {reply}",

@@ -23,14 +23,14 @@ from gateway.core.move_record import RESTARTED, START_WITHIN_S, Move, MoveKind, 
 from gateway.core.move_runs import Beginning, MoveRuns, guarded
 from gateway.core.next_calls import NextCall
 from gateway.core.origin import working
-from gateway.core.own_faults import survived
+from gateway.core.own_faults import run_each_logging
 from gateway.core.trajectories import Trajectories
 from gateway.core.verdicts import Unbegun, judge
 from gateway.core.waiting import together
 from gateway.rorze.bodies import Body, Group, MotorState, idle_bodies_of
 from gateway.rorze.calls import calls_for_body
 from gateway.rorze.line import Line
-from gateway.rorze.move_proof import MISSING_END_FRAME_S, MoveProof, Stretch
+from gateway.rorze.move_proof import MISSING_END_FRAME_S, MoveProof, SharedWay
 from gateway.rorze.plans import Planned
 from gateway.rorze.poll_intervals import follow_s, poll_s
 from gateway.rorze.power import ProofTooOld
@@ -76,7 +76,7 @@ class Moves(MoveRuns[Body, Move]):
         target: Body | Group,
         command: RorzeCommand[Any],
         start_within_s: float = START_WITHIN_S,
-        course: Mapping[Body, Stretch] | None = None,
+        course: Mapping[Body, SharedWay] | None = None,
         on_sent: Callable[[Move], None] = lambda _: None,
         kind: MoveKind | None = None,
     ) -> list[Move]:
@@ -137,7 +137,9 @@ class Moves(MoveRuns[Body, Move]):
         who.move = who.trajectory = None
         who.line.followed -= 1
         who.free.set()
-        survived("the end of a trajectory", partial(self._on_trajectory, who))  # the body is free once
+        run_each_logging(
+            "the end of a trajectory", partial(self._on_trajectory, who)
+        )  # the body is free once
 
     def _lose(self, who: Body, _why: str, /) -> None:
         who.may_move()  # what is not written yet never is: no move stands for it
@@ -337,7 +339,7 @@ class _MoveRun:
     proofs: list[MoveProof]
     epoch: int
     """The target's stop epoch at admission."""
-    course: Mapping[Body, Stretch]
+    course: Mapping[Body, SharedWay]
     on_sent: Callable[[Move], None]
     answered: Beginning = field(default_factory=lambda: asyncio.get_running_loop().create_future())
 

@@ -11,7 +11,7 @@ from gateway.core.operation import Expectation, Rows
 from gateway.core.records import SentBack, example, require_same
 from gateway.core.rights import Right
 from gateway.rorze.bodies import Body
-from gateway.rorze.changes import ChangeStep, Codec, Flash, Item, Wanted, as_expected, change, read
+from gateway.rorze.changes import ChangeStep, Flash, Item, SettingCodec, Wanted, as_expected, change, read
 from gateway.rorze.speed_sets import STANDARD, First, Last, numbers_of, parameters_of
 from gateway.rorze.units import Scaled
 from protocols.rorze.notation import Amount, Speed
@@ -187,7 +187,7 @@ class PatternList(BaseModel):
 def sets_item(number: int) -> Item:
     """The two speed sets that a pattern is made of."""
     place = {"pattern": None if number == STANDARD else number}
-    codec = Codec(
+    codec = SettingCodec(
         lambda reply: {"acceleration_set": reply.acceleration, "deceleration_set": reply.deceleration},
         lambda sets: {"acceleration": sets["acceleration_set"], "deceleration": sets["deceleration_set"]},
     )
@@ -196,7 +196,7 @@ def sets_item(number: int) -> Item:
 
 def _point_item(number: int, point: int) -> Item:
     place = {"pattern": number, "point": point}
-    codec = Codec(
+    codec = SettingCodec(
         _change_in, lambda it: {"speed": it["speed_pps"], "begin": it.get("begin"), "end": it.get("end")}
     )
     return Item(f"changes.{point}", GetSpeedChange(**place), SetSpeedChange, codec, place, _UNREADABLE)
@@ -210,7 +210,7 @@ def _change_in(reply: SpeedChangePoint) -> dict[str, Any] | None:
 
 def _clearing_item(number: int, point: int) -> Item:
     """A point that shall not be: only all of a pattern can be cleared together (SES)."""
-    codec = Codec(_change_in, lambda _: {})
+    codec = SettingCodec(_change_in, lambda _: {})
     question = GetSpeedChange(pattern=number, point=point)
     return Item("changes", question, SetSpeedChange, codec, {"pattern": number}, _UNREADABLE)
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from gateway.core.errors import InvalidRequest
 from protocols.rorze.commands import COMMANDS
-from protocols.rorze.notation import Text
+from protocols.rorze.notation import Printable
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Reply, Retry, WireFault
 
@@ -16,7 +16,7 @@ CODE_LENGTH = 3
 class VerbatimReply(Reply, args="{text}"):
     """A reply of which nothing is known."""
 
-    text: Annotated[str, Text("[ -~]*")]
+    text: Annotated[str, Printable("[ -~]*")]
 
 
 class Verbatim(
@@ -28,7 +28,7 @@ class Verbatim(
 ):
     """A command that is not in the table: it is sent as it was written, once."""
 
-    text: Annotated[str, Text("[ -%'-~]*")]
+    text: Annotated[str, Printable("[ -%'-~]*")]
 
 
 def read(text: str) -> RorzeCommand[Any]:

@@ -7,9 +7,9 @@ from pydantic import Field
 
 from gateway.core.backup_record import Reading
 from gateway.core.move_log import new_id
-from gateway.core.readings import Progress, Readings
+from gateway.core.readings import ProgressListener, Readings
 from gateway.rorze.bodies import Body
-from gateway.rorze.positions import NamedPosition, Position, Wanted, check, store
+from gateway.rorze.positions import NamedPosition, TablePosition, WantedPosition, check, store
 
 
 class TableUpload(Reading):
@@ -32,10 +32,10 @@ class TableUploads(Readings[TableUpload]):
     def start(
         self,
         body: Body,
-        wanted: Sequence[Wanted],
+        wanted: Sequence[WantedPosition],
         *,
         flash: bool,
-        named: Callable[[Sequence[Position]], Awaitable[list[NamedPosition]]],
+        named: Callable[[Sequence[TablePosition]], Awaitable[list[NamedPosition]]],
     ) -> TableUpload:
         """Begin to store positions as `store` does; what is held in the end is `named`.
 
@@ -56,7 +56,7 @@ class TableUploads(Readings[TableUpload]):
             flash=flash,
         )
 
-        async def work(progress: Progress) -> None:
+        async def work(progress: ProgressListener) -> None:
             def answered() -> None:
                 if record.read < 2 * record.count:  # not what is sent again
                     progress.has_read()

@@ -10,7 +10,7 @@ from pydantic import Field
 from gateway.core.backup_record import Reading
 from gateway.core.errors import BodyBusy, CommandGarbled, GatewayError, InvalidRequest, NoReply
 from gateway.core.move_log import new_id
-from gateway.core.readings import Progress, Readings
+from gateway.core.readings import ProgressListener, Readings
 from gateway.core.records import Record
 from gateway.rorze.bodies import Body
 from gateway.rorze.readings import closely, read_pulses
@@ -23,14 +23,14 @@ PLACES: Final = range(LAST_POSITION + 1)
 TRIES: Final = 3
 
 
-class Position(NamedTuple):
+class TablePosition(NamedTuple):
     """A position of the table, in pulses or encoder counts as the operating mode is."""
 
     number: int
     pulses: int
 
 
-class Wanted(NamedTuple):
+class WantedPosition(NamedTuple):
     """A position to be stored."""
 
     number: int
@@ -78,7 +78,7 @@ class StoringBrokenOff(GatewayError):
         )
 
 
-async def read(body: Body, first: int, last: int) -> list[Position]:
+async def read(body: Body, first: int, last: int) -> list[TablePosition]:
     """Read positions one by one (3ND), each by its number, which the answer repeats.
 
     :raises InvalidRequest: the last is before the first.
@@ -87,7 +87,7 @@ async def read(body: Body, first: int, last: int) -> list[Position]:
     return [it async for it in _in_order(body, first, last)]
 
 
-def _in_order(body: Body, first: int, last: int) -> AsyncGenerator[Position, None]:
+def _in_order(body: Body, first: int, last: int) -> AsyncGenerator[TablePosition, None]:
     if last < first:
         raise InvalidRequest(f"last: it is less than first, {first}; nothing was sent.")
     return closely(read_one(body, number) for number in range(first, last + 1))
@@ -99,7 +99,7 @@ class PositionReadings(Readings[PositionReading]):
     noun = "table of positions"
 
     def start(
-        self, body: Body, first: int, last: int, named: Callable[[Position], NamedPosition]
+        self, body: Body, first: int, last: int, named: Callable[[TablePosition], NamedPosition]
     ) -> PositionReading:
         """Begin to read positions one by one, as `read` does.
 
@@ -120,7 +120,7 @@ class PositionReadings(Readings[PositionReading]):
             last=last,
         )
 
-        async def collect(progress: Progress) -> None:
+        async def collect(progress: ProgressListener) -> None:
             positions = []
             async for it in found:
                 positions.append(named(it))
@@ -132,11 +132,11 @@ class PositionReadings(Readings[PositionReading]):
 
 async def store(
     body: Body,
-    wanted: Sequence[Wanted],
+    wanted: Sequence[WantedPosition],
     *,
     flash: bool = False,
     answered: Callable[[], None] = lambda: None,
-) -> list[Position]:
+) -> list[TablePosition]:
     """Store positions (3PS), read them back, and write the whole table to flash memory (FPS) if asked.
 
     What differs is sent again: no checksum tells a garbled digit. `answered` is called for each answer.
@@ -150,7 +150,7 @@ async def store(
     check(wanted)
     if any(it.pulses is None for it in wanted) and (await body.where_it_rests()).runs:
         raise BodyBusy(f"{body.address} moves; nothing was sent.", "Wait for standstill.")
-    held: dict[int, Position] = {}
+    held: dict[int, TablePosition] = {}
     left = list(wanted)
     for _ in range(TRIES):
         await _send(body, left, len(wanted), answered)
@@ -171,7 +171,7 @@ async def store(
     return [held[it.number] for it in wanted]
 
 
-async def _send(body: Body, wanted: Sequence[Wanted], of: int, answered: Callable[[], None]) -> None:
+async def _send(body: Body, wanted: Sequence[WantedPosition], of: int, answered: Callable[[], None]) -> None:
     for sent, it in enumerate(wanted):
         try:
             await _set(body, it)
@@ -182,7 +182,7 @@ async def _send(body: Body, wanted: Sequence[Wanted], of: int, answered: Callabl
         answered()
 
 
-def check(wanted: Sequence[Wanted]) -> None:
+def check(wanted: Sequence[WantedPosition]) -> None:
     """Make sure that positions can be stored.
 
     :raises InvalidRequest: a number comes twice, or does not exist, or a position is out of range.
@@ -203,7 +203,7 @@ def check(wanted: Sequence[Wanted]) -> None:
         seen.add(number)
 
 
-async def _set(body: Body, wanted: Wanted) -> None:
+async def _set(body: Body, wanted: WantedPosition) -> None:
     """Store a position; what may be lost or garbled is sent again, which changes nothing where it was not."""
     command = SetPositionEntry(entry=PositionReference(position=wanted.number), pulses=wanted.pulses)
     for _ in range(TRIES - 1):
@@ -213,6 +213,6 @@ async def _set(body: Body, wanted: Wanted) -> None:
     await body.ask(command)
 
 
-async def read_one(body: Body, number: int) -> Position:
+async def read_one(body: Body, number: int) -> TablePosition:
     """Read one position; errors as of `read_pulses`."""
-    return Position(number, await read_pulses(body, number))
+    return TablePosition(number, await read_pulses(body, number))

@@ -79,7 +79,7 @@ SETTINGS_READ: Final = frozenset(filter(_asks_for_setting, COMMANDS))
 """The queries of what only a host can change, and no user program."""
 
 
-class Memory(BaseModel):
+class PowerMemory(BaseModel):
     """What a gateway has to remember of a body's power over restarts."""
 
     comment: int
@@ -97,7 +97,7 @@ class PowerSeen(NamedTuple):
 
 
 @dataclass(eq=False)
-class Power:
+class BodyPower:
     """What is known of a body's power. It asks nothing and has no clock: the body notes it."""
 
     comment: int = 0
@@ -149,7 +149,9 @@ class Power:
         """Give what is to be remembered; a mark that may be in flash memory proves nothing later."""
         mark = None if self._saved else self.mark
         homed = self._was_homed or self.homed
-        kept = Memory(comment=self.comment, mark=mark, cycled=self.cycled, certain=self.certain, homed=homed)
+        kept = PowerMemory(
+            comment=self.comment, mark=mark, cycled=self.cycled, certain=self.certain, homed=homed
+        )
         return kept.model_dump_json()
 
     def recall(self, memory: str) -> None:
@@ -157,7 +159,7 @@ class Power:
 
         :raises ValueError: it cannot be read.
         """
-        told = Memory.model_validate_json(memory)
+        told = PowerMemory.model_validate_json(memory)
         if told.comment == self.comment and self.comment:
             self.mark, self._vouched = told.mark, True
             self._was_homed = told.homed if told.mark else None

@@ -9,10 +9,10 @@ from typing import Any, Literal
 from pydantic import Field
 
 from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply, NotFound
-from gateway.core.kept_works import KeptWorks
+from gateway.core.kept_works import DurableJobs
 from gateway.core.move_log import new_id
 from gateway.core.origin import RESTART, acting
-from gateway.core.own_faults import carry_on
+from gateway.core.own_faults import restart_after_faults
 from gateway.core.records import Record, request_id_field
 from gateway.core.works import CutOff
 from gateway.rorze.bodies import Body
@@ -99,7 +99,7 @@ def cause_of(status: int) -> str | None:
     return "+".join(name for bit, name in END_CAUSES.items() if status & bit) or "normal"
 
 
-class ProgramRuns(KeptWorks[ProgramRun]):
+class ProgramRuns(DurableJobs[ProgramRun]):
     """The runs of all bodies."""
 
     record_type = ProgramRun
@@ -210,7 +210,9 @@ class ProgramRuns(KeptWorks[ProgramRun]):
         self, body: Body, run: ProgramRun, follow: Callable[[Body, ProgramRun], Coroutine[Any, Any, None]]
     ) -> None:
         """Follow a run to its end, after a fault of the gateway itself, too: that is merely asking."""
-        following = carry_on(f"the watch over the program of {body.address}", partial(follow, body, run))
+        following = restart_after_faults(
+            f"the watch over the program of {body.address}", partial(follow, body, run)
+        )
         self.begin(run, following, "program run")
 
     async def _follow(self, body: Body, run: ProgramRun) -> None:

@@ -13,14 +13,14 @@ from gateway.core.errors import (
     BodyOffline,
     Cancelled,
     ControllerRefused,
+    GatewayEnding,
     GatewayError,
     NoReply,
     NotFound,
     PowerCycled,
-    ShuttingDown,
     StoppedFirst,
 )
-from gateway.core.kept_works import KeptWorks
+from gateway.core.kept_works import DurableJobs
 from gateway.core.lanes import Lane
 from gateway.core.move_log import new_id
 from gateway.core.records import Record, request_id_field
@@ -141,7 +141,7 @@ class _Work:
         return lines[address] if address < len(lines) else (lines[-1] if lines else 0) + 1
 
 
-class ProgramUploads(KeptWorks[ProgramUpload]):
+class ProgramUploads(DurableJobs[ProgramUpload]):
     """The uploads of all bodies, one at a time for each."""
 
     record_type = ProgramUpload
@@ -226,10 +226,10 @@ class ProgramUploads(KeptWorks[ProgramUpload]):
         except ProgramDiffers as error:
             self._end(work, "failed", await _why_it_differs(work.body, error))
         except GatewayError as error:
-            ended = work.unwanted or isinstance(error, StoppedFirst | ShuttingDown)
+            ended = work.unwanted or isinstance(error, StoppedFirst | GatewayEnding)
             self._end(work, "cancelled" if ended else "failed", error)
         except asyncio.CancelledError:
-            self._end(work, "cancelled", ShuttingDown())
+            self._end(work, "cancelled", GatewayEnding())
         else:
             record.phase = "done"
             self._end(work, "succeeded", None)

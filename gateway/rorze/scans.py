@@ -7,10 +7,10 @@ from typing import Literal
 
 from pydantic import Field
 
-from gateway.core.errors import BodyBusy, GatewayError, LineDown, NotSent
+from gateway.core.errors import BodyBusy, GatewayError, NotSent, PortNotOpen
 from gateway.core.events import EventHub
 from gateway.core.records import Record
-from gateway.core.works import CutOff, Works
+from gateway.core.works import CutOff, Jobs
 from gateway.rorze.exchange import Answered
 from gateway.rorze.line import Line
 from protocols.rorze.link import encode
@@ -49,7 +49,7 @@ class Scan(Record):
         return f"/lines/{self.line_id}"
 
 
-class Scans(Works[Scan]):
+class Scans(Jobs[Scan]):
     """The scans of all lines; one at a time on each."""
 
     def __init__(self, events: EventHub) -> None:
@@ -66,7 +66,7 @@ class Scans(Works[Scan]):
             if running.line_id == line.id:
                 raise BodyBusy(f"Scan {running.id} of line {line.id} is still running.", "Wait for it.")
         if line.state == "down":
-            raise LineDown(
+            raise PortNotOpen(
                 f"Line {line.id} is down: {line.down_reason}. Nothing was sent.", "Check the cable."
             )
         scan = Scan(id=secrets.token_hex(6), line_id=line.id, started_at=datetime.now(UTC))

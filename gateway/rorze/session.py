@@ -8,7 +8,7 @@ from math import inf
 from typing import Any
 
 from gateway.core.errors import BodyOffline, Cancelled, NoReply
-from gateway.core.exchange import Said
+from gateway.core.exchange import RememberedReply
 from gateway.core.lanes import STOPS, Lane
 from gateway.core.session import READ_REPEATS as READ_REPEATS
 from gateway.core.session import Awaited, Session, Settle
@@ -213,7 +213,9 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         self._last[exchange.target] = frame
         if not exchange.self_identifying and not exchange.command.is_only_question():
             until = max(now, exchange.deadline or now) + self.late_reply_s
-            said = Said(exchange, frame, frame, exchange.number, until)  # a status is not a bit of it
+            said = RememberedReply(
+                exchange, frame, frame, exchange.number, until
+            )  # a status is not a bit of it
             self._copies.note(exchange.target, frame.code, said, now)
 
     def learn(self, exchange: RorzeExchange, _outcome: Any, frame: ReplyFrame, now: float) -> None:

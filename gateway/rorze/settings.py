@@ -15,7 +15,7 @@ from gateway.rorze.asked_body import AskedBody
 from gateway.rorze.changes import ChangeStep, Flash, Item, Wanted, as_expected, change, read
 from gateway.rorze.errors import MOVING
 from gateway.rorze.settings_document import BodySettingsChange, Settings
-from gateway.rorze.settings_table import SETTINGS, Key, Setting
+from gateway.rorze.settings_table import SETTINGS, BodySetting, Key
 from gateway.rorze.speed_sets import SHARES, SPEEDS
 from gateway.rorze.units import Per, Scaled
 from protocols.rorze.row import MODE_NAMES, ModeName
@@ -120,7 +120,7 @@ def about() -> dict[str, AboutSetting]:
     return {name: _about(setting, properties[name]) for name, setting in SETTINGS.items()}
 
 
-def _about(setting: Setting, schema: Mapping[str, Any]) -> AboutSetting:
+def _about(setting: BodySetting, schema: Mapping[str, Any]) -> AboutSetting:
     inner = schema["anyOf"][0]
     ranged = inner.get("additionalProperties", inner)
     most = ranged.get("maximum", ranged.get("exclusiveMaximum", 0) - 1)
@@ -133,21 +133,21 @@ def _about(setting: Setting, schema: Mapping[str, Any]) -> AboutSetting:
     )
 
 
-def unavailable_in(mode: ModeName, settings: Mapping[str, Setting]) -> dict[str, str]:
+def unavailable_in(mode: ModeName, settings: Mapping[str, BodySetting]) -> dict[str, str]:
     """Name the settings that an operating mode does not have, and say why."""
     return {name: _only_in(it) for name, it in settings.items() if _DIGITS[mode] not in it.modes}
 
 
-def _only_in(setting: Setting) -> str:
+def _only_in(setting: BodySetting) -> str:
     return f"Only in the operating mode {_modes_of(setting)}."
 
 
-def _modes_of(setting: Setting) -> str:
+def _modes_of(setting: BodySetting) -> str:
     return " or ".join(MODE_NAMES[digit] for digit in setting.modes)
 
 
 async def read_values(
-    body: AskedBody, settings: Mapping[str, Setting]
+    body: AskedBody, settings: Mapping[str, BodySetting]
 ) -> tuple[dict[str, Any], dict[str, str]]:
     """Ask a body for settings: their values, and why some cannot be read.
 
@@ -169,7 +169,7 @@ async def read_values(
     return {name: _nested(it) for name, it in found.items() if name not in unavailable}, unavailable
 
 
-def _rounds(settings: Mapping[str, Setting]) -> list[tuple[str, Key]]:
+def _rounds(settings: Mapping[str, BodySetting]) -> list[tuple[str, Key]]:
     numbered = [
         (number, name, key)
         for name, setting in settings.items()
@@ -178,7 +178,7 @@ def _rounds(settings: Mapping[str, Setting]) -> list[tuple[str, Key]]:
     return [(name, key) for _, name, key in sorted(numbered, key=itemgetter(0))]
 
 
-async def _ask(body: AskedBody, setting: Setting, key: Key) -> Any:
+async def _ask(body: AskedBody, setting: BodySetting, key: Key) -> Any:
     if setting.whole is not None:
         return setting.whole.values_in((await body.ask(setting.whole.question))[0])
     return await read(body, setting.items[key])
@@ -211,7 +211,7 @@ def _in_flash(body: AskedBody) -> Settings:
     return _document({name: _held(body, setting) for name, setting in SETTINGS.items()})
 
 
-def _held(body: AskedBody, setting: Setting) -> Any:
+def _held(body: AskedBody, setting: BodySetting) -> Any:
     if setting.whole is not None:
         reply = body.flash.held(setting.whole.question)
         return None if reply is None else setting.whole.values_in(reply)
@@ -276,7 +276,7 @@ def _wanted(named: Mapping[str, Any]) -> Iterator[Wanted]:
                 yield from _wanted_of(setting, item, named[name], key)
 
 
-def _wanted_of(setting: Setting, item: Item, value: Any, key: Key) -> Iterator[Wanted]:
+def _wanted_of(setting: BodySetting, item: Item, value: Any, key: Key) -> Iterator[Wanted]:
     """What is wanted of one item, if it is named; null is a value only of what need not be set at all."""
     for part in key.split(".") if key else ():
         if value is None:

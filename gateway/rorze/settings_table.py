@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Final, Literal, NamedTuple, get_args
 
 from gateway.rorze.asked_body import is_mark
-from gateway.rorze.changes import Codec, Item, Query, Setter, plain, switch
+from gateway.rorze.changes import Item, Query, Setter, SettingCodec, plain, switch
 from gateway.rorze.settings_document import (
     AxisNumber,
     CommentNumber,
@@ -32,7 +32,7 @@ FARTHEST: Final = BILLION - 1
 CONTACTS: Final = ("normally_open", "normally_closed")
 
 
-class Whole(NamedTuple):
+class WholeQuestion(NamedTuple):
     """One question for all of a setting's members: a bit for each."""
 
     question: Query
@@ -46,13 +46,13 @@ class Whole(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Setting:
+class BodySetting:
     """One member of the document, and all that it is made of."""
 
     items: Mapping[Key, Item]
     unit: Unit | None = None
     default: Any = None
-    whole: Whole | None = None
+    whole: WholeQuestion | None = None
 
     @property
     def item(self) -> Item:
@@ -74,26 +74,26 @@ Row = type[RorzeCommand[Any]]
 
 
 def _single(
-    name: str, query: Row, setter: type[Setter], codec: Codec, default: Any, unit: Unit | None = None
-) -> Setting:
-    return Setting({None: Item(name, query(), setter, codec)}, unit, default)
+    name: str, query: Row, setter: type[Setter], codec: SettingCodec, default: Any, unit: Unit | None = None
+) -> BodySetting:
+    return BodySetting({None: Item(name, query(), setter, codec)}, unit, default)
 
 
 def _each(
     name: str,
     rows: tuple[Row, type[Setter]],
     places: Mapping[str, Mapping[str, Any]],
-    codec: Codec,
+    codec: SettingCodec,
     default: Any,
     *,
     unit: Unit | None = None,
-    whole: Whole | None = None,
-) -> Setting:
+    whole: WholeQuestion | None = None,
+) -> BodySetting:
     query, setter = rows
     items: dict[Key, Item] = {
         key: Item(f"{name}.{key}", query(**place), setter, codec, place) for key, place in places.items()
     }
-    return Setting(items, unit, default, whole)
+    return BodySetting(items, unit, default, whole)
 
 
 def _places(parameter: str, names: Mapping[str, int]) -> dict[str, dict[str, int]]:
@@ -120,16 +120,16 @@ def _stretch_in(reply: Any) -> dict[str, int] | None:
     return None if found == {"lower": -FARTHEST, "upper": FARTHEST} else found
 
 
-_STRETCH: Final = Codec(_stretch_in, lambda value: value or {})
-_COMMENT: Final = Codec(
+_STRETCH: Final = SettingCodec(_stretch_in, lambda value: value or {})
+_COMMENT: Final = SettingCodec(
     lambda reply: "" if is_mark(reply.text) else reply.text, lambda value: {"text": value}
 )
-_DELAY: Final = Codec(lambda reply: reply.delay_10ms * 10, lambda value: {"delay_10ms": value // 10})
-_ERROR_OUTPUT: Final = Codec(
+_DELAY: Final = SettingCodec(lambda reply: reply.delay_10ms * 10, lambda value: {"delay_10ms": value // 10})
+_ERROR_OUTPUT: Final = SettingCodec(
     lambda reply: None if reply.output is None else {"output": reply.output, "on": bool(reply.state)},
     lambda value: {"output": value["output"], "state": int(value["on"])} if value else {},
 )
-_PULSE: Final = Codec(
+_PULSE: Final = SettingCodec(
     lambda reply: (
         None
         if reply.output is None
@@ -141,22 +141,22 @@ _PULSE: Final = Codec(
         else {}
     ),
 )
-_OUTPUT: Final = Codec(lambda reply: bool(reply.on), lambda value: {"on": int(value)})
+_OUTPUT: Final = SettingCodec(lambda reply: bool(reply.on), lambda value: {"on": int(value)})
 
 
-def _contacts(name: str, rows: tuple[Row, type[Setter]], bits: Mapping[str, int]) -> Setting:
-    whole = Whole(rows[0](), bits, CONTACTS)
+def _contacts(name: str, rows: tuple[Row, type[Setter]], bits: Mapping[str, int]) -> BodySetting:
+    whole = WholeQuestion(rows[0](), bits, CONTACTS)
     return _each(name, rows, _places("bit", bits), plain("contact"), CONTACTS[0], whole=whole)
 
 
-def _speeds() -> Iterator[Setting]:
+def _speeds() -> Iterator[BodySetting]:
     units: list[Unit] = ["pps", "pps", "pps/s", "percent", "percent"]
     defaults = 50, 50_000, 100_000, 50, 50
     for item, unit, default in zip(items_of(STANDARD).values(), units, defaults, strict=True):
-        yield Setting({None: item}, unit, default)
+        yield BodySetting({None: item}, unit, default)
 
 
-def _interrupt_records() -> Setting:
+def _interrupt_records() -> BodySetting:
     places = {
         f"{port}.{kind}": {"port": number, "recorded": kind}
         for port, number in _PORTS.items()
@@ -166,7 +166,7 @@ def _interrupt_records() -> Setting:
     return _each("interrupt_records", rows, places, plain("number"), None)
 
 
-def _of_axis() -> Iterator[Setting]:
+def _of_axis() -> Iterator[BodySetting]:
     yield _single("operating_mode", modes.GetOperatingMode, modes.SetOperatingMode, plain("mode"), "stepping")
     yield _single("pulse_format", modes.GetPulseFormat, modes.SetPulseFormat, plain("pulse_format"), "cw_ccw")
     yield _single("soft_limits", modes.GetSoftLimits, modes.SetSoftLimits, _STRETCH, None, "pulse")
@@ -178,7 +178,7 @@ def _of_axis() -> Iterator[Setting]:
     yield _single("homing_retries", origin.GetHomingRetries, origin.SetHomingRetries, plain("retries"), 0)
 
 
-def _of_encoder() -> Iterator[Setting]:
+def _of_encoder() -> Iterator[BodySetting]:
     it, dogs = encoder, stall_sensor
     yield _single(
         "encoder_multiplier",
@@ -206,13 +206,13 @@ def _of_encoder() -> Iterator[Setting]:
     yield _single("stall_sensor_detection", *watched, switch("enabled"), False)
 
 
-def _of_terminals() -> Iterator[Setting]:
+def _of_terminals() -> Iterator[BodySetting]:
     it = inputs_outputs
     yield _contacts("input_logic", (input_logic.GetInputLogic, input_logic.SetInputLogic), _INPUT_BITS)
     yield _contacts("sensor_logic", (input_logic.GetSensorLogic, input_logic.SetSensorLogic), _SENSOR_BITS)
     filters = input_logic.GetNoiseFilter, input_logic.SetNoiseFilter
     yield _each("noise_filters", filters, _places("bit", _FILTER_BITS), plain("count"), 1, unit="ms")
-    whole = Whole(it.GetOutputs(), _OUTPUT_BITS, (False, True))
+    whole = WholeQuestion(it.GetOutputs(), _OUTPUT_BITS, (False, True))
     outputs = it.GetOutputs, it.SetOutputs
     yield _each("outputs", outputs, _places("bit", _OUTPUT_BITS), _OUTPUT, False, whole=whole)
     causes = {cause: {"cause": cause} for cause in get_args(ErrorCause)}
@@ -227,7 +227,7 @@ def _of_terminals() -> Iterator[Setting]:
     yield _single("clear_pulse_ms", it.GetClearPulseTime, it.SetClearPulseTime, plain("duration_ms"), 1, "ms")
 
 
-def _of_robot() -> Iterator[Setting]:
+def _of_robot() -> Iterator[BodySetting]:
     it = interpolation
     yield _single("robot_type", it.GetRobotType, it.SetRobotType, plain("robot"), "two_axes_belt_linked")
     yield _single("driven_axis", it.GetDrivenAxis, it.SetDrivenAxis, plain("axis"), 0)
@@ -237,14 +237,14 @@ def _of_robot() -> Iterator[Setting]:
     yield _each("pulses_per_turn", turns, _places("axis", _AXES), plain("pulses"), 1.0, unit="pulse")
 
 
-def _of_programs() -> Iterator[Setting]:
+def _of_programs() -> Iterator[BodySetting]:
     yield _single("position_index", GetPositionIndex, SetPositionIndex, plain("position"), 0)
     comments = _places("comment_number", _COMMENTS)
     yield _each("comments", (GetInformation, SetUserComment), comments, _COMMENT, "")
     yield _single("autostart", GetProgramAutostart, SetProgramAutostart, switch("autostart"), False)
 
 
-SETTINGS: Final[Mapping[str, Setting]] = {
+SETTINGS: Final[Mapping[str, BodySetting]] = {
     setting.name: setting
     for part in (_of_axis, _of_encoder, _of_terminals, _of_robot, _of_programs)
     for setting in part()

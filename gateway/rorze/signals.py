@@ -50,7 +50,7 @@ class SignalState(BaseModel):
     on: bool
 
 
-class Reading(BaseModel):
+class SignalReading(BaseModel):
     """What a controller has told."""
 
     body_id: str
@@ -58,13 +58,13 @@ class Reading(BaseModel):
     age_ms: float = Field(description="How old the answer was when it was passed on.")
 
 
-class BodyInputs(Reading):
+class BodyInputs(SignalReading):
     """The general inputs, after their logic (DIS) and their noise filters (DCS)."""
 
     inputs: list[SignalState]
 
 
-class BodyOutputs(Reading):
+class BodyOutputs(SignalReading):
     """The general outputs; in servo mode output 0 is the CLR signal."""
 
     outputs: list[SignalState]
@@ -81,7 +81,7 @@ class SensorBits(BaseModel):
     ems: bool
 
 
-class BodySensors(Reading):
+class BodySensors(SignalReading):
     """The sensors, after their logic (DLS)."""
 
     sensors: SensorBits

@@ -12,7 +12,7 @@ from pydantic import Field
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSent, StoppedFirst
 from gateway.core.events import EventHub
 from gateway.core.lanes import Lane
-from gateway.core.own_faults import all_of, safely, twice
+from gateway.core.own_faults import ask_safely, retry_once, run_all_then_raise
 from gateway.core.records import request_id_field
 from gateway.core.stops import (
     CONFIRM_WITHIN_S,
@@ -91,14 +91,14 @@ class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
         The result comes when all stand still, or after two seconds with what is known then. A fault of the
         gateway itself at one body keeps no other from its stop.
         """
-        running = twice("a stop", partial(self._stop, list(bodies), mode))
+        running = retry_once("a stop", partial(self._stop, list(bodies), mode))
         return asyncio.create_task(self._report(running), name="stop report")
 
     def _stop(self, bodies: Sequence[Body], mode: StopMode) -> "list[_BodyStop]":
         partners = partial(self._with_interpolation_partners, bodies)
-        wanted = safely("a stop", partners, otherwise=list(bodies))
+        wanted = ask_safely("a stop", partners, otherwise=list(bodies))
         new = [body for body in wanted if (body, mode) not in self._running]
-        all_of(
+        run_all_then_raise(
             [
                 *(partial(self._forbid_what_waits, body) for body in wanted),
                 partial(self._stop_groups, wanted, new, mode),

@@ -9,7 +9,7 @@ from gateway.core.errors import GatewayError
 from gateway.core.move_record import START_WITHIN_S
 from gateway.core.next_calls import NextCall
 from gateway.core.stops import StopMode
-from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped, Target, stopped
+from gateway.core.targets import BegunMoves, CommandReplies, MemberAnswers, Opened, Stopped, Target, stopped
 from gateway.rorze import plain_text
 from gateway.rorze.bodies import Body, Group, answer_or_raise, reply_of
 from gateway.rorze.calls import calls_for_body, calls_for_group, calls_for_line
@@ -56,16 +56,16 @@ class _Motors(Target):
             for body in self._bodies:
                 await self._endless.learn(body)
 
-    async def start(self, command: Any, start_within_s: float = START_WITHIN_S) -> Begun | Opened:
+    async def start(self, command: Any, start_within_s: float = START_WITHIN_S) -> BegunMoves | Opened:
         """Start the moves of its bodies; errors as of `Moves.start`."""
         moves = await self._moves.start(self.thing, command, start_within_s)
-        return Begun(self.path, moves, self.address if isinstance(self.thing, Group) else None)
+        return BegunMoves(self.path, moves, self.address if isinstance(self.thing, Group) else None)
 
     def at_own_speed(self, request: MoveRequest) -> AbstractAsyncContextManager[MoveRequest]:
         """Write the `max_speed` of a move to its bodies; errors as of `limited_speed.limited`."""
         return at_own_speed(self.thing, request)
 
-    async def stop_by(self, command: Any) -> Answer | MemberAnswers | Stopped:
+    async def stop_by(self, command: Any) -> CommandReplies | MemberAnswers | Stopped:
         """Stop its bodies; UES ends a program, and is only asked."""
         if isinstance(command, EndProgram):
             return await self.ask(command)
@@ -82,11 +82,11 @@ class BodyTarget(_Motors):
     collection = "bodies"
     thing: Body
 
-    async def ask(self, command: Any) -> Answer:
+    async def ask(self, command: Any) -> CommandReplies:
         """Send a command that starts no move; errors as of `Body.ask`."""
         await self._look_into(command)
         reply, answered = await self.thing.ask(command)
-        return Answer((reply,), answered.at, texts=(answered.text,))
+        return CommandReplies((reply,), answered.at, texts=(answered.text,))
 
     def calls_for(self, error: GatewayError) -> Sequence[NextCall]:
         """The calls that help where a request about the body has failed."""
@@ -150,12 +150,12 @@ class LinkMasterTarget(Target):
         """The calls that help where a request about the line has failed."""
         return calls_for_line(error, self.line.id)
 
-    async def ask(self, command: Any) -> Answer:
+    async def ask(self, command: Any) -> CommandReplies:
         """Send it a command; a group is defined so that the gateway knows its members."""
         if isinstance(command, SetGroup):
             await self._define(command)
-            return Answer((SetGroup.reply_type()(),), asyncio.get_running_loop().time())
+            return CommandReplies((SetGroup.reply_type()(),), asyncio.get_running_loop().time())
         outcome = await self.line.submit(LINK_MASTER, command, lane_of(command))
         answered = answer_or_raise(self.address, command, outcome)
         reply: Reply = reply_of(LINK_MASTER, command, answered, self.address)
-        return Answer((reply,), answered.at)
+        return CommandReplies((reply,), answered.at)

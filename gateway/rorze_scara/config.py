@@ -6,19 +6,19 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from gateway.core.tables import Array, Fault, Name, Slug, Table, named, refuse_repeats
-from gateway.core.tables import Line as AnyLine
-from gateway.rorze.config import BodyId, GroupId, Line
+from gateway.core.tables import LineTable as AnyLine
+from gateway.rorze.config import BodyId, GroupId, RorzeLineTable
 from protocols.rorze.interpolation import PulsesOfTurn
 from protocols.rorze.notation import BILLION
-from protocols.rorze.scara import BeltLinked, Robot, ThreeAxes
+from protocols.rorze.scara import BeltLinked, Mechanics, ThreeAxes
 
-ROBOTS: Mapping[int, type[Robot]] = {2: BeltLinked, 3: ThreeAxes}
+ROBOTS: Mapping[int, type[Mechanics]] = {2: BeltLinked, 3: ThreeAxes}
 """The mechanics by the number of axes (HTS)."""
 
 Micrometres = Annotated[int, Field(ge=1, lt=BILLION)]
 
 
-class Scara(Table):
+class ScaraTable(Table):
     """A SCARA robot: bodies of one line, which one frame starts (RC-420 manual 13.10)."""
 
     id: Slug
@@ -59,7 +59,7 @@ class Scara(Table):
         return int(self.group, 16)
 
     @property
-    def robot(self) -> Robot:
+    def robot(self) -> Mechanics:
         """Its mechanics."""
         return ROBOTS[len(self.members)](self.arm_um, self.finger_um, self.pulses_per_turn)
 
@@ -77,7 +77,7 @@ class Scara(Table):
         for index, scara in enumerate(made):
             line = lines.get(scara.line)
             try:
-                scara.require_place_on(line if isinstance(line, Line) else None)
+                scara.require_place_on(line if isinstance(line, RorzeLineTable) else None)
             except Fault as fault:
                 raise Fault(str(fault), index, *fault.path) from None
             wanted = {(scara.line, number) for number in (scara.group, *scara.members)}
@@ -85,7 +85,7 @@ class Scara(Table):
                 raise Fault("has a body or the group of another one", index, "members")
             busy |= wanted
 
-    def require_place_on(self, line: Line | None) -> None:
+    def require_place_on(self, line: RorzeLineTable | None) -> None:
         """Refuse what is not on its line, or is something else there; errors as of `require_places`."""
         if line is None:
             raise Fault(f"there is no line {self.line} of protocol rorze", "line")

@@ -11,8 +11,8 @@ from gateway.core.events import Event
 from gateway.core.family import Extension, Site
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED
-from gateway.core.operation import Section, Words
-from gateway.core.own_faults import survived
+from gateway.core.operation import RouteWords, Section
+from gateway.core.own_faults import run_each_logging
 from gateway.core.parts import Part
 from gateway.core.targets import Target
 from gateway.rorze.family import Rorze, parts_of
@@ -30,7 +30,7 @@ class Scaras(Extension):
     """All SCARA robots of a plant."""
 
     of = Rorze
-    table = config.Scara
+    table = config.ScaraTable
     collections = ("scaras",)
     called = ("SCARA robots",)
     move_records = (ScaraMove,)
@@ -47,7 +47,9 @@ class Scaras(Extension):
         Section("scara paths", "The paths that the bodies of a SCARA robot keep.", "backups"),
     )
     words: ClassVar = {
-        "/scaras/{scara_id}": Words(begun="The controllers have accepted the move; ask again at Location.")
+        "/scaras/{scara_id}": RouteWords(
+            begun="The controllers have accepted the move; ask again at Location."
+        )
     }
     names: ClassVar = {"scara_id": ScaraId}
     things: ClassVar = {Scara: lambda scaras, scara_id: scaras.find(scara_id)}
@@ -59,7 +61,7 @@ class Scaras(Extension):
         self.moves = ScaraMoves(rorze.moves, rorze.stops, self._publish_move)
         rorze.listeners.append(self.moves)
 
-    def make(self, table: config.Scara) -> None:
+    def make(self, table: config.ScaraTable) -> None:
         """Build a SCARA robot of bodies that are there, and the group that stands for them."""
         group = self.family.hold_group(table.line, table.group_number, table.members, table.name or table.id)
         group.kept_for, group.position_tolerance = "a SCARA robot", table.tolerance_pulses
@@ -139,7 +141,7 @@ class Scaras(Extension):
 
     async def let_go(self) -> None:
         """Give the waiters for moves what is known now."""
-        survived("the end of the moves of SCARA robots", self.moves.let_go)
+        run_each_logging("the end of the moves of SCARA robots", self.moves.let_go)
 
     async def close(self) -> None:
         """Watch over nothing more; the lines are closed."""

@@ -24,7 +24,7 @@ from protocols.rorze.interpolation import (
     SetRobotType,
 )
 from protocols.rorze.row import RorzeCommand
-from protocols.rorze.scara import TURN, Place, Robot
+from protocols.rorze.scara import TURN, FingerPlace, Mechanics
 
 ROUNDING: Final = 1.0
 """By how many micrometres, or thousandths of a degree, a controller may round beyond its pulses."""
@@ -50,7 +50,7 @@ class Geometry(Record):
     pulses_per_turn: list[float]
 
     @classmethod
-    def of(cls, robot: Robot) -> "Geometry":
+    def of(cls, robot: Mechanics) -> "Geometry":
         """What the configuration has."""
         return cls(
             type=TYPES[robot.axes],
@@ -160,7 +160,7 @@ async def require_agreement(scara: Scara, pulses: Sequence[int]) -> None:
             )
 
 
-def _agrees(robot: Robot, place: Place, told: Coordinates) -> bool:
+def _agrees(robot: Mechanics, place: FingerPlace, told: Coordinates) -> bool:
     """Whether both are the same but for a pulse of each axis: the manual does not tell the rounding."""
     pulse = sum(1 / turn for turn in robot.pulses_per_turn)
     slack_um = ROUNDING + pulse * TURN * (2 * robot.link + robot.finger)

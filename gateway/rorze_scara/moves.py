@@ -10,12 +10,12 @@ from typing import Any, Final, TypeVar
 from gateway.core.errors import (
     BodyBusy,
     ControllerRefused,
+    GatewayEnding,
     GatewayError,
     InvalidRequest,
     Moved,
     NoReply,
     NotFound,
-    ShuttingDown,
 )
 from gateway.core.events import Event
 from gateway.core.journal.intents import OF_MOVES
@@ -25,10 +25,10 @@ from gateway.core.move_record import RESTARTED, Move, MoveStatus
 from gateway.core.move_runs import Beginning, MoveRuns, in_the_middle
 from gateway.core.next_calls import NextCall
 from gateway.core.origin import working
-from gateway.core.own_faults import carry_on
-from gateway.core.verdicts import Unbegun, Unwatched, Verdict, Words, judge, worst_of
+from gateway.core.own_faults import restart_after_faults
+from gateway.core.verdicts import Unbegun, Unwatched, Verdict, VerdictWords, judge, worst_of
 from gateway.rorze.bodies import PULSES_RUNNING, Body, Group
-from gateway.rorze.move_proof import MOTION_ERRORS, Stretch
+from gateway.rorze.move_proof import MOTION_ERRORS, SharedWay
 from gateway.rorze.moves import Moves
 from gateway.rorze.samples import samples_of
 from gateway.rorze.stops import Stops
@@ -168,11 +168,11 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
         """Go on with a move by those of its bodies; one that was still being prepared has moved nothing."""
         run = _Run(scara, move, begun=True)
         if not any(axis.move_id for axis in move.axes):
-            self.end(run, run.move, judge(Unbegun.GATEWAY_ENDED, Words(begins="move was started")))
+            self.end(run, run.move, judge(Unbegun.GATEWAY_ENDED, VerdictWords(begins="move was started")))
             return
         run.moves = self._moves_of(scara, move)
         if not run.moves:
-            self.end(run, run.move, judge(Unwatched.OTHER_MEMBERS, Words(scara.id, "finger")))
+            self.end(run, run.move, judge(Unwatched.OTHER_MEMBERS, VerdictWords(scara.id, "finger")))
             return
         move.evidence.append(in_the_middle(since, "each of its axes"))
         self._claim(run, move)
@@ -252,7 +252,7 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
             self.end(run, run.move, judge(Unbegun.REFUSED if refused else Unbegun.WITHHELD, given=error))
             answered.set_result(error)
         except asyncio.CancelledError:
-            self.end(run, run.move, judge(Unbegun.WITHHELD, given=ShuttingDown()))
+            self.end(run, run.move, judge(Unbegun.WITHHELD, given=GatewayEnding()))
             raise
         else:
             answered.set_result(None)
@@ -278,7 +278,7 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
         """Start it by one frame, where every axis still stands where the plan begins."""
         scara = run.scara
         course = {
-            body: Stretch(start, end, scara.tolerance_pulses)
+            body: SharedWay(start, end, scara.tolerance_pulses)
             for body, start, end in zip(scara.members, plan.here.pulses, plan.target, strict=True)
             if body in plan.movers
         }
@@ -300,7 +300,7 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
         known = ((body, body.status_bits) for body in run.moves)
         errors = {body: MOTION_ERRORS if bits is None else bits & MOTION_ERRORS for body, bits in known}
         what = f"watch of {run.move.id}"
-        watching = carry_on(f"the {what}", partial(self._watch, run, errors))
+        watching = restart_after_faults(f"the {what}", partial(self._watch, run, errors))
         self._keep(asyncio.create_task(watching, name=what))
 
     async def _watch(self, run: _Run, errors: Mapping[Body, int]) -> None:
@@ -459,13 +459,13 @@ def _cause(move: Move) -> str:
     return move.end_cause or str(move.status)
 
 
-def _words(run: _Run, failed: Mapping[Body, Move]) -> Words:
+def _words(run: _Run, failed: Mapping[Body, Move]) -> VerdictWords:
     """Say which axes have failed, and why."""
     told = [
         f"Axis {run.scara.members.index(body)}: {move.error.detail if move.error else _cause(move)}"
         for body, move in failed.items()
     ]
-    return Words(
+    return VerdictWords(
         run.scara.id,
         "finger",
         stopped=", and all its axes were stopped" if run.stopping else "",

@@ -7,7 +7,7 @@ from pydantic import Field
 from gateway.core.move_record import MoveRecord, MoveStatus
 from gateway.core.records import Record
 from gateway.rorze.samples import BodySamples
-from protocols.rorze.scara import Place
+from protocols.rorze.scara import FingerPlace
 
 ScaraMoveKind = Literal["line", "path", "offset", "extend", "retract", "rotate", "finger", "align"]
 
@@ -38,7 +38,7 @@ class ScaraPlace(Record):
     angle: Millidegrees = Field(description="Between finger and X axis, above -180 and up to 180 degrees.")
 
     @classmethod
-    def of(cls, place: Place) -> "ScaraPlace":
+    def of(cls, place: FingerPlace) -> "ScaraPlace":
         """A place."""
         angle = 180_000 - (180_000 - place.direction) % 360_000
         return cls(

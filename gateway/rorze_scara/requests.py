@@ -29,7 +29,7 @@ from protocols.rorze.interpolation import (
 from protocols.rorze.notation import BILLION
 from protocols.rorze.path import Path as WayPath
 from protocols.rorze.row import RorzeCommand
-from protocols.rorze.scara import TURN, Place, Pose, Robot
+from protocols.rorze.scara import TURN, FingerPlace, Mechanics, Pose
 
 _IN_THOUSANDTHS: Final[Mapping[str, float]] = {"mm": 1000.0, "um": 1.0, "deg": 1000.0, "mdeg": 1.0}
 _Value = Annotated[int | float, WithJsonSchema({"type": "number"})]
@@ -120,7 +120,7 @@ class MoveStart(NamedTuple):
 
     pulses: tuple[int, ...]
     pose: Pose
-    place: Place
+    place: FingerPlace
     points: ways.Points
     """Of the stored path that is asked for."""
     own_path: int
@@ -150,7 +150,7 @@ class Manoeuvre(NamedTuple):
 
     motion: StartInterpolation | TurnFinger | MoveToExtensionStart
     preparation: Sequence[RorzeCommand[Any]]
-    course: Callable[[Robot, Pose], Course]
+    course: Callable[[Mechanics, Pose], Course]
 
 
 _MAX_SPEED: Final = Field(
@@ -180,7 +180,7 @@ class _ScaraMoveRequest(RequestModel):
     def manoeuvre(self, here: MoveStart) -> Manoeuvre:
         """What it comes to from here."""
 
-    def _to(self, here: MoveStart, end: Place) -> Manoeuvre:
+    def _to(self, here: MoveStart, end: FingerPlace) -> Manoeuvre:
         """A straight line of the finger's end, by the path that the gateway keeps for that."""
         return self._through(here, [PathPoint(x=round(end.x), y=round(end.y), radius=0)])
 
@@ -201,7 +201,7 @@ class ScaraLineRequest(
 
     def manoeuvre(self, here: MoveStart) -> Manoeuvre:
         """HDS to the gateway's own path, HMS."""
-        return self._to(here, Place(self.x.thousandths, self.y.thousandths, here.place.direction))
+        return self._to(here, FingerPlace(self.x.thousandths, self.y.thousandths, here.place.direction))
 
 
 class ScaraPathRequest(_ScaraMoveRequest, json_schema_extra=example(kind="path", path=3)):
@@ -369,7 +369,7 @@ class ScaraAlignRequest(
         x, y = (None if it is None else it.thousandths for it in (self.x, self.y))
         motion = MoveToExtensionStart(x=x, y=y, path=self.path, pattern=self.pattern)
 
-        def course(robot: Robot, pose: Pose) -> Course:
+        def course(robot: Mechanics, pose: Pose) -> Course:
             target = ways.end_of(here.points) if x is None or y is None else complex(x, y)
             return _each_alone(robot, ways.turns_towards(robot, pose, target))
 
@@ -390,14 +390,14 @@ ScaraMoveRequest = Annotated[
 
 
 def _along(way: ways.Way, *preparation: RorzeCommand[Any]) -> Manoeuvre:
-    def course(robot: Robot, pose: Pose) -> Course:
+    def course(robot: Mechanics, pose: Pose) -> Course:
         path = way(robot, pose)
         return Course(path.pulses(), path)
 
     return Manoeuvre(StartInterpolation(), preparation, course)
 
 
-def _each_alone(robot: Robot, turns: ways.Turns) -> Course:
+def _each_alone(robot: Mechanics, turns: ways.Turns) -> Course:
     pulses = (
         round(turns.get(axis, 0.0) / TURN * per_turn) for axis, per_turn in enumerate(robot.pulses_per_turn)
     )

@@ -14,10 +14,10 @@ from gateway.rorze.line import Line
 from gateway.rorze_scara.record import ScaraMove
 from protocols.rorze.position import GetPosition
 from protocols.rorze.row import RorzeCommand
-from protocols.rorze.scara import BeltLinked, OutOfReach, Place, Robot
+from protocols.rorze.scara import BeltLinked, FingerPlace, Mechanics, OutOfReach
 
 
-class AxisPositions(NamedTuple):
+class AxisPlaces(NamedTuple):
     """Where the axes of a robot stand, and when the answer came on the event loop's clock."""
 
     pulses: tuple[int, ...]
@@ -30,7 +30,7 @@ class Scara(Looked):
 
     id: str
     group: Group
-    robot: Robot
+    robot: Mechanics
     name: str = ""
     own_path: int = 63
     """The interpolation path that the gateway overwrites for its lines."""
@@ -62,7 +62,7 @@ class Scara(Looked):
 
     # kinematics
 
-    def place_of(self, pulses: Sequence[float]) -> Place:
+    def place_of(self, pulses: Sequence[float]) -> FingerPlace:
         """Where the finger ends at these positions of the axes.
 
         :raises InvalidRequest: they are too many or too few, or none that the arm can have.
@@ -76,7 +76,7 @@ class Scara(Looked):
         except OutOfReach as error:
             raise InvalidRequest(f"{error} Nothing was sent.") from None
 
-    def pulses_of(self, place: Place, *, is_turned: bool = True) -> tuple[int, ...]:
+    def pulses_of(self, place: FingerPlace, *, is_turned: bool = True) -> tuple[int, ...]:
         """The positions of the axes as HLS answers them (13.10.7): cut towards zero, one of the two elbows.
 
         `is_turned` tells that the direction of the place was asked for.
@@ -112,7 +112,7 @@ class Scara(Looked):
                 raise result
         return cast("list[R]", list(results.values()))
 
-    async def stand(self, lane: Lane | None = None) -> AxisPositions:
+    async def stand(self, lane: Lane | None = None) -> AxisPlaces:
         """Ask all axes at once where they stand (6PD); errors as of `ask`."""
         pulses = tuple(reply.pulses for reply in await self.ask(GetPosition(), lane=lane))
-        return AxisPositions(pulses, self.members[0].position_at or 0.0)
+        return AxisPlaces(pulses, self.members[0].position_at or 0.0)

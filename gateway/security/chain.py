@@ -43,7 +43,7 @@ class Head(NamedTuple):
         return f"{self.number}:{self.hash}"
 
 
-class Verdict(NamedTuple):
+class ChainVerdict(NamedTuple):
     """Whether a chain holds."""
 
     head: Head
@@ -140,7 +140,7 @@ def draft(
     }
 
 
-def verify(data: Path, head: str | None = None) -> Verdict:
+def verify(data: Path, head: str | None = None) -> ChainVerdict:
     """Follow the chain from its first entry to its last, and look for one that was written down as a head.
 
     :raises FileNotFoundError: there is no log.
@@ -188,7 +188,7 @@ class _Verification:
         self._forgotten = {Head(0, ZEROS)}
         """The entries after which a chain may begin: those that it says were forgotten."""
 
-    def of(self, folder: Path) -> Verdict:
+    def of(self, folder: Path) -> ChainVerdict:
         files, torn = _files(folder), False
         fault: str | None = None
         for file in files:
@@ -198,7 +198,7 @@ class _Verification:
             torn = bool(rest) and file == files[-1]
             if rest and not torn:
                 fault = fault or f"{file.name}: its last line is cut off, and another file follows."
-        return Verdict(
+        return ChainVerdict(
             self._head,
             self._first.number if self._first else 0,
             fault or self._fault_of_beginning() or self._fault_of_end(folder),

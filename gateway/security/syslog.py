@@ -30,7 +30,7 @@ _PRIORITY: Final = 13 * 8 + 5
 """Log audit, notice (RFC 5424, 6.2.1)."""
 
 
-class Syslog:
+class SyslogSender:
     """Sends lines in a thread of its own, in their order; nobody waits for it."""
 
     def __init__(

@@ -5,14 +5,14 @@ from dataclasses import replace
 from typing import Final, NamedTuple
 
 from protocols.fics.alarms import DetailKind, DriverSignals, ErrorDetail
-from protocols.fics.errors import MESSAGE_ERRORS, ErrorRow, lookup
+from protocols.fics.errors import MESSAGE_ERRORS, FicsErrorRow, lookup
 from protocols.fics.notation import driver_error_text
 
 NOT_READY: Final = 0xFF
 """What the details tell as the code of a driver that is not ready."""
 
 
-class Text(NamedTuple):
+class ErrorSentence(NamedTuple):
     """One error and the next step, in both languages."""
 
     ja: str
@@ -21,7 +21,7 @@ class Text(NamedTuple):
     remedy_en: str
 
 
-def row_of(code: str, detail: ErrorDetail | None) -> ErrorRow:
+def row_of(code: str, detail: ErrorDetail | None) -> FicsErrorRow:
     """Give the row of an error that stands, worded by its details where they are of this error."""
     row = lookup(code)
     if detail is None or (detail.error is not None and detail.error != int(code)):
@@ -30,8 +30,8 @@ def row_of(code: str, detail: ErrorDetail | None) -> ErrorRow:
     return row if word is None else replace(row, **word(code, detail)._asdict())
 
 
-def _emergency(_: str, __: ErrorDetail) -> Text:
-    return Text(
+def _emergency(_: str, __: ErrorDetail) -> ErrorSentence:
+    return ErrorSentence(
         "非常停止状態です。",
         "The robot is in the state EMERGENCY: its stop input is on, or AES was received.",
         "非常停止入力を解除し、DRTで解除してください。",
@@ -39,13 +39,13 @@ def _emergency(_: str, __: ErrorDetail) -> Text:
     )
 
 
-def _driver(_: str, detail: ErrorDetail) -> Text:
+def _driver(_: str, detail: ErrorDetail) -> ErrorSentence:
     code = detail.driver_error or 0
     told = driver_error_text(code)
     ja = f"準備未完了 ({told})" if code == NOT_READY else f"エラー {told}"
     en = f"is not ready ({told})" if code == NOT_READY else f"reports error {told}"
     inputs = _inputs(detail.signals)
-    return Text(
+    return ErrorSentence(
         f"{_axis_ja(detail)}のドライバで{ja}が発生しています。{f'入力: {inputs}。' if inputs else ''}",
         f"The driver of {_axis_en(detail)} {en}{f'; its inputs {inputs} are on' if inputs else ''}.",
         "ドライバの取扱説明書でエラーコードを確認し、原因を取り除いてからDRTで解除してください。",
@@ -60,8 +60,8 @@ def _inputs(signals: DriverSignals | None) -> str:
     return ", ".join(name for name, on in told if on)
 
 
-def _connection(_: str, detail: ErrorDetail) -> Text:
-    return Text(
+def _connection(_: str, detail: ErrorDetail) -> ErrorSentence:
+    return ErrorSentence(
         f"{_axis_ja(detail)}のドライバと通信できません。",
         f"The driver of {_axis_en(detail)} does not answer.",
         "ドライバの電源と配線を確認してからDRTで解除してください。",
@@ -69,8 +69,8 @@ def _connection(_: str, detail: ErrorDetail) -> Text:
     )
 
 
-def _timeout(_: str, detail: ErrorDetail) -> Text:
-    return Text(
+def _timeout(_: str, detail: ErrorDetail) -> ErrorSentence:
+    return ErrorSentence(
         f"タイムアウトエラーです ({_where_ja(detail)})。",
         f"Something took too long, at {_where_en(detail)}.",
         "該当ステップの動作条件を確認してからDRTで解除してください。",
@@ -78,7 +78,7 @@ def _timeout(_: str, detail: ErrorDetail) -> Text:
     )
 
 
-def _fics(code: str, detail: ErrorDetail) -> Text:
+def _fics(code: str, detail: ErrorDetail) -> ErrorSentence:
     row = lookup(code)
     ja, en = row.ja, row.en
     if code.startswith(MESSAGE_ERRORS):
@@ -87,7 +87,7 @@ def _fics(code: str, detail: ErrorDetail) -> Text:
     routine = "" if detail.routine_error is None else f" {detail.routine_error:02d}"
     said_ja = f" エラー補助情報:{routine}。" if routine else ""
     said_en = f" The conversion says{routine}." if routine else ""
-    return Text(
+    return ErrorSentence(
         f"{ja} ({_where_ja(detail)}){said_ja}",
         f"{en} It was at {_where_en(detail)}.{said_en}",
         row.remedy_ja,
@@ -111,7 +111,7 @@ def _where_en(detail: ErrorDetail) -> str:
     return f"program {detail.program}, step {detail.step}"
 
 
-_WORDS: Final[Mapping[DetailKind, Callable[[str, ErrorDetail], Text]]] = {
+_WORDS: Final[Mapping[DetailKind, Callable[[str, ErrorDetail], ErrorSentence]]] = {
     DetailKind.EMERGENCY: _emergency,
     DetailKind.DRIVER: _driver,
     DetailKind.CONNECTION: _connection,

@@ -5,8 +5,8 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, field_serializer
 
-from protocols.fics.notation import LAST_UNIT, AxisName, Digits, DriverError, Token
-from protocols.fics.row import Deed, Query
+from protocols.fics.notation import LAST_UNIT, AxisName, DriverError, FicsDigits, Token
+from protocols.fics.row import Query, RobotAction
 from protocols.table import Effect, Reply, Retry, Wire
 
 ERROR_PATTERN = r"E[0-9]{2}|[0-9]{3}"
@@ -113,12 +113,12 @@ class ErrorDetail(Reply, args=_LAYOUTS):
         None, description="The driver's own code, hexadecimal as in `31h`; `FFh`: not ready."
     )
     signals: Annotated[DriverSignals, SignalsWire()] | None = None
-    error: Annotated[int, Field(ge=0, le=999), Digits(3)] | None = Field(
+    error: Annotated[int, Field(ge=0, le=999), FicsDigits(3)] | None = Field(
         None, description="The error of the system."
     )
-    program: Annotated[int, Field(ge=0, le=999), Digits(3)] | None = None
-    step: Annotated[int, Field(ge=0, le=9999), Digits(4)] | None = None
-    routine_error: Annotated[int, Field(ge=0, le=99), Digits(2)] | None = Field(
+    program: Annotated[int, Field(ge=0, le=999), FicsDigits(3)] | None = None
+    step: Annotated[int, Field(ge=0, le=9999), FicsDigits(4)] | None = None
+    routine_error: Annotated[int, Field(ge=0, le=99), FicsDigits(2)] | None = Field(
         None, description="With error 183: what the coordinate conversion says."
     )
     text: Annotated[str, Field(pattern="^[ -~]*$"), Token("[ -~]*")] | None = Field(
@@ -158,5 +158,7 @@ class GetErrorDetail(
     """エラー状態の詳細問い合わせ: get the details of the latest error; clears nothing."""
 
 
-class ResetErrors(Deed, code="DRT", retry=Retry.CONDITIONAL, effect=Effect.CLEARING, example=("DRT", "DRT")):
+class ResetErrors(
+    RobotAction, code="DRT", retry=Retry.CONDITIONAL, effect=Effect.CLEARING, example=("DRT", "DRT")
+):
     """エラーリセット: reset the errors of the system and the state EMERGENCY."""

@@ -14,7 +14,7 @@ from protocols.fics.notation import (
     Speeds,
     Times,
 )
-from protocols.fics.row import Deed
+from protocols.fics.row import RobotAction
 from protocols.table import Reply, Retry
 
 PERCENT = f"Percent of the maximum speed, 0.1-100. {AXES}"
@@ -46,7 +46,7 @@ class SetCoordinates(Reply, args="{coordinates}"):
     coordinates: KnownCoordinates = Field(description="Per axis, in mm, pulse or degree as it is set up.")
 
 
-class AxisSetting(Deed, blocked="abc", retry=Retry.SETTING):
+class AxisSetting(RobotAction, blocked="abc", retry=Retry.SETTING):
     """A setting that can be read back."""
 
 

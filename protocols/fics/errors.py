@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Final
 
 
-class ErrorKind(StrEnum):
+class FicsErrorKind(StrEnum):
     """Where an error comes from (C-HOST manual 2-12)."""
 
     COMMUNICATION = "communication"
@@ -20,30 +20,30 @@ class ErrorKind(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class ErrorRow:
+class FicsErrorRow:
     """One error: the manual's text, its English, and one next step in both languages."""
 
     code: str
     """As it stands on the wire: `E05`, `183`."""
-    kind: ErrorKind
+    kind: FicsErrorKind
     ja: str
     en: str
     remedy_ja: str
     remedy_en: str
 
 
-def _communication(code: str, ja: str, en: str, remedy_ja: str, remedy_en: str) -> ErrorRow:
-    return ErrorRow(code, ErrorKind.COMMUNICATION, ja, en, remedy_ja, remedy_en)
+def _communication(code: str, ja: str, en: str, remedy_ja: str, remedy_en: str) -> FicsErrorRow:
+    return FicsErrorRow(code, FicsErrorKind.COMMUNICATION, ja, en, remedy_ja, remedy_en)
 
 
 MESSAGE_ERRORS: Final = "2"
 """First digit of the errors that a program of the system raises itself (C-HOST manual 2-13)."""
 
 
-def _nothing(code: str) -> ErrorRow:
-    return ErrorRow(
+def _nothing(code: str) -> FicsErrorRow:
+    return FicsErrorRow(
         code,
-        ErrorKind.NONE,
+        FicsErrorKind.NONE,
         "エラーはありません。",
         "Nothing is wrong.",
         "対処は不要です。",
@@ -145,9 +145,9 @@ _ROWS = (
         "配線と通信設定を確認してから、再度送信してください。",
         "Check the wiring and the settings of the line before going on.",
     ),
-    ErrorRow(
+    FicsErrorRow(
         "183",
-        ErrorKind.FICS,
+        FicsErrorKind.FICS,
         "CK時エラー (座標変換時に発生したエラー)",
         "The conversion between user and motor coordinates failed.",
         "移動先が動作範囲内にあることを確認し、DRTで解除してください。",
@@ -155,20 +155,20 @@ _ROWS = (
     ),
 )
 
-ERRORS: Final[Mapping[str, ErrorRow]] = MappingProxyType({row.code: row for row in _ROWS})
+ERRORS: Final[Mapping[str, FicsErrorRow]] = MappingProxyType({row.code: row for row in _ROWS})
 """What ERR can answer, as far as the manual names it (C-HOST manual 2-12, 2-13)."""
 
 
-def lookup(code: str) -> ErrorRow:
+def lookup(code: str) -> FicsErrorRow:
     """Give the row of an error; one the manual does not name gets a row that says so."""
     return ERRORS.get(code) or _unnamed(code)
 
 
-def _unnamed(code: str) -> ErrorRow:
+def _unnamed(code: str) -> FicsErrorRow:
     if not code.isdecimal():
-        return ErrorRow(
+        return FicsErrorRow(
             code,
-            ErrorKind.UNKNOWN,
+            FicsErrorKind.UNKNOWN,
             f"取扱説明書にない通信エラーコードです ({code})。",
             f"The manual does not name communication error {code}.",
             "軸ステータス (ACD) とエラーの詳細 (ERD) を確認してください。",
@@ -177,9 +177,9 @@ def _unnamed(code: str) -> ErrorRow:
     ja, en = "Ficsのエラー", "The system reports error"
     if code.startswith(MESSAGE_ERRORS):
         ja, en = "プログラムのメッセージエラー", "A program of the system reports error"
-    return ErrorRow(
+    return FicsErrorRow(
         code,
-        ErrorKind.FICS,
+        FicsErrorKind.FICS,
         f"{ja} {code} が発生しています。",
         f"{en} {code}.",
         "エラーの詳細 (ERD) を確認し、原因を取り除いてからDRTで解除してください。",

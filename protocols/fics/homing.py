@@ -11,8 +11,8 @@ from protocols.fics.axis_settings import (
     CoordinateSetting,
     SetCoordinates,
 )
-from protocols.fics.notation import AXES, Cut, ListLength, PerAxis, Whole, Within
-from protocols.fics.row import Deed, Query
+from protocols.fics.notation import AXES, Cut, FicsWhole, ListLength, PerAxis, Within
+from protocols.fics.row import Query, RobotAction
 from protocols.table import Effect, Reply, Retry
 
 TYPES = (
@@ -23,7 +23,12 @@ TypeNumber = Annotated[int, Within(0, 6)]
 
 
 class HomeRobot(
-    Deed, code="ORG", blocked="abc", retry=Retry.CONDITIONAL, effect=Effect.MOTION, example=("ORG", "ORG")
+    RobotAction,
+    code="ORG",
+    blocked="abc",
+    retry=Retry.CONDITIONAL,
+    effect=Effect.MOTION,
+    example=("ORG", "ORG"),
 ):
     """原点復帰: home all axes, or the mechanism as program 999 does it."""
 
@@ -31,7 +36,7 @@ class HomeRobot(
 class HomingTypes(Reply, args="{types}"):
     """How the motor axes of the unit find their origins."""
 
-    types: Annotated[list[TypeNumber], ListLength, PerAxis(Whole(), hole=None)] = Field(description=TYPES)
+    types: Annotated[list[TypeNumber], ListLength, PerAxis(FicsWhole(), hole=None)] = Field(description=TYPES)
 
 
 class GetHomingTypes(Query[HomingTypes], code="HMT", blocked="abc", example=("HMT", "HMT 0,4,6")):
@@ -41,7 +46,7 @@ class GetHomingTypes(Query[HomingTypes], code="HMT", blocked="abc", example=("HM
 class SetHomingTypes(AxisSetting, code="HMT", args="{types}", ranged=True, example=("HMT 0,,6", "HMT")):
     """原点復帰タイプの設定: set how the motor axes find their origins."""
 
-    types: Annotated[list[TypeNumber | None], ListLength, Cut, PerAxis(Whole())] = Field(
+    types: Annotated[list[TypeNumber | None], ListLength, Cut, PerAxis(FicsWhole())] = Field(
         description=f"{TYPES} {AXES}"
     )
 

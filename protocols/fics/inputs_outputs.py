@@ -4,8 +4,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from protocols.fics.notation import Bit, Channel, Hex, Switch
-from protocols.fics.row import Deed, Query
+from protocols.fics.notation import Bit, Channel, FicsHex, Switch
+from protocols.fics.row import Query, RobotAction
 from protocols.table import Effect, Reply, Retry
 
 CHANNEL = "Number of the channel of eight bits, from 1."
@@ -14,7 +14,9 @@ CHANNEL = "Number of the channel of eight bits, from 1."
 class ChannelBits(Reply, args="{bits}"):
     """The eight bits of a channel."""
 
-    bits: Annotated[int, Field(ge=0, le=0xFF), Hex(2)] = Field(description="Bit n is bit n of the channel.")
+    bits: Annotated[int, Field(ge=0, le=0xFF), FicsHex(2)] = Field(
+        description="Bit n is bit n of the channel."
+    )
 
 
 class GetInputChannel(Query[ChannelBits], code="IDI", args="{channel}", example=("IDI 1", "IDI 0F")):
@@ -30,7 +32,7 @@ class GetOutputChannel(Query[ChannelBits], code="IDO", args="{channel}", example
 
 
 class SwitchOutput(
-    Deed,
+    RobotAction,
     code="IOT",
     args="{channel}-{bit}:{on}",
     retry=Retry.CONDITIONAL,

@@ -4,15 +4,15 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
-from protocols.fics.notation import AxisName, Direction, Whole, expected
-from protocols.fics.row import Deed, WhenAnswered
+from protocols.fics.notation import AxisName, Direction, FicsWhole, expected
+from protocols.fics.row import RobotAction, WhenAnswered
 from protocols.table import Effect, Retry
 
 AXIS = "X Y Z .. for a user axis, A B C .. for a motor axis, @ for theta."
 
 
 class StartJog(
-    Deed,
+    RobotAction,
     code="JOG",
     args="{axis}{direction}",
     answered=WhenAnswered.AT_ONCE,
@@ -32,7 +32,7 @@ class StartJog(
 
 # It is how a JOG ends, so (c) of the manual's table cannot be meant to block it.
 class StopJog(
-    Deed,
+    RobotAction,
     code="JOG",
     args="{axis}",
     answered=WhenAnswered.AT_ONCE,
@@ -57,12 +57,12 @@ Steps = Annotated[
     Field(ge=-255, le=255),
     AfterValidator(not_zero),
     expected("a whole number from -255 to 255 other than 0"),
-    Whole(width=3),
+    FicsWhole(width=3),
 ]
 
 
 class StepAxis(
-    Deed,
+    RobotAction,
     code="JTE",
     args="{axis}{steps}",
     blocked="abc",

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
-from typing import Any, Final, Literal
+from typing import Any, ClassVar, Final, Literal
 
 from protocols.fics.commands import ROWS
 from protocols.fics.row import NAME_LENGTH, FicsCommand, WhenAnswered
@@ -25,7 +25,7 @@ FRAMES_KEPT = 1024
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class QueryAnswer:
     """A name and data: what a query is answered with."""
 
     name: str
@@ -40,22 +40,28 @@ class Completion:
 
 
 @dataclass(frozen=True, slots=True)
-class Refusal:
+class FicsRefusal:
     """A command was not carried out (Ver.3); the error is `E` and two digits."""
+
+    told_as: ClassVar[str] = "refusal"
+    """In the audit."""
 
     name: str
     error: str
 
 
 @dataclass(frozen=True, slots=True)
-class Failure:
+class SystemFailure:
     """A command ended with an error of the system (Ver.3), three digits."""
+
+    told_as: ClassVar[str] = "failure"
+    """In the audit."""
 
     name: str
     error: str
 
 
-Frame = Answer | Completion | Refusal | Failure | Garbage
+Frame = QueryAnswer | Completion | FicsRefusal | SystemFailure | Garbage
 
 TAKES_ERRORS = "ERR"
 """The query whose answer looks like a refusal or a failure."""
@@ -132,25 +138,25 @@ def _frame(line: bytes, classify: Callable[[str, str | None], Frame]) -> Frame:
 
 
 def _in_ver_2(name: str, payload: str | None) -> Frame:
-    return Completion(name) if payload is None else Answer(name, payload)
+    return Completion(name) if payload is None else QueryAnswer(name, payload)
 
 
 def _in_ver_3(name: str, payload: str | None) -> Frame:
     if payload is None:
         return Completion(name)
     if name != TAKES_ERRORS and _REFUSED.fullmatch(payload):
-        return Refusal(name, payload)
+        return FicsRefusal(name, payload)
     # Of a unit with one axis, `VST 100` is a time if it was asked for: see `credit`.
     if _FAILED.fullmatch(payload) and not _can_answer(name, payload):
-        return Failure(name, payload)
-    return Answer(name, payload)
+        return SystemFailure(name, payload)
+    return QueryAnswer(name, payload)
 
 
-def line_of(found: Answer | Completion | Refusal | Failure) -> bytes:
+def line_of(found: QueryAnswer | Completion | FicsRefusal | SystemFailure) -> bytes:
     """Write a frame as it came, without its end."""
     if isinstance(found, Completion):
         return found.name.encode("ascii")
-    data = found.payload if isinstance(found, Answer) else found.error
+    data = found.payload if isinstance(found, QueryAnswer) else found.error
     return f"{found.name} {data}".encode("ascii")
 
 
@@ -166,7 +172,9 @@ def _can_answer(name: str, payload: str) -> bool:
     return True
 
 
-def credit(command: FicsCommand[Any], found: Frame) -> Reply | Completion | Refusal | Failure | None:
+def credit(
+    command: FicsCommand[Any], found: Frame
+) -> Reply | Completion | FicsRefusal | SystemFailure | None:
     """What a frame means for a command that is outstanding; None if it is not for this command.
 
     A query gets a reply; one with several gets a completion after the last. Any other command gets a
@@ -177,16 +185,16 @@ def credit(command: FicsCommand[Any], found: Frame) -> Reply | Completion | Refu
     if isinstance(found, Completion):
         ends = command.ends_with if command.answered is WhenAnswered.ALWAYS else _name(command)
         return found if found.name == ends else None
-    if isinstance(found, Answer):
+    if isinstance(found, QueryAnswer):
         return _credit_answer(command, found)
     return found if found.name == _name(command) else None
 
 
-def _credit_answer(command: FicsCommand[Any], found: Answer) -> Reply | Failure | None:
+def _credit_answer(command: FicsCommand[Any], found: QueryAnswer) -> Reply | SystemFailure | None:
     if found.name != (command.answered_as or _name(command)):
         return None
     if command.answered is not WhenAnswered.ALWAYS:
-        return Failure(found.name, found.payload) if _FAILED.fullmatch(found.payload) else None
+        return SystemFailure(found.name, found.payload) if _FAILED.fullmatch(found.payload) else None
     try:
         reply: Reply = command.read_reply(found.payload)
     except WireFault:
@@ -199,27 +207,27 @@ def _name(command: FicsCommand[Any]) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class FicsRequest:
     """A command as it reaches a Fics: blanks removed, neither name nor arguments checked yet."""
 
     name: str
     arguments: str
 
 
-class RequestReader:
+class FicsRequestReader:
     """Cuts the bytes of a host into requests: the Fics' side of the line."""
 
     def __init__(self) -> None:
         self._lines = Lines(LONGEST_LINE)
 
-    def feed(self, data: bytes) -> list[Request | Garbage]:
+    def feed(self, data: bytes) -> list[FicsRequest | Garbage]:
         """Take bytes, give the requests that are complete now; empty lines are nothing."""
         lines = (line.strip(_PADDING + _BLANKS) for line in self._lines.feed(data))
         return [_request(line) for line in lines if line]
 
 
-def _request(line: bytes) -> Request | Garbage:
+def _request(line: bytes) -> FicsRequest | Garbage:
     if len(line) > LONGEST_LINE:
         return Garbage(line, "a line too long for a command")
     match = _REQUEST.fullmatch(line.translate(None, _BLANKS).decode("ascii", "replace"))
-    return Request(match[1], match[2]) if match else Garbage(line, "not a command")
+    return FicsRequest(match[1], match[2]) if match else Garbage(line, "not a command")

@@ -5,7 +5,7 @@ from typing import Annotated, Final
 from pydantic import AfterValidator, Field
 
 from protocols.fics.notation import Cut, Decimal, Number, PerAxis, Token, expected
-from protocols.fics.row import Deed
+from protocols.fics.row import RobotAction
 from protocols.table import Effect, Retry
 
 MOST_ARGUMENTS = 4
@@ -43,7 +43,7 @@ Arguments = Annotated[
 
 
 class RunMacro(
-    Deed,
+    RobotAction,
     args="{macro}< {arguments}>",
     blocked="abc",
     retry=Retry.NEVER,

@@ -3,11 +3,11 @@
 from pydantic import Field
 
 from protocols.fics.notation import PLACES, Coordinates, PositionNumber
-from protocols.fics.row import Deed
+from protocols.fics.row import RobotAction
 from protocols.table import Effect, Retry
 
 
-class AxesMove(Deed, args="{coordinates}", blocked="abc", effect=Effect.MOTION):
+class AxesMove(RobotAction, args="{coordinates}", blocked="abc", effect=Effect.MOTION):
     """What moves of given axes have in common; mm, pulse or degree as each axis is set up."""
 
     coordinates: Coordinates = Field(description=PLACES)
@@ -22,7 +22,7 @@ class MoveAbsolute(AxesMove, code="LMA", retry=Retry.CONDITIONAL, example=("LMA 
 
 
 class MoveToPosition(
-    Deed,
+    RobotAction,
     code="POM",
     args="{position}",
     blocked="abc",

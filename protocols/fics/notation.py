@@ -65,7 +65,7 @@ _SPEED_UNITS = {AxisSystem.MILLIMETRE: "mm/s", AxisSystem.PULSE: "kpps", AxisSys
 
 
 @dataclass(frozen=True)
-class Whole(Wire):
+class FicsWhole(Wire):
     """A whole number of at most `width` digits; zeros in front and a plus may be left out, and are by us."""
 
     width: int = 10
@@ -113,7 +113,7 @@ class Decimal(Wire):
 
 
 @dataclass(frozen=True)
-class Digits(Wire):
+class FicsDigits(Wire):
     """A number of fixed width, zero filled."""
 
     width: int
@@ -133,7 +133,7 @@ class Digits(Wire):
 
 
 @dataclass(frozen=True)
-class Hex(Wire):
+class FicsHex(Wire):
     """A hexadecimal number of fixed width."""
 
     width: int
@@ -165,7 +165,7 @@ DriverError = Annotated[
     int,
     BeforeValidator(_driver_error),
     Field(ge=0, le=0xFF),
-    Hex(2),
+    FicsHex(2),
     PlainSerializer(driver_error_text, return_type=str, when_used="json"),
     WithJsonSchema({"type": "string", "pattern": "^[0-9A-F]{2}h$"}),
 ]
@@ -296,8 +296,8 @@ FourDigits = Annotated[int, Within(0, 9999)]
 Coordinates = Annotated[list[Number | None], ListLength, Cut, PerAxis(Decimal()), Quantity.POSITION]
 Speeds = Annotated[list[SpeedNumber | None], ListLength, Cut, PerAxis(Decimal()), Quantity.SPEED]
 Percents = Annotated[list[PercentNumber | None], ListLength, Cut, PerAxis(Decimal(width=PERCENT_WIDTH))]
-Times = Annotated[list[Milliseconds | None], ListLength, Cut, PerAxis(Whole(width=4))]
-StartSpeeds = Annotated[list[FourDigits | None], ListLength, Cut, PerAxis(Whole(width=4))]
+Times = Annotated[list[Milliseconds | None], ListLength, Cut, PerAxis(FicsWhole(width=4))]
+StartSpeeds = Annotated[list[FourDigits | None], ListLength, Cut, PerAxis(FicsWhole(width=4))]
 
 # What an answer tells of the axes: anything the controller may hold and can write.
 WIDEST = 9_999_999_999
@@ -309,7 +309,7 @@ MaybeCoordinates = Annotated[
 KnownSpeeds = Annotated[list[Finite], ListLength, PerAxis(Decimal(), hole=None), Quantity.SPEED]
 KnownPercents = Annotated[list[Finite], ListLength, PerAxis(Decimal(least=1), hole=None)]
 StoredCoordinates = Annotated[list[Finite | None], ListLength, Cut, PerAxis(Decimal()), Quantity.POSITION]
-KnownNumbers = Annotated[list[FourDigits], ListLength, PerAxis(Whole(), hole=None)]
+KnownNumbers = Annotated[list[FourDigits], ListLength, PerAxis(FicsWhole(), hole=None)]
 
 AxisName = Annotated[
     str,
@@ -319,9 +319,9 @@ AxisName = Annotated[
     Token("[A-Z@]"),
 ]
 """X Y Z .. for user axes, A B C .. for motor axes, @ for theta (C-HOST manual 2-2); in lower case, too."""
-Unit = Annotated[int, Within(1, LAST_UNIT), Whole()]
-Channel = Annotated[int, Within(1, LAST_CHANNEL), Whole()]
-Bit = Annotated[int, Within(0, 7), Whole()]
-PositionNumber = Annotated[int, Within(1, 1999), Whole()]
-Flag = Annotated[int, Within(0, 1), Whole()]
+Unit = Annotated[int, Within(1, LAST_UNIT), FicsWhole()]
+Channel = Annotated[int, Within(1, LAST_CHANNEL), FicsWhole()]
+Bit = Annotated[int, Within(0, 7), FicsWhole()]
+PositionNumber = Annotated[int, Within(1, 1999), FicsWhole()]
+Flag = Annotated[int, Within(0, 1), FicsWhole()]
 Direction = Annotated[Literal["+", "-"], Token("[+-]")]

@@ -6,7 +6,7 @@ from typing import Self
 from pydantic import Field
 
 from protocols.fics.notation import PLACES, Coordinates, PositionNumber, StoredCoordinates
-from protocols.fics.row import Deed, Query
+from protocols.fics.row import Query, RobotAction
 from protocols.table import Effect, RangeFault, Reply, Retry
 
 LAST_POSITION = 1999
@@ -14,7 +14,7 @@ _POF = re.compile("([0-9]+)(?:,[0-9]+)?")
 
 
 class BeginPositionUpload(
-    Deed,
+    RobotAction,
     code="POF",
     ranged=True,
     args="1<,{first}>",
@@ -34,7 +34,7 @@ class BeginPositionUpload(
 
 
 class EndPositionUpload(
-    Deed,
+    RobotAction,
     code="POF",
     ranged=True,
     args="2",
@@ -60,7 +60,7 @@ class EndPositionUpload(
 
 
 class UploadPosition(
-    Deed,
+    RobotAction,
     code="POS",
     args="{coordinates}",
     blocked="abc",
@@ -104,7 +104,7 @@ class DownloadPositions(
 
 
 class ClearPositions(
-    Deed,
+    RobotAction,
     code="PCL",
     ranged=True,
     args="<{first}><,{count}>",

@@ -140,5 +140,5 @@ class Query(FicsCommand[R_co], answered=WhenAnswered.ALWAYS, retry=Retry.READ):
     """A command that is answered with data and changes nothing."""
 
 
-class Deed(FicsCommand[Ack]):
+class RobotAction(FicsCommand[Ack]):
     """A command that does something; Ver.3 answers its bare name, Ver.2 nothing."""

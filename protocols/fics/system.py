@@ -5,8 +5,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from protocols.fics.notation import Digits, Token, Unit, Whole, Within
-from protocols.fics.row import Deed, Query
+from protocols.fics.notation import FicsDigits, FicsWhole, Token, Unit, Within
+from protocols.fics.row import Query, RobotAction
 from protocols.members import at_hand
 from protocols.table import Effect, Reply, Retry, Wire
 
@@ -25,7 +25,7 @@ class GetUnit(Query[UnitNumbers], code="UNT", blocked="abd", example=("UNT", "UN
 
 
 class SelectUnit(
-    Deed,
+    RobotAction,
     code="UNT",
     args="{unit}",
     blocked="abd",
@@ -51,7 +51,7 @@ class HostMode(IntEnum):
     """Every command is answered."""
 
 
-Mode = Annotated[int, Within(2, 3), Whole()]
+Mode = Annotated[int, Within(2, 3), FicsWhole()]
 
 
 class CommunicationMode(Reply, args="{mode}"):
@@ -65,7 +65,7 @@ class GetCommunicationMode(Query[CommunicationMode], code="MOD", blocked="c", ex
 
 
 class SetCommunicationMode(
-    Deed,
+    RobotAction,
     code="MOD",
     args="{mode}",
     blocked="c",
@@ -109,8 +109,8 @@ class SystemVersion(Reply, args="{project_id}{version}{built}{project_folder}{sa
     built: Date = Field(description="When the system was made.")
     project_folder: Annotated[str, Field(pattern=f"^([ -~]{{0,{FOLDER_WIDTH - 1}}}[!-~])?$"), Padded()]
     saved: Date = Field(description="When the project was saved.")
-    revision: Annotated[int, Field(ge=0, le=99), Digits(2)]
-    c_host: Annotated[int, Field(ge=0, le=99), Digits(2)] | None = Field(
+    revision: Annotated[int, Field(ge=0, le=99), FicsDigits(2)]
+    c_host: Annotated[int, Field(ge=0, le=99), FicsDigits(2)] | None = Field(
         None, description="Version of C-HOST; absent in Ver.2 mode."
     )
 

@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from protocols.fics.notation import Decimal, Finite, Number, Within
-from protocols.fics.row import Deed, Query
+from protocols.fics.row import Query, RobotAction
 from protocols.table import RangeFault, Reply, Retry, Wire
 
 LAST_VARIABLE = 99
@@ -55,7 +55,7 @@ class GetVariable(
 
 
 class SetVariable(
-    Deed,
+    RobotAction,
     code="VAR",
     args="V{number}={value}",
     blocked="a",

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from protocols.lines import CR as CR
 from protocols.lines import Garbage as Garbage
@@ -47,6 +47,9 @@ class Answer:
 @dataclass(frozen=True, slots=True)
 class Refusal:
     """A command was not executed; the error code may be missing."""
+
+    told_as: ClassVar[str] = "refusal"
+    """In the audit."""
 
     body: int
     code: str
@@ -91,17 +94,17 @@ _PROGRAM_TEXT = re.compile(r">&7CUSD\[([0-6][0-9A-F]|7[0-7]):([ -~]*)\]")
 """An assumption: no manual gives the frame in which a user program's text (SDC, SDD) reaches the host."""
 
 
-class ProgramText(NamedTuple):
+class ToldText(NamedTuple):
     """What a body's user program tells."""
 
     body: int
     text: str
 
 
-def program_text(message: UnknownMessage) -> ProgramText | None:
+def program_text(message: UnknownMessage) -> ToldText | None:
     """Read the text of a user program; None where the message is none."""
     match = _PROGRAM_TEXT.fullmatch(message.text)
-    return None if match is None else ProgramText(int(match[1], 16), match[2])
+    return None if match is None else ToldText(int(match[1], 16), match[2])
 
 
 Message = MoveEnded | StatusChanged | UnknownMessage

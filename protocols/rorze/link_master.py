@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
 
-from protocols.rorze.notation import Flag, Text
+from protocols.rorze.notation import Flag, Printable
 from protocols.rorze.row import LinkMasterCommand, R_co
 from protocols.table import Ack, Effect, Reply, Retry, Wire
 
@@ -15,7 +15,7 @@ MOST_MEMBERS = 17
 """As many as fit in the 60 characters of a command (RC-420 manual 12)."""
 
 
-class BodyList(Wire):
+class BodyNumbers(Wire):
     """Body numbers joined by commas."""
 
     pattern = r"[0-9A-F]{2}(?:,[0-9A-F]{2})*"
@@ -42,14 +42,14 @@ class LinkSetUp(LinkMasterCommand[R_co], program=False, retry=Retry.SETTING, eff
 
 Member = Annotated[str, Field(pattern=rf"^(?:{MEMBER_PATTERN})$")]
 Members = Annotated[
-    list[Member], Field(min_length=1, max_length=MOST_MEMBERS), AfterValidator(no_repeats), BodyList()
+    list[Member], Field(min_length=1, max_length=MOST_MEMBERS), AfterValidator(no_repeats), BodyNumbers()
 ]
 
 
 class ConnectedControllers(Reply, args="{text}"):
     """What the link master answers to XID; the RC-420 manual does not say in which form."""
 
-    text: Annotated[str, Field(pattern=r"^[ -~]*$"), Text(r"[ -~]*")]
+    text: Annotated[str, Field(pattern=r"^[ -~]*$"), Printable(r"[ -~]*")]
 
 
 class IdentifyControllers(
@@ -90,7 +90,7 @@ class SetGroup(
 ):
     """仮想ボディ・ナンバーの設定: set the members of a virtual body."""
 
-    group: Annotated[str, Field(pattern=rf"^(?:{GROUP_PATTERN})$"), Text("[0-9A-F]{2}")] = Field(
+    group: Annotated[str, Field(pattern=rf"^(?:{GROUP_PATTERN})$"), Printable("[0-9A-F]{2}")] = Field(
         description="Virtual body number, 80 to 9E hexadecimal."
     )
     members: Members = Field(description="Body numbers, 00 to 77 hexadecimal, in the order of the replies.")

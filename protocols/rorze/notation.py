@@ -93,7 +93,7 @@ class Word(Wire):
         return self._words[text]
 
 
-class Text(Wire):
+class Printable(Wire):
     """Printable characters up to the end of the parameter list."""
 
     def __init__(self, pattern: str) -> None:

@@ -12,7 +12,7 @@ from itertools import pairwise
 from math import ceil, floor, inf, pi, tan
 from typing import NamedTuple
 
-from protocols.rorze.scara import Pose, Robot, within_half_turn
+from protocols.rorze.scara import Mechanics, Pose, within_half_turn
 
 CLOSE_UM = 1e-6
 """Nearer than this, two places are one."""
@@ -60,7 +60,7 @@ class Segment(ABC):
 
 
 @dataclass(frozen=True)
-class Line(Segment):
+class StraightLine(Segment):
     """Straight on."""
 
     start: complex
@@ -164,7 +164,7 @@ def _check_room(side: float, taken: float) -> None:
 
 
 def _line(start: complex, end: complex) -> list[Segment]:
-    return [Line(start, end)] if abs(end - start) > CLOSE_UM else []
+    return [StraightLine(start, end)] if abs(end - start) > CLOSE_UM else []
 
 
 class _Piece(NamedTuple):
@@ -223,7 +223,7 @@ class Path:
     of a segment axis 0 has to turn round there at once (RC-420 manual 13.10.6).
     """
 
-    def __init__(self, robot: Robot, start: Pose, segments: Sequence[Segment], turn: float = 0.0) -> None:
+    def __init__(self, robot: Mechanics, start: Pose, segments: Sequence[Segment], turn: float = 0.0) -> None:
         self._robot = robot
         self._start = start
         self._turn = turn

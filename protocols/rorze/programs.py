@@ -12,8 +12,8 @@ from protocols.rorze.notation import (
     Hex,
     Number,
     Plain,
+    Printable,
     SignedValue,
-    Text,
     Word,
 )
 from protocols.rorze.row import R_co, RorzeCommand
@@ -29,12 +29,12 @@ _MEMORY = r"D(?:1[0-9]{2}|[1-9]?[0-9])|[CT][12]?[0-9]"
 # Without spaces, which a controller ignores, and without the characters that begin a frame.
 _INSTRUCTION = rf"\*{LABEL}|" r'[0-9A-Z][!"%\x27-~]{0,31}'
 
-Label = Annotated[str, Field(pattern=f"^(?:{LABEL})$"), Text(LABEL)]
+Label = Annotated[str, Field(pattern=f"^(?:{LABEL})$"), Printable(LABEL)]
 Address = Annotated[int, Field(ge=0, le=LAST_ADDRESS), Number()]
 AddressValue = Annotated[int, Field(ge=0, le=LAST_ADDRESS), Digits(5)]
-Memory = Annotated[str, Field(pattern=f"^(?:{_MEMORY})$"), Text("[DCT][0-9]{1,3}")]
-Instruction = Annotated[str, Field(pattern=f"^(?:{_INSTRUCTION})$"), Text(_INSTRUCTION)]
-StoredInstruction = Annotated[str, Field(pattern="^[ -~]{1,32}$"), Text("[ -~]{1,32}")]
+Memory = Annotated[str, Field(pattern=f"^(?:{_MEMORY})$"), Printable("[DCT][0-9]{1,3}")]
+Instruction = Annotated[str, Field(pattern=f"^(?:{_INSTRUCTION})$"), Printable(_INSTRUCTION)]
+StoredInstruction = Annotated[str, Field(pattern="^[ -~]{1,32}$"), Printable("[ -~]{1,32}")]
 
 MEMORY_DESCRIPTION = "Data memory D0-D199, counter C0-C29 or timer T0-T29 (0.1 s)."
 

@@ -24,7 +24,7 @@ class OutOfReach(ValueError):
     """The links are too short, or too long, for a place: error 63."""
 
 
-class Place(NamedTuple):
+class FingerPlace(NamedTuple):
     """Where the finger ends, in micrometres, and its direction in thousandths of a degree."""
 
     x: float
@@ -45,7 +45,7 @@ class Pose(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Robot(ABC):
+class Mechanics(ABC):
     """The mechanics that HTS, HAS, HFS and HZS describe."""
 
     link: int
@@ -76,13 +76,13 @@ class Robot(ABC):
         """
 
     @abstractmethod
-    def pulses(self, place: Place) -> tuple[float, ...]:
+    def pulses(self, place: FingerPlace) -> tuple[float, ...]:
         """The axes' positions for a place, each within half a turn: HLS.
 
         :raises OutOfReach: there are none.
         """
 
-    def whole_pulses(self, place: Place) -> tuple[int, ...]:
+    def whole_pulses(self, place: FingerPlace) -> tuple[int, ...]:
         """What HLS answers: cut towards zero.
 
         :raises OutOfReach: there are none.
@@ -94,14 +94,14 @@ class Robot(ABC):
         """Whole pulses, cut towards zero."""
         return tuple(int(round(count, DIGITS)) for count in counts)
 
-    def place(self, pulses: Sequence[float]) -> Place:
+    def place(self, pulses: Sequence[float]) -> FingerPlace:
         """Where the finger ends at these positions of the axes: HLD.
 
         :raises OutOfReach: the arm is turned beyond its longest reach.
         """
         reach, heading, finger = self.pose(pulses)
         end = rect(reach, heading) + rect(self.finger, finger)
-        return Place(end.real, end.imag, finger / TURN * 360_000)
+        return FingerPlace(end.real, end.imag, finger / TURN * 360_000)
 
     def lead(self, pose: Pose) -> float:
         """How far from the origin, along its heading, the point is that a path leads; below 0 behind it."""
@@ -127,7 +127,7 @@ class Robot(ABC):
         return asin(max(-1.0, min(1.0, reach / longest)))
 
 
-class ThreeAxes(Robot):
+class ThreeAxes(Mechanics):
     """A robot whose links and finger are each turned by their own axis (HTS0).
 
     With the axes' angles b, a and w, the first link points to b, the second to b + 180 - a and the finger to
@@ -154,7 +154,7 @@ class ThreeAxes(Robot):
         bend = within_half_turn(arm) / 2
         return Pose(2 * self.link * sin(bend), base - bend + pi / 2, base - arm - wrist)
 
-    def pulses(self, place: Place) -> tuple[float, ...]:
+    def pulses(self, place: FingerPlace) -> tuple[float, ...]:
         """Of the two ways to bend the elbow it takes that of the worked example, an assumption."""
         finger = radians(place.direction / 1000)
         wrist = self.guide(complex(place.x, place.y), finger)
@@ -162,7 +162,7 @@ class ThreeAxes(Robot):
         return self.counted((within_half_turn(base), arm, within_half_turn(turn)))
 
 
-class BeltLinked(Robot):
+class BeltLinked(Mechanics):
     """A robot whose belts keep the finger on the line of the arm (HTS1, RC-420 manual 13.10.10).
 
     Axis 0 turns it all; axis 1 turns the first link, the second back by twice that and the finger on by as
@@ -188,12 +188,12 @@ class BeltLinked(Robot):
             raise OutOfReach("The arm is turned beyond its longest reach.")
         return Pose(2 * self.link * sin(bend), heading, heading)
 
-    def pulses(self, place: Place) -> tuple[float, ...]:
+    def pulses(self, place: FingerPlace) -> tuple[float, ...]:
         """The direction of the place does not count."""
         end = complex(place.x, place.y)
         return self.counted(self.angles(Pose(abs(end) - self.finger, phase(end), phase(end))))
 
-    def pulses_pointed(self, place: Place) -> tuple[float, ...]:
+    def pulses_pointed(self, place: FingerPlace) -> tuple[float, ...]:
         """The axes' positions for a place with its direction; belts keep it on the line through the origin.
 
         :raises OutOfReach: the finger cannot end there and point so, by more than a pulse of the base.

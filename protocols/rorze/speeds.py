@@ -19,7 +19,7 @@ class SpeedQuery(Question[R_co], errors=frozenset({0x4A})):
     speed_set: Slot | None = Field(None, description="Number of the set; left out: the standard set, 30.")
 
 
-class SpeedSetting(Setting, moving=False, errors=frozenset({0x4A, 0x50})):
+class SpeedParameter(Setting, moving=False, errors=frozenset({0x4A, 0x50})):
     """What the settings of a speed parameter have in common."""
 
     speed_set: Slot | None = Field(None, description="Number of the set; left out: the standard set, 30.")
@@ -54,7 +54,7 @@ class GetRisingAccelerationShare(
 
 
 class SetRisingAccelerationShare(
-    SpeedSetting,
+    SpeedParameter,
     code="OAS",
     args="<S[{speed_set}],>{percent}",
     example=("&3FOASS[12],35", ">&3FOAS", "&3FOAS80", ">&3FOAS"),
@@ -74,7 +74,7 @@ class GetFallingAccelerationShare(
 
 
 class SetFallingAccelerationShare(
-    SpeedSetting,
+    SpeedParameter,
     code="OBS",
     args="<S[{speed_set}],>{percent}",
     example=("&3FOBSS[12],35", ">&3FOBS", "&3FOBS80", ">&3FOBS"),
@@ -94,7 +94,7 @@ class GetMaximumSpeed(
 
 
 class SetMaximumSpeed(
-    SpeedSetting,
+    SpeedParameter,
     code="OHS",
     args="<S[{speed_set}],>{speed}",
     example=("&3FOHSS[12],50000", ">&3FOHS", "&3FOHS50000", ">&3FOHS"),
@@ -114,7 +114,7 @@ class GetStartSpeed(
 
 
 class SetStartSpeed(
-    SpeedSetting,
+    SpeedParameter,
     code="OLS",
     args="<S[{speed_set}],>{speed}",
     example=("&3FOLSS[12],50", ">&3FOLS", "&3FOLS50", ">&3FOLS"),
@@ -134,7 +134,7 @@ class GetMaximumAcceleration(
 
 
 class SetMaximumAcceleration(
-    SpeedSetting,
+    SpeedParameter,
     code="OSS",
     args="<S[{speed_set}],>{acceleration}",
     example=("&3FOSSS[12],800000", ">&3FOSS", "&3FOSS800000", ">&3FOSS"),

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from protocols.rorze.notation import FlagValue, Hex, Number, Text
+from protocols.rorze.notation import FlagValue, Hex, Number, Printable
 from protocols.rorze.row import Question, RorzeCommand, Setting
 from protocols.table import Ack, Effect, Reply, Retry
 
@@ -94,7 +94,7 @@ class GetEndCause(Question[EndCause], code="9MD", example=("&3F9MD", ">&3F9MDH00
 class Information(Reply, args="{text}"):
     """The version of the control software, or a user comment; empty where none is set."""
 
-    text: Annotated[str, Field(pattern=r"^[ -~]{0,60}$"), Text(r"[ -~]{0,60}")]
+    text: Annotated[str, Field(pattern=r"^[ -~]{0,60}$"), Printable(r"[ -~]{0,60}")]
 
 
 CommentNumber = Annotated[int, Field(ge=1, le=7), Number()]
@@ -139,6 +139,6 @@ class SetUserComment(
     """
 
     comment_number: CommentNumber
-    text: Annotated[str, Field(pattern=rf"^{_COMMENT}$", max_length=40), Text(_COMMENT)] = Field(
+    text: Annotated[str, Field(pattern=rf"^{_COMMENT}$", max_length=40), Printable(_COMMENT)] = Field(
         description="Up to 40 printable ASCII characters but > and &; no @ first, no space first or last."
     )

@@ -9,11 +9,11 @@ from math import cos, pi, radians
 
 from protocols.rorze.interpolation import PathPoint
 from protocols.rorze.path import CLOSE_UM, Arc, Corner, Path, PathFault, rounded
-from protocols.rorze.scara import TURN, Pose, Robot, ThreeAxes, within_half_turn
+from protocols.rorze.scara import TURN, Mechanics, Pose, ThreeAxes, within_half_turn
 
 BASE_AXIS, FINGER_AXIS = 0, 2
 
-Way = Callable[[Robot, Pose], Path]
+Way = Callable[[Mechanics, Pose], Path]
 """A path, for a robot in a pose.
 
 It raises `OutOfReach` or `PathFault` where there is none.
@@ -27,7 +27,7 @@ Turns = Mapping[int, float]
 def by(distance: complex) -> Way:
     """Straight on: HXS, HYS."""
 
-    def way(robot: Robot, pose: Pose) -> Path:
+    def way(robot: Mechanics, pose: Pose) -> Path:
         here = _here(robot, pose)
         return Path(robot, pose, rounded(here, [Corner(here + distance)]))
 
@@ -40,7 +40,7 @@ def out(distance: float) -> Way:
     Where the finger does not lie on that line, which way extends the arm is an assumption.
     """
 
-    def way(robot: Robot, pose: Pose) -> Path:
+    def way(robot: Mechanics, pose: Pose) -> Path:
         ahead = 1 if cos(pose.finger - pose.heading) >= 0 else -1
         lead = robot.lead(pose)
         end = lead + ahead * distance
@@ -56,7 +56,7 @@ def along(points: Points) -> Way:
     One that is missing between others makes a path unfit, an assumption.
     """
 
-    def way(robot: Robot, pose: Pose) -> Path:
+    def way(robot: Mechanics, pose: Pose) -> Path:
         corners: list[Corner] = []
         for point in _in_order(points):
             heading = phase(corners[-1].at) if corners else pose.heading
@@ -72,7 +72,7 @@ def about(radius: float, angle: float) -> Way:
     The shorter way round, at the speed of wrist or finger's end, what is farther out: assumptions.
     """
 
-    def way(robot: Robot, pose: Pose) -> Path:
+    def way(robot: Mechanics, pose: Pose) -> Path:
         turn = _finger_turn(robot, pose, angle)
         arm = rect(-radius, pose.finger)
         length = max(abs(radius), abs(robot.finger - radius)) * abs(turn)
@@ -82,7 +82,7 @@ def about(radius: float, angle: float) -> Way:
     return way
 
 
-def finger_turns(robot: Robot, pose: Pose, angle: float) -> Turns:
+def finger_turns(robot: Mechanics, pose: Pose, angle: float) -> Turns:
     """Turn the finger alone to a direction, the shorter way round, an assumption: HFM.
 
     :raises PathFault: it has no axis of its own.
@@ -90,7 +90,7 @@ def finger_turns(robot: Robot, pose: Pose, angle: float) -> Turns:
     return {FINGER_AXIS: -_finger_turn(robot, pose, angle)}
 
 
-def turns_towards(robot: Robot, pose: Pose, target: complex | None) -> Turns:
+def turns_towards(robot: Mechanics, pose: Pose, target: complex | None) -> Turns:
     """Turn base and finger to the line of a target, a quarter turn at most: HNM.
 
     With belts, the base turns the finger to the target.
@@ -115,7 +115,7 @@ def end_of(points: Points) -> complex | None:
     return _end(ordered[-1]) if ordered else None
 
 
-def _here(robot: Robot, pose: Pose) -> complex:
+def _here(robot: Mechanics, pose: Pose) -> complex:
     return rect(robot.lead(pose), pose.heading)
 
 
@@ -125,7 +125,7 @@ def _in_order(points: Points) -> list[PathPoint]:
     return [points[number] for number in range(len(points))]
 
 
-def _corner(robot: Robot, point: PathPoint, heading: float, finger: float) -> Corner:
+def _corner(robot: Mechanics, point: PathPoint, heading: float, finger: float) -> Corner:
     """The corner at a point, which must be within reach though the path may cut it."""
     end = _end(point)
     if end is None:
@@ -139,7 +139,7 @@ def _end(point: PathPoint) -> complex | None:
     return None if point.x is None or point.y is None else complex(point.x, point.y)
 
 
-def _finger_turn(robot: Robot, pose: Pose, angle: float) -> float:
+def _finger_turn(robot: Mechanics, pose: Pose, angle: float) -> float:
     """By how much the finger has to turn, the shorter way."""
     if not isinstance(robot, ThreeAxes):
         raise PathFault("The finger has no axis of its own.")

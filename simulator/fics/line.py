@@ -8,7 +8,7 @@ from math import inf
 from random import Random
 from typing import Literal
 
-from protocols.fics.link import LONGEST_LINE, TERMINATORS, Request, RequestReader, Terminator
+from protocols.fics.link import LONGEST_LINE, TERMINATORS, FicsRequest, FicsRequestReader, Terminator
 from simulator.faults import Faults
 from simulator.fics import acts as acts
 from simulator.fics.layout import Layout
@@ -51,7 +51,7 @@ class SimulatedFics:
         self.settings = settings or LineSettings()
         self.powered = True
         self._wire = Wire(self._hear, truth, faults, SYSTEM, 2 * LONGEST_LINE)
-        self._reader = RequestReader()
+        self._reader = FicsRequestReader()
         self._now = -inf
         self._boots_at = inf
 
@@ -104,7 +104,7 @@ class SimulatedFics:
     def _boot(self) -> None:
         """Begin anew: Ver.2 mode, unit 1, full speed, nothing homed."""
         self._now, self._boots_at = self._boots_at, inf
-        self._reader = RequestReader()
+        self._reader = FicsRequestReader()
         self.robot.boot()
         self.powered = True
         self.truth.log("power", self._now, SYSTEM, on=True)
@@ -136,13 +136,13 @@ class SimulatedFics:
         if self.settings.hears == "crlf":
             piece = _WITH_BOTH.sub(b"", piece)
         for request in self._reader.feed(piece):
-            if isinstance(request, Request):
+            if isinstance(request, FicsRequest):
                 self._obey(request, number, now)
             else:
                 answers = self.robot.misheard(request.data)
                 self._pass_on(Message(now, answer, number) for answer in answers)
 
-    def _obey(self, request: Request, number: int | None, now: float) -> None:
+    def _obey(self, request: FicsRequest, number: int | None, now: float) -> None:
         """Answer at once what is answered at once, then tell what has ended with it."""
         self.truth.request = number
         answers = self.robot.execute(request.name, request.arguments, now)

@@ -4,16 +4,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from protocols.rorze.programs import LARGEST_COUNT
-from protocols.rorze.user_program.instruction import Operation
+from protocols.rorze.user_program.instruction import ProgramOperation
 from protocols.rorze.user_program.operands import (
     LAST_INDEX,
+    BankPlace,
+    CompareSign,
     Constant,
     InHexadecimal,
-    Memory,
     Message,
     Offset,
     Operand,
-    Sign,
     ToLabel,
 )
 from simulator.rorze.actions import OUT_OF_RANGE, Refused
@@ -72,7 +72,7 @@ Turn = Target | Wait | Call | Return | None
 _TABLE: dict[str, Callable[..., Turn]] = {}
 
 
-def operate(operation: Operation, variables: Variables) -> Turn:
+def operate(operation: ProgramOperation, variables: Variables) -> Turn:
     """Do an operation.
 
     :raises Refused: it is a command error.
@@ -98,7 +98,7 @@ def _does(*codes: str) -> Callable[[A], A]:
 
 
 @_does("LD")
-def _load(on: Variables, target: Memory, source: Memory, last: Constant | None = None) -> None:
+def _load(on: Variables, target: BankPlace, source: BankPlace, last: Constant | None = None) -> None:
     if last is None:
         on.store(target, on.value(source))
     elif target.bank == "D":
@@ -110,22 +110,22 @@ def _load(on: Variables, target: Memory, source: Memory, last: Constant | None =
 
 
 @_does("TMS", "CTS")
-def _set_count(on: Variables, target: Memory, source: Operand) -> None:
+def _set_count(on: Variables, target: BankPlace, source: Operand) -> None:
     on.store(target, on.value(source))
 
 
 @_does("SET")
-def _set(on: Variables, target: Memory) -> None:
+def _set(on: Variables, target: BankPlace) -> None:
     on.turn(target, True)
 
 
 @_does("RST")
-def _reset(on: Variables, target: Memory) -> None:
+def _reset(on: Variables, target: BankPlace) -> None:
     on.turn(target, False)
 
 
 @_does("BST")
-def _set_bit(on: Variables, target: Memory, bit: Constant, level: Constant) -> None:
+def _set_bit(on: Variables, target: BankPlace, bit: Constant, level: Constant) -> None:
     bits = as_bits(on.value(target)) & ~(1 << bit.value)
     on.store(target, bits | level.value << bit.value)
 
@@ -134,13 +134,13 @@ def _set_bit(on: Variables, target: Memory, bit: Constant, level: Constant) -> N
 
 
 def _largest(target: Operand) -> int:
-    if isinstance(target, Memory):
+    if isinstance(target, BankPlace):
         return FARTHEST if target.bank == "D" else LARGEST_COUNT
     return LAST_INDEX
 
 
 def _smallest(target: Operand) -> int:
-    return -FARTHEST if isinstance(target, Memory) and target.bank == "D" else 0
+    return -FARTHEST if isinstance(target, BankPlace) and target.bank == "D" else 0
 
 
 @_does("INC")
@@ -186,7 +186,7 @@ def _divide(on: Variables, target: Operand, source: Operand) -> None:
 
 
 @_does("AND")
-def _and(on: Variables, target: Memory, source: Operand) -> None:
+def _and(on: Variables, target: BankPlace, source: Operand) -> None:
     if target.bank == "M":
         on.turn(target, on.is_on(target) and on.is_on(source))
     else:
@@ -194,7 +194,7 @@ def _and(on: Variables, target: Memory, source: Operand) -> None:
 
 
 @_does("OR")
-def _or(on: Variables, target: Memory, source: Operand) -> None:
+def _or(on: Variables, target: BankPlace, source: Operand) -> None:
     if target.bank == "M":
         on.turn(target, on.is_on(target) or on.is_on(source))
     else:
@@ -202,13 +202,13 @@ def _or(on: Variables, target: Memory, source: Operand) -> None:
 
 
 @_does("RSL")
-def _rotate_left(on: Variables, target: Memory) -> None:
+def _rotate_left(on: Variables, target: BankPlace) -> None:
     bits = as_bits(on.value(target))
     on.store(target, bits << 1 | bits >> 31)
 
 
 @_does("RSR")
-def _rotate_right(on: Variables, target: Memory) -> None:
+def _rotate_right(on: Variables, target: BankPlace) -> None:
     bits = as_bits(on.value(target))
     on.store(target, bits >> 1 | (bits & 1) << 31)
 
@@ -232,7 +232,7 @@ def _return(_: Variables) -> Turn:
 
 
 @_does("JCP")
-def _jump_comparing(on: Variables, left: Operand, sign: Sign, right: Operand, place: Target) -> Turn:
+def _jump_comparing(on: Variables, left: Operand, sign: CompareSign, right: Operand, place: Target) -> Turn:
     """Bits written in hexadecimal are those of a number with a sign, as in a data memory."""
     first, second = on.value(left), as_number(on.value(right))
     holds = {"<": first < second, ">": first > second, "=": first == second}[sign.comparison]
@@ -256,7 +256,7 @@ def _jump_off(on: Variables, switch: Operand, place: Target) -> Turn:
 
 
 @_does("JBT")
-def _jump_on_bit(on: Variables, memory: Memory, bit: Constant, level: Constant, place: Target) -> Turn:
+def _jump_on_bit(on: Variables, memory: BankPlace, bit: Constant, level: Constant, place: Target) -> Turn:
     return place if as_bits(on.value(memory)) >> bit.value & 1 == level.value else None
 
 
@@ -295,7 +295,7 @@ def _send_message(on: Variables, message: Message) -> None:
 
 
 @_does("SDD")
-def _send_data(on: Variables, source: Memory | InHexadecimal) -> None:
+def _send_data(on: Variables, source: BankPlace | InHexadecimal) -> None:
     """As UDD answers."""
     if isinstance(source, InHexadecimal):
         text = f"H{as_bits(on.value(source.memory)):08X}"

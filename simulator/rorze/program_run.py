@@ -2,8 +2,14 @@
 
 from math import ceil
 
-from protocols.rorze.user_program.instruction import Communication, Instruction, Label, Operation, parse
-from protocols.rorze.user_program.operands import Memory, Operand, Register, ToLabel
+from protocols.rorze.user_program.instruction import (
+    Communication,
+    Instruction,
+    Label,
+    ProgramOperation,
+    parse,
+)
+from protocols.rorze.user_program.operands import BankPlace, Operand, Register, ToLabel
 from protocols.table import Reply, WireFault
 from simulator.rorze.actions import Refused, order_of
 from simulator.rorze.operations import (
@@ -141,7 +147,7 @@ class ProgramRun:
         return self._instructions[self.address]
 
     def _execute(self, instruction: Instruction, now: float) -> Turn:
-        if isinstance(instruction, Operation):
+        if isinstance(instruction, ProgramOperation):
             return operate(instruction, self._variables)
         if isinstance(instruction, Communication):
             self._command(instruction, now)
@@ -210,19 +216,19 @@ class ProgramRun:
 
 def _only_chooses(instruction: Instruction) -> bool:
     """Whether it does nothing but choose the next address, by what does not change with time alone."""
-    if isinstance(instruction, Operation):
+    if isinstance(instruction, ProgramOperation):
         return instruction.row.jumps and not any(map(_runs, instruction.operands))
     return isinstance(instruction, Label)
 
 
 def _runs(operand: Operand) -> bool:
-    return operand == Register("PP") or (isinstance(operand, Memory) and operand.bank == "T")
+    return operand == Register("PP") or (isinstance(operand, BankPlace) and operand.bank == "T")
 
 
 def _reaches_out(instruction: Instruction) -> bool:
     """Whether it may change more than the program's memories."""
-    if isinstance(instruction, Operation):
-        return any(isinstance(each, Memory) and each.bank == "OD" for each in instruction.operands)
+    if isinstance(instruction, ProgramOperation):
+        return any(isinstance(each, BankPlace) and each.bank == "OD" for each in instruction.operands)
     return isinstance(instruction, Communication)
 
 

@@ -7,8 +7,8 @@ from protocols.rorze.user_program.operands import (
     BANKS,
     LAST_INDEX,
     Bank,
+    BankPlace,
     Constant,
-    Memory,
     Operand,
     Register,
 )
@@ -80,7 +80,7 @@ class Variables:
                 return self.machine.position(self.now)
             case Register(name):
                 return self.machine.memories.get(name, self.now)
-            case Memory("D" | "C" | "T" as bank):
+            case BankPlace("D" | "C" | "T" as bank):
                 return self.machine.memories.get(f"{bank}{self._place(operand)}", self.now)
         raise TypeError(f"{operand} has no value")
 
@@ -92,9 +92,9 @@ class Variables:
         :raises Refused: the number is too large for the others, or negative.
         """
         match operand:
-            case Memory("D"):
+            case BankPlace("D"):
                 self._set(f"D{self._place(operand)}", as_number(value))
-            case Memory(bank):
+            case BankPlace(bank):
                 _require(0 <= value <= LARGEST_COUNT)
                 self._set(f"{bank}{self._place(operand)}", value)
             case Register(name):
@@ -110,29 +110,29 @@ class Variables:
         match operand:
             case Register():
                 return self.machine.motor.moving
-            case Memory("C" | "T"):
+            case BankPlace("C" | "T"):
                 return self.value(operand) != 0
-            case Memory(bank):
+            case BankPlace(bank):
                 return self._level(bank, self._place(operand))
         raise TypeError(f"{operand} is neither on nor off")
 
-    def turn(self, operand: Memory, on: bool) -> None:
+    def turn(self, operand: BankPlace, on: bool) -> None:
         """Turn a flag or an output on or off."""
         self._turn(operand.bank, self._place(operand), on)
 
-    def copy_from(self, operand: Memory, last: int) -> int:
+    def copy_from(self, operand: BankPlace, last: int) -> int:
         """The bits of a memory and the `last` ones after it; those that do not exist are 0, an assumption."""
         bank, first = operand.bank, self._place(operand)
         places = range(first, min(first + last, BANKS[bank][1]) + 1)
         return sum(self._level(bank, place) << place - first for place in places)
 
-    def copy_to(self, operand: Memory, last: int, bits: int) -> None:
+    def copy_to(self, operand: BankPlace, last: int, bits: int) -> None:
         """Write bits to a memory and the `last` ones after it that exist."""
         bank, first = operand.bank, self._place(operand)
         for place in range(first, min(first + last, BANKS[bank][1]) + 1):
             self._turn(bank, place, bool(bits >> place - first & 1))
 
-    def _place(self, memory: Memory) -> int:
+    def _place(self, memory: BankPlace) -> int:
         """The place of a memory in its bank.
 
         :raises Refused: an index memory points beyond the bank, an assumption.

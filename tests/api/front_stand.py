@@ -14,7 +14,7 @@ import uvloop
 from starlette.types import Receive, Scope, Send
 
 from api.front.http_protocol import HttpProtocol
-from api.front.limits import Limits
+from api.front.limits import ConnectionLimits
 from api.front.protocols import protocols
 from api.front.websocket_protocol import EVENTS
 from gateway.core.events import EventHub
@@ -184,7 +184,7 @@ Story = Callable[[Front], Coroutine[Any, Any, None]]
 
 
 @asynccontextmanager
-async def build_front(limits: Limits, connections: int) -> AsyncIterator[Front]:
+async def build_front(limits: ConnectionLimits, connections: int) -> AsyncIterator[Front]:
     http = protocols(connections, limits)
     app = Application()
     config = uvicorn.Config(
@@ -213,7 +213,7 @@ def on_front(connections: int = 100, **limits: float) -> Callable[[Story], Calla
     def as_test(story: Story) -> Callable[..., None]:
         def test(caplog: pytest.LogCaptureFixture) -> None:
             async def run() -> None:
-                chosen = Limits(**limits)  # type: ignore[arg-type]  # numbers by their names
+                chosen = ConnectionLimits(**limits)  # type: ignore[arg-type]  # numbers by their names
                 async with build_front(chosen, connections) as front:
                     await story(front)
 

@@ -5,7 +5,7 @@ from xml.etree import ElementTree as ET
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.charts import MOST_TICKS, WIDTH, Line, Panel, chart, ticks_of
+from app.charts import MOST_TICKS, WIDTH, Panel, PlottedLine, chart, ticks_of
 
 SVG = "{http://www.w3.org/2000/svg}"
 values = st.floats(-1e9, 1e9, allow_nan=False)
@@ -16,7 +16,7 @@ def read_svg(text: str) -> ET.Element:
 
 
 def test_lines_of_a_panel_lie_over_each_other_with_their_names() -> None:
-    lines = [Line("planned", [(0, 0), (1, 10)]), Line("measured <5 Hz", [(0, 0), (1, 9)])]
+    lines = [PlottedLine("planned", [(0, 0), (1, 10)]), PlottedLine("measured <5 Hz", [(0, 0), (1, 9)])]
     picture = read_svg(chart("3F & others", [Panel("Speed", lines)]))
     assert len(picture.findall(f"{SVG}polyline")) == 2
     said = [it.text for it in picture.iter(f"{SVG}text")]
@@ -25,7 +25,9 @@ def test_lines_of_a_panel_lie_over_each_other_with_their_names() -> None:
 
 @given(st.lists(st.tuples(st.floats(0, 1e6), values), min_size=1, max_size=20))
 def test_every_point_lies_inside_the_picture(points: list[tuple[float, float]]) -> None:
-    picture = read_svg(chart("any", [Panel("one", [Line("a", points)]), Panel("two", [Line("b", points)])]))
+    picture = read_svg(
+        chart("any", [Panel("one", [PlottedLine("a", points)]), Panel("two", [PlottedLine("b", points)])])
+    )
     height = float(picture.attrib["height"])
     for line in picture.findall(f"{SVG}polyline"):
         for place in line.attrib["points"].split():

@@ -30,7 +30,7 @@ def test_words_of_rows_are_found_and_are_shown_by_commands_that_put_them_in() ->
     found = list(taken())
     assert len(found) >= 15
     for command, text in found:
-        assert isinstance(command, words.Command), command.name
+        assert isinstance(command, words.WordedCommand), command.name
         assert len(words.told(*text.split("."))) > 10
 
 

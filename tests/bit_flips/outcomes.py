@@ -187,8 +187,8 @@ class FicsRow(Row):
         self._session, self._reader = FicsSession("r1"), reader
 
     def _requests(self, stream: bytes) -> Iterator[Done]:
-        for request in fics.RequestReader().feed(stream + self.FENCE):
-            if isinstance(request, fics.Garbage) or request == fics.Request("VAR", "V42"):
+        for request in fics.FicsRequestReader().feed(stream + self.FENCE):
+            if isinstance(request, fics.Garbage) or request == fics.FicsRequest("VAR", "V42"):
                 continue
             try:
                 command = read_fics(request.name, request.arguments)
@@ -209,7 +209,7 @@ class FicsRow(Row):
         credited = self._credited(frames, exchange)
         if credited is None:
             return Heard.NOTHING
-        if isinstance(credited, fics.Refusal | fics.Failure):
+        if isinstance(credited, fics.FicsRefusal | fics.SystemFailure):
             return judged(self.reply[:NAME_LENGTH], reply, None)
         replies = [reply for reply, _ in exchange.parts] if credited is More.MORE else credited.replies
         return judged(self.reply[:NAME_LENGTH], reply + self.ITS_REPLY, _first(replies))

@@ -13,7 +13,12 @@ from gateway.rorze import config as rorze
 ROOT = Path(page.__file__).parent.parent
 FILE = re.compile(r"`((?:gateway|protocols|transports)/[\w/]+\.py)`")
 CONSTANT = re.compile(r"`([A-Z][A-Z_]+)`")
-KEYS = {*rorze.Line.model_fields, *rorze.Body.model_fields, *fics.Line.model_fields, *fics.Robot.model_fields}
+KEYS = {
+    *rorze.RorzeLineTable.model_fields,
+    *rorze.BodyTable.model_fields,
+    *fics.FicsLineTable.model_fields,
+    *fics.RobotTable.model_fields,
+}
 
 
 @pytest.mark.parametrize("name", page.PAGES)

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import pytest
 
-from protocols.rorze.scara import BeltLinked, Robot, ThreeAxes
+from protocols.rorze.scara import BeltLinked, Mechanics, ThreeAxes
 from simulator.rorze.world import CCW_LIMIT, EMS
 from tests.contract.hosts import ClockHost
 
@@ -82,7 +82,7 @@ ON_ITS_WAY = f"""
 class RobotHost(ClockHost):
     """A host with a robot, whose finger's end it can measure."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Mechanics) -> None:
         super().__init__(*(BASE, ARM, FINGER)[: robot.axes])
         self.robot = robot
 

@@ -23,7 +23,7 @@ from gateway.core.errors import GatewayError
 from gateway.core.journal.opening import open_journal
 from gateway.core.move_record import MoveRecord, MoveStatus
 from gateway.core.origin import Origin
-from gateway.core.targets import AnyCommand, Begun
+from gateway.core.targets import AnyCommand, BegunMoves
 from gateway.door import doing, stopping
 from gateway.fics.family import Fics
 from gateway.plant import Plant
@@ -108,7 +108,7 @@ async def _want(plant: Plant, line: str, wishes: Iterator[Wish], told_to: Sequen
         except GatewayError:
             await asyncio.sleep(BUSY_S)
             continue
-        moves = [move.id for move in told.moves] if isinstance(told, Begun) else []
+        moves = [move.id for move in told.moves] if isinstance(told, BegunMoves) else []
         for file in told_to:
             os.write(file, f"{unique} {' '.join(moves)}\n".encode())
         await asyncio.sleep(PAUSE_S)
@@ -120,7 +120,7 @@ async def begin(config: Config, data: Path) -> None:
     await plant.start()
     await _ready(plant, "line1", "cell")
     told = await doing.do(plant, Origin("killed", "home"), ROBOT, HomeRobot())
-    assert isinstance(told, Begun)
+    assert isinstance(told, BegunMoves)
     for move in told.moves:
         await plant.family(Fics).moves.log.wait(move.id, LAST_MOVES_S)
     await plant.close()

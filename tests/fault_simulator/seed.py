@@ -22,9 +22,9 @@ from gateway.core.events import Event
 from gateway.core.lanes import QUEUE_LIMIT, STOPS
 from gateway.core.line_state import LineState
 from gateway.core.origin import Origin
-from gateway.core.targets import Answer, Begun, MemberAnswers
+from gateway.core.targets import BegunMoves, CommandReplies, MemberAnswers
 from gateway.door import doing, stopping
-from gateway.fics.exchange import Answered, FicsExchange
+from gateway.fics.exchange import FicsExchange, RobotAnswered
 from gateway.rorze.session import RorzeSession
 from simulator.faults import Direction, Fault, Switch
 from simulator.wire import Wire
@@ -224,11 +224,11 @@ class Seed:
         except GatewayError as error:
             deed.told, deed.error = told_by(error)
             return
-        if isinstance(result, Begun):
+        if isinstance(result, BegunMoves):
             deed.told, deed.moves = "begun", [move.id for move in result.moves]
             if self._dice.random() < 0.7:
                 await asyncio.gather(*(self._end_of(life, move_id) for move_id in deed.moves))
-        elif isinstance(result, Answer | MemberAnswers):
+        elif isinstance(result, CommandReplies | MemberAnswers):
             deed.told = "done"
 
     async def _end_of(self, life: Life, move_id: str) -> None:
@@ -330,7 +330,7 @@ class Seed:
 
         def credited(exchange: FicsExchange, frame: Any, at: float = 0.0) -> Any:
             outcome = credit(exchange, frame, at)
-            if isinstance(outcome, Answered):
+            if isinstance(outcome, RobotAnswered):
                 self._judge_credit(exchange, frame)
             return outcome
 

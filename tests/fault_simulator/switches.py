@@ -27,7 +27,7 @@ from gateway.core.session import Session
 from gateway.door.keys import Keys
 from gateway.fics import move_runs
 from gateway.fics.line import FicsLine
-from gateway.fics.power import Power
+from gateway.fics.power import RobotPower
 from gateway.fics.stops import _RobotStop
 from gateway.rorze import move_proof
 from gateway.rorze.bodies import Body
@@ -285,7 +285,7 @@ def an_absence_is_a_loss_of_power(patch: Patch) -> None:
 
 
 def signs_of_power_are_not_looked_at(patch: Patch) -> None:
-    patch.setattr(Power, "see_signs", _true)
+    patch.setattr(RobotPower, "see_signs", _true)
 
 
 SWITCHES = (

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from gateway.config import Config
 from gateway.core.journal.beginning import begin
-from gateway.core.journal.opening import Opened
+from gateway.core.journal.opening import OpenedJournal
 from gateway.core.origin import ORIGIN
 from tests.fault_simulator.model_disk import ModelDisk, VirtualJournal
 from tests.simulated_line import SimulatedCable
@@ -161,7 +161,7 @@ class Life:
             config,
             open_transport=lambda _: Port(cable, self),
             rng=dice,
-            journal=Opened(self.journal, past),
+            journal=OpenedJournal(self.journal, past),
         )
         self.plant.events.listeners.append(lambda event: self.moment(event.type))
 

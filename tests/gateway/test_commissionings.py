@@ -7,7 +7,7 @@ import pytest
 
 from commissioning.run import ask_only
 from gateway.commissionings import CANCELLED, STOPPED
-from gateway.core.errors import BodyBusy, LineDown, NotSent
+from gateway.core.errors import BodyBusy, NotSent, PortNotOpen
 from gateway.core.origin import Origin
 from gateway.door import stopping
 from protocols.rorze.moves import MoveClockwise
@@ -36,7 +36,7 @@ async def test_a_line_is_commissioned_and_serves_again() -> None:
         assert record is not None
         assert record.status == "running"
         assert running.plant.port("line1").state == "down"
-        with pytest.raises(LineDown, match="commissioned"):
+        with pytest.raises(PortNotOpen, match="commissioned"):
             await running.body().ask(GetPosition())
         await running.plant.commissionings.wait(record, 60.0)
         assert (record.status, record.error, record.doing) == ("finished", None, None)

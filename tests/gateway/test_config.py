@@ -7,14 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
-from gateway.config import Access, Oidc, Server, load, parse
+from gateway.config import AccessTable, Oidc, Server, load, parse
 from gateway.core import tables
 from gateway.core.toml_files import ConfigError
 from gateway.families import FAMILIES
 from gateway.fics import config as fics
-from gateway.fics.config import Robot, RobotUnit
+from gateway.fics.config import RobotTable, UnitTable
 from gateway.membership import PlantOfGateways
-from gateway.rorze.config import Body, Group, Line
+from gateway.rorze.config import BodyTable, GroupTable, RorzeLineTable
 
 PLANT = """\
 [server]
@@ -57,8 +57,8 @@ def changed(old: str, new: str) -> str:
     return PLANT.replace(old, new)
 
 
-def lines_of_bodies(text: str) -> list[Line]:
-    return [line for line in parse(text, "x").lines if isinstance(line, Line)]
+def lines_of_bodies(text: str) -> list[RorzeLineTable]:
+    return [line for line in parse(text, "x").lines if isinstance(line, RorzeLineTable)]
 
 
 def test_a_plant_is_read_with_its_defaults() -> None:
@@ -337,7 +337,7 @@ def test_the_example_in_the_documentation_is_a_configuration() -> None:
 def test_the_robot_in_the_documentation_is_a_configuration() -> None:
     (robot,) = re.findall(r"```toml\n([^`]*?\[lines\.robot\].*?)```", REFERENCE, re.DOTALL)
     (line,) = parse(robot, "x").lines
-    assert isinstance(line, fics.Line)
+    assert isinstance(line, fics.FicsLineTable)
     scara, table = (unit.systems for unit in line.robot.units)
     assert [scara[axis].value for axis in "XYZ@AB"] == ["mm", "mm", "mm", "degree", "degree", "degree"]
     assert {axis: system.value for axis, system in table.items()} == {"X": "pulse", "Y": "pulse"}
@@ -347,23 +347,23 @@ def test_the_robot_in_the_documentation_is_a_configuration() -> None:
     ("table", "header"),
     [
         (Server, "[server]"),
-        (Access, "[access]"),
+        (AccessTable, "[access]"),
         (Oidc, "[access.oidc]"),
         (PlantOfGateways, "[plant]"),
-        (tables.Line, "[[lines]]"),
-        (Line, '[[lines]]` of protocol `"rorze"'),
-        (fics.Line, '[[lines]]` of protocol `"fics"'),
-        (Body, "[[lines.bodies]]"),
-        (Group, "[[lines.groups]]"),
-        (Robot, "[lines.robot]"),
-        (RobotUnit, "[[lines.robot.units]]"),
+        (tables.LineTable, "[[lines]]"),
+        (RorzeLineTable, '[[lines]]` of protocol `"rorze"'),
+        (fics.FicsLineTable, '[[lines]]` of protocol `"fics"'),
+        (BodyTable, "[[lines.bodies]]"),
+        (GroupTable, "[[lines.groups]]"),
+        (RobotTable, "[lines.robot]"),
+        (UnitTable, "[[lines.robot.units]]"),
     ],
 )
 def test_the_documentation_has_every_key_with_its_default(table: type[BaseModel], header: str) -> None:
     section = re.search(rf"## `{re.escape(header)}`.*?(?=\n## |\Z)", REFERENCE, re.DOTALL)
     assert section is not None
     written = dict(re.findall(r"(?m)^\| `(\w+)` \| (.+?) \|", section[0]))
-    inherited = tables.Line.model_fields if table in (Line, fics.Line) else ()
+    inherited = tables.LineTable.model_fields if table in (RorzeLineTable, fics.FicsLineTable) else ()
     elsewhere = {"bodies", "groups", *inherited}
     fields = {key: field for key, field in table.model_fields.items() if key not in elsewhere}
     assert list(written) == list(fields)

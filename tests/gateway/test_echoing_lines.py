@@ -10,7 +10,7 @@ import pytest
 
 from gateway.causes import LINE_DOWN
 from gateway.core.alarms import Alarm
-from gateway.core.errors import LineDown
+from gateway.core.errors import PortNotOpen
 from gateway.core.lanes import Lane
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
@@ -211,7 +211,7 @@ async def test_a_move_is_refused_at_once_on_a_line_that_echoes(line: str, echo: 
         await asyncio.sleep(NOTED_WITHIN_S)
         written = len(it.cable.written)
         began_at = asyncio.get_running_loop().time()
-        with pytest.raises(LineDown, match=r"echoes what is written to it.* Nothing was sent"):
+        with pytest.raises(PortNotOpen, match=r"echoes what is written to it.* Nothing was sent"):
             await it.move()
         assert asyncio.get_running_loop().time() == began_at, "it was not refused at the start"
         await asyncio.sleep(10.0)

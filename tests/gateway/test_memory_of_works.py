@@ -14,7 +14,7 @@ from gateway.door import backups
 from gateway.fics.door import backups as of_robots
 from gateway.rorze.door import backups as of_bodies
 from gateway.rorze.door.programs import ProgramSource
-from gateway.rorze.positions import Wanted
+from gateway.rorze.positions import WantedPosition
 from gateway.rorze.program_runs import ProgramRun
 from gateway.rorze.program_uploads import ProgramUpload
 from protocols.rorze.programs import RunProgram
@@ -170,7 +170,7 @@ async def test_positions_that_were_being_stored_are_told_as_far_as_is_known(worl
 
     async with world.gateway() as plant:
         await ready(plant)
-        table = [Wanted(number, number + 1) for number in range(40)]
+        table = [WantedPosition(number, number + 1) for number in range(40)]
         begun = plant.rorze.position_uploads.start(plant.body("3F"), table, flash=False, named=nobody)
         await until(lambda: begun.read > 10)
         world.crash()

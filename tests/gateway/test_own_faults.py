@@ -30,7 +30,7 @@ from gateway.fics.motion_state import MotionState
 from gateway.fics.motions import Accepted
 from gateway.fics.move_runs import MoveRun
 from gateway.fics.moves import RobotMoves
-from gateway.fics.power import Power
+from gateway.fics.power import RobotPower
 from gateway.fics.selection import Selection
 from gateway.fics.stops import RobotStops, _RobotStop
 from gateway.fics.system_errors import SystemErrors
@@ -283,7 +283,7 @@ async def test_what_waits_is_not_left_waiting_where_a_fault_meets_what_expires(
 
 @pytest.mark.parametrize(
     "place",
-    [(Power, "lost"), (Selection, "forget"), (Asking, "note_change")],
+    [(RobotPower, "lost"), (Selection, "forget"), (Asking, "note_change")],
     ids=named,
 )
 @in_virtual_time

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from gateway.core.jogs import News
+from gateway.core.jogs import JogNews
 from gateway.core.stops import Stopping
 from gateway.fics.jogs import RobotJogs
 from gateway.fics.motion_state import MotionState
@@ -128,6 +128,6 @@ async def test_one_jog_that_a_fault_meets_keeps_no_other_from_being_stopped(
             await jogs.start(body, BodyJogRequest(direction="cw"))
         fail_once(monkeypatch, (BodyJogs, "_see_to"))
         with pytest.raises(ZeroDivisionError):
-            jogs.end_all(News.MISSED)
+            jogs.end_all(JogNews.MISSED)
         await asyncio.sleep(0.4)
         assert not any(axis.motor.moving for axis in it.machine.axes.values())

@@ -18,7 +18,7 @@ from gateway.fics.door import backups as of_robots
 from gateway.rorze import positions, program_uploads
 from gateway.rorze.door import backups as of_bodies
 from gateway.rorze.door.programs import ProgramSource
-from gateway.rorze.positions import NamedPosition, Position, Wanted
+from gateway.rorze.positions import NamedPosition, TablePosition, WantedPosition
 from gateway.rorze.program_runs import ProgramRuns
 from gateway.rorze.program_uploads import ProgramUploads
 from gateway.rorze.scans import Scans
@@ -130,11 +130,11 @@ async def test_readings_and_stored_tables_that_a_fault_has_ended_say_so(
             await backups.read(it.plant, of_bodies.of_body(it.plant, "3F"), LONGEST_S)
         ).status == "succeeded"
 
-        async def nobody(_: Sequence[Position]) -> list[NamedPosition]:
+        async def nobody(_: Sequence[TablePosition]) -> list[NamedPosition]:
             return []
 
         fail_once(monkeypatch, (positions, "_set"))
-        table = [Wanted(number, number + 1) for number in range(10)]
+        table = [WantedPosition(number, number + 1) for number in range(10)]
         stored = it.plant.rorze.position_uploads.start(it.body(), table, flash=False, named=nobody)
         await it.plant.rorze.position_uploads.wait(stored, LONGEST_S)
         assert stored.error is not None

@@ -18,7 +18,7 @@ from gateway.core.errors import (
 from gateway.core.move_record import Move
 from gateway.core.sampler import Sampler
 from gateway.rorze.bodies import MotorState
-from gateway.rorze.config import Units
+from gateway.rorze.config import UnitsTable
 from gateway.rorze.errors import refused as refusal_of
 from gateway.rorze.poll_intervals import HEALTH_POLL_S
 from protocols.rorze.flash import SaveSettings
@@ -539,7 +539,7 @@ async def test_a_body_is_as_its_configuration_says() -> None:
     text = configuration(bodies=(), groups={}).replace("bodies = []", tables)
     plant = TestedPlant(parse(text, "test.toml"), open_transport=lambda _: Wire(build_line((0x3F,), 0.0)))
     [body] = plant.bodies()
-    assert (body.position_tolerance, body.scale) == (3, Units(unit="mm", pulses_per_unit=100.0))
+    assert (body.position_tolerance, body.scale) == (3, UnitsTable(unit="mm", pulses_per_unit=100.0))
 
 
 @in_virtual_time

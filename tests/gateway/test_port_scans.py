@@ -17,7 +17,7 @@ from gateway.config_file import ConfigFile
 from gateway.core.errors import BodyBusy, InvalidRequest, NotFound
 from gateway.core.origin import Origin
 from gateway.door.port_scans import PortScanRequest
-from gateway.fics.config import Line as FicsLine
+from gateway.fics.config import FicsLineTable as FicsLine
 from gateway.port_scans import PortScan, PortScans, require_device
 from simulator.fics.layout import Layout
 from simulator.fics.line import build_line as build_robot

@@ -14,7 +14,7 @@ from gateway.access.roles import Role
 from gateway.config_file import ConfigFile, LineChange
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NotAllowed, NotFound, NotSent
 from gateway.core.origin import Origin
-from gateway.core.targets import Answer, Begun
+from gateway.core.targets import BegunMoves, CommandReplies
 from gateway.door.doing import do
 from gateway.rorze.door.groups import GroupDefinition
 from protocols.rorze.moves import MoveClockwise
@@ -51,12 +51,12 @@ class Hall:
 
     async def where(self, body: str) -> int:
         answer = await do(self.plant, ME, f"/bodies/{body}", GetPosition())
-        assert isinstance(answer, Answer)
+        assert isinstance(answer, CommandReplies)
         return int(answer.replies[0].pulses)  # type: ignore[attr-defined]
 
     async def begin(self, body: str) -> str:
         begun = await do(self.plant, ME, f"/bodies/{body}", FAR)
-        assert isinstance(begun, Begun)
+        assert isinstance(begun, BegunMoves)
         return begun.moves[0].id
 
     def events(self, prefix: str) -> list[str]:

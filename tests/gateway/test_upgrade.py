@@ -22,7 +22,7 @@ from gateway.config import parse
 from gateway.core.alarms import Alarm
 from gateway.core.journal.opening import open_journal
 from gateway.core.journal.schema import MIGRATIONS, VERSION
-from gateway.core.kept_works import KeptWorks
+from gateway.core.kept_works import DurableJobs
 from gateway.families import registered
 from gateway.memory import make_sense
 from tests.tested_plant import TestedPlant
@@ -123,7 +123,7 @@ def shapes() -> list[Any]:
     """The members of all kinds of records that are kept."""
     kinds: set[type[BaseModel]] = {Alarm}
     kinds |= {kind for it in registered() for kind in it.move_records}
-    works = [it for it in below(KeptWorks) if it.__module__.startswith("gateway.")]
+    works = [it for it in below(DurableJobs) if it.__module__.startswith("gateway.")]
     kinds |= {it.record_type for it in works if "record_type" in vars(it)}
     return [without_words(kind.model_json_schema()) for kind in sorted(kinds, key=lambda kind: kind.__name__)]
 

@@ -5,7 +5,7 @@ from typing import Literal
 
 import pytest
 
-from gateway.core.errors import GatewayError, ShuttingDown
+from gateway.core.errors import GatewayEnding, GatewayError
 from gateway.core.family import ENDS_ITSELF, NOT_OURS
 from gateway.core.jogs import JogOver
 from gateway.core.move_record import MoveStatus
@@ -143,7 +143,7 @@ async def test_nothing_new_begins_and_reads_and_stops_work_until_the_lines_are_c
             it.plant.group("80").ask(SetStartSpeed(speed_set=1, speed=1000)),
             it.plant.define_group("81", ["00", "01"]),
         ):
-            with pytest.raises(ShuttingDown, match="nothing was sent"):
+            with pytest.raises(GatewayEnding, match="nothing was sent"):
                 await begin
         assert it.plant.moves.of(it.body("00")) == []
         assert not [frame for frame in it.wire.frames(sent) if frame[3:6] in ("1+M", "OLS", "XVS")]
@@ -159,7 +159,7 @@ async def test_a_move_that_still_asks_where_it_begins_is_never_sent() -> None:
         starting = asyncio.create_task(start(it, LONG))
         await it.wire.begun("&3F9CD")
         await it.plant.wind_down()
-        with pytest.raises(ShuttingDown):
+        with pytest.raises(GatewayEnding):
             await starting
         [move] = it.plant.moves.of(it.body())
         assert move.status is MoveStatus.CANCELLED
@@ -181,11 +181,11 @@ async def test_a_move_that_waits_for_the_line_is_never_sent() -> None:
         [move] = it.plant.moves.of(it.body())
         assert move.status is MoveStatus.QUEUED
         await it.plant.wind_down()
-        with pytest.raises(ShuttingDown):
+        with pytest.raises(GatewayEnding):
             await starting
         done, *refused = await asyncio.gather(*busy, return_exceptions=True)
         assert not isinstance(done, Exception)  # it was written before
-        assert all(isinstance(it, ShuttingDown) for it in refused)
+        assert all(isinstance(it, GatewayEnding) for it in refused)
         assert not it.executed("1+M")
         assert "&3F5SS" not in it.wire.frames()  # nothing to stop
 
@@ -297,7 +297,7 @@ def test_an_axis_that_jogs_is_stopped_and_seen_to_stand_still(mode: int) -> None
             assert not it.types("robot.left_moving")
             with pytest.raises(JogOver, match="stopped"):
                 it.robot.jogs.heartbeat(session.id)
-            with pytest.raises(ShuttingDown):
+            with pytest.raises(GatewayEnding):
                 await it.robot.jogs.start(1, "Z", "-")
 
     story()
@@ -351,7 +351,7 @@ def test_a_move_of_a_robot_that_is_not_sent_yet_never_is(mode: int) -> None:
             starting = asyncio.create_task(it.start(UP))
             await it.cable.written_from("APS")
             await it.plant.wind_down()
-            with pytest.raises(ShuttingDown):
+            with pytest.raises(GatewayEnding):
                 await starting
             assert not it.heard("LMI")
             assert not it.heard("ASS")
@@ -362,7 +362,7 @@ def test_a_move_of_a_robot_that_is_not_sent_yet_never_is(mode: int) -> None:
                 it.robot.upload_positions([(1, [1.0])]),
                 it.robot.asking.reset_errors(),
             ):
-                with pytest.raises(ShuttingDown):
+                with pytest.raises(GatewayEnding):
                     await begin
             await it.robot.unit(1).position()
             assert (await it.robot.stop("immediate")).state == "confirmed"

@@ -18,12 +18,12 @@ from gateway.core.exchange import More
 from gateway.core.lanes import Lane
 from gateway.core.line_state import LineState
 from gateway.core.move_record import MoveStatus
-from gateway.fics.exchange import Answered, FicsExchange, ReplyFrame
+from gateway.fics.exchange import FicsExchange, ReplyFrame, RobotAnswered
 from gateway.fics.move_record import RobotMove
 from gateway.fics.session import FicsSession
 from gateway.fics.units import RobotUnit
 from protocols.fics.homing import HomeRobot
-from protocols.fics.link import Failure, Refusal
+from protocols.fics.link import FicsRefusal, SystemFailure
 from protocols.fics.moves import MoveRelative
 from protocols.fics.positions import LAST_POSITION
 from protocols.fics.speeds import GetSpeedPercent, SetSpeedPercent
@@ -36,7 +36,7 @@ from tests.fics_plants import Cable, FicsRig, fics_rig
 from tests.simulation.test_faulty_line import InOrder
 from tests.virtual_time import run_virtual
 
-Credited = Answered | Refusal | Failure | More | None
+Credited = RobotAnswered | FicsRefusal | SystemFailure | More | None
 
 SEEDS = range(8)
 MOVES_PER_UNIT = 60
@@ -177,7 +177,7 @@ class Simulation:
             return
         if exchange.lane is Lane.STOP:
             return  # whichever of its repetitions a stop is acknowledged for
-        if isinstance(frame, Refusal) and exchange is self._rig.robot.line._session._fence_query:
+        if isinstance(frame, FicsRefusal) and exchange is self._rig.robot.line._session._fence_query:
             return  # it only makes a fence fail
         if answered is not None and self._same_question(answered, number):
             self.report.stale += 1

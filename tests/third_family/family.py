@@ -5,9 +5,9 @@ from typing import Any, ClassVar, Literal
 from pydantic import Field
 
 from gateway.core import tables
-from gateway.core.alarms import AlarmText, Cause, Words, causes_of_moves
+from gateway.core.alarms import AlarmText, AlarmWords, Cause, causes_of_moves
 from gateway.core.drives import Drive, DriveJog, DriveMove, Drives, Status, drive_types, jog_rows
-from gateway.core.family import Place, PortInfo, facts_of
+from gateway.core.family import PortInfo, TargetKind, facts_of
 from gateway.core.lanes import Lane
 from gateway.core.operation import Rows
 from gateway.core.records import Record, RequestModel
@@ -20,7 +20,7 @@ TOY = "/toys/{toy_id}"
 OF_TOYS = Rows("toys")
 
 
-class ToyTable(tables.Line):
+class ToyTable(tables.LineTable):
     """What the configuration says of a line with an axis."""
 
     toy: str
@@ -92,7 +92,7 @@ class Toys(Drives[Toy]):
     line_table = ToyTable
     line_info = ToyInfo
     collections = ("toys",)
-    commands: ClassVar = tuple((Place(TOY, DriveMove), row) for row in ROWS)
+    commands: ClassVar = tuple((TargetKind(TOY, DriveMove), row) for row in ROWS)
     stop_modes = Toy.stop_modes
     sessions: ClassVar = {Jog: DriveJog}
     rows = (OF_TOYS, jog_rows(TOY, Toy))
@@ -108,7 +108,7 @@ class Toys(Drives[Toy]):
 
     def causes(self) -> Any:
         yield from causes_of_moves("toy", "", ())
-        words = Words(
+        words = AlarmWords(
             AlarmText(happened="An axis tells the alarm {alarm}.", motor="It stands.", remedy="Home it."),
             AlarmText(
                 happened="軸のアラーム{alarm}です。",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gateway.core.errors import GatewayError
-from gateway.core.exchange import Exchange, Said
+from gateway.core.exchange import Exchange, RememberedReply
 from gateway.core.lanes import STOPS, Lane
 from gateway.core.line import LineDriver
 from gateway.core.session import READ_REPEATS, Session
@@ -40,7 +40,7 @@ class ToyExchange(Exchange[ToyCommand[Any], Frame, Reply | GatewayError]):
             return None
         return reply
 
-    def mistakes(self, _: Said) -> bool:
+    def mistakes(self, _: RememberedReply) -> bool:
         return False
 
 

@@ -305,7 +305,7 @@ def _admit(exchange: X, admit: Callable[[X], None]) -> None:
 def _name_of(outcome: object) -> str:
     if isinstance(outcome, NoReply):
         return "unknown"
-    return NOT_SENT if isinstance(outcome, GatewayError) else type(outcome).__name__.lower()
+    return NOT_SENT if isinstance(outcome, GatewayError) else getattr(outcome, "told_as", "answered")
 
 
 def _why(outcome: object) -> str | None:

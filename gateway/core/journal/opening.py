@@ -18,7 +18,7 @@ SLOW_BYTES_PER_S: Final = 2 << 20
 """Of a disk that hardly suffices, beside the other work of its machine."""
 
 
-class Opened(NamedTuple):
+class OpenedJournal(NamedTuple):
     """A journal, and what was found in it."""
 
     journal: Journal
@@ -69,7 +69,7 @@ def open_journal(
     directory: Path,
     make_sense: Callable[[Beginning], object] = lambda _: None,
     open_disk: Callable[[Path], SqliteDisk] = SqliteDisk,
-) -> Opened:
+) -> OpenedJournal:
     """Open the journal of a directory; where that is not possible, one that is in trouble from the start.
 
     What `make_sense` raises ValueError for is set aside, as a file is that is not sound.
@@ -86,13 +86,15 @@ def open_journal(
         log.error(  # noqa: TRY400  # one sentence says all
             "the journal in %s cannot be used: %s; only reads and stops are sent", directory, error
         )
-        return Opened(Journal(NoDisk(str(error)), trouble=str(error), failure=DiskFailed(str(error))), anew())
+        return OpenedJournal(
+            Journal(NoDisk(str(error)), trouble=str(error), failure=DiskFailed(str(error))), anew()
+        )
     if disk.set_aside is not None:
         log.error(
             "the journal was broken: it is now %s, and a new one was begun; what was under way is not known",
             disk.set_aside,
         )
-    return Opened(journal, past, disk.set_aside)
+    return OpenedJournal(journal, past, disk.set_aside)
 
 
 def _begin(disk: SqliteDisk, make_sense: Callable[[Beginning], object]) -> tuple[Journal, Beginning]:

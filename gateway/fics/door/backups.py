@@ -7,7 +7,7 @@ from pydantic import Field
 
 from gateway.core.aside import aside
 from gateway.core.backup_record import Backup, BackupComparison
-from gateway.core.operation import Rows, Text, Wait
+from gateway.core.operation import PlainText, Rows, Wait
 from gateway.core.records import example
 from gateway.core.restore_record import Restore, RestorePlan
 from gateway.core.restores import Restores
@@ -15,10 +15,10 @@ from gateway.door.backups import (
     AS_TEXT,
     LAST,
     WITHOUT,
+    ComparisonOrder,
     ComparisonRequest,
-    Reading,
+    ReadingOrder,
     RestoreRequest,
-    Wanted,
     begin,
     compare,
     list_work,
@@ -40,7 +40,7 @@ TEXTS: Final = Rows("backups")
 OF_ROBOT = "[robot r1]\n[variables]\nV01 12.5\n"
 
 
-def of_robot(plant: Plant, robot_id: str) -> Reading:
+def of_robot(plant: Plant, robot_id: str) -> ReadingOrder:
     """All that a robot tells of what it keeps.
 
     :raises NotFound: there is no such robot.
@@ -48,7 +48,7 @@ def of_robot(plant: Plant, robot_id: str) -> Reading:
     fics = plant.family(Fics)
     robot = fics.robot(robot_id)
     source = RobotSource(robot, partial(fics.restores.require_none, robot.id))
-    return Reading(f"/robots/{robot.id}", backup.PREAMBLE, [source])
+    return ReadingOrder(f"/robots/{robot.id}", backup.PREAMBLE, [source])
 
 
 def check_robot(plant: Plant, robot_id: str, text: str) -> RobotContents:
@@ -60,14 +60,14 @@ def check_robot(plant: Plant, robot_id: str, text: str) -> RobotContents:
     return backup.parse(plant.family(Fics).robot(robot_id), text)
 
 
-def for_robot(plant: Plant, robot_id: str, found: RobotContents) -> Wanted:
+def for_robot(plant: Plant, robot_id: str, found: RobotContents) -> ComparisonOrder:
     """Let a robot hold what a backup has of it.
 
     :raises NotFound: there is no such robot.
     """
     fics = plant.family(Fics)
     robot = fics.robot(robot_id)
-    return Wanted(f"/robots/{robot.id}", fics.restores, [RobotRestore(robot, found)], NO_FLASH)
+    return ComparisonOrder(f"/robots/{robot.id}", fics.restores, [RobotRestore(robot, found)], NO_FLASH)
 
 
 class RobotComparisonRequest(ComparisonRequest, json_schema_extra=example(backup=OF_ROBOT)):
@@ -83,9 +83,9 @@ class RobotRestoreRequest(
 
 
 @TEXTS.get("/robots/{robot_id}/backup", **AS_TEXT)
-async def get_robot_backup(plant: Plant, robot_id: RobotId) -> Text:
+async def get_robot_backup(plant: Plant, robot_id: RobotId) -> PlainText:
     """Read what a robot tells of what it keeps: variables, and of each unit settings and positions."""
-    return Text(await text(of_robot(plant, robot_id)))
+    return PlainText(await text(of_robot(plant, robot_id)))
 
 
 async def start_robot_backup(plant: Plant, robot_id: RobotId, *, wait: Wait = None) -> Backup:
@@ -110,13 +110,13 @@ async def compare_robot(
     return await compare(plant, await _for_robot(plant, robot_id, wanted), wait or 0.0)
 
 
-async def _for_robot(plant: Plant, robot_id: str, wanted: RobotComparisonRequest) -> Wanted:
+async def _for_robot(plant: Plant, robot_id: str, wanted: RobotComparisonRequest) -> ComparisonOrder:
     robot = plant.family(Fics).robot(robot_id)
     found = await aside(check_robot, plant, robot.id, await text_of(plant, robot.id, wanted))
     return for_robot(plant, robot.id, found.without(wanted.without or ()))
 
 
-def readings(plant: Plant) -> dict[str, Reading]:
+def readings(plant: Plant) -> dict[str, ReadingOrder]:
     """Each robot."""
     return {robot.id: of_robot(plant, robot.id) for robot in plant.family(Fics).robots()}
 
@@ -127,7 +127,7 @@ SPEEDS: Final = ("speed_percent", "motor_speed_percent")
 """Settings that each loss of power sets to 100 %."""
 
 
-async def signs(plant: Plant, address: str) -> Wanted:
+async def signs(plant: Plant, address: str) -> ComparisonOrder:
     """Give a robot's settings and positions of the last night, but for the speeds in percent."""
     night = await text_of_night(plant, address, LAST)
     found = (await aside(check_robot, plant, address, night)).without(["variables"])

@@ -5,7 +5,7 @@ from typing import Annotated, Final
 from pydantic import BaseModel, Field
 
 from gateway.core.move_record import MoveRecord
-from gateway.core.operation import Rows, Text, Wait
+from gateway.core.operation import PlainText, Rows, Wait
 from gateway.core.origin import current
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
@@ -98,7 +98,7 @@ async def get_robot_samples(target: Target, move_id: str) -> RobotSamples:
 
 
 @SAMPLES_AS_CSV.get(f"{MOVES}/{{move_id}}/samples.csv", media=CSV)
-async def download_robot_samples(target: Target, move_id: str) -> Text:
+async def download_robot_samples(target: Target, move_id: str) -> PlainText:
     """Get the same as CSV: time, time_s, a column for each axis with its unit, and one for its plan."""
     told: RobotSamples = await moving.samples(target, move_id)
     columns = [f"{axis} {unit}" for axis, unit in told.units.items()]
@@ -111,4 +111,4 @@ async def download_robot_samples(target: Target, move_id: str) -> Text:
         ]
         for it in told.samples
     )
-    return Text(csv_of(header, rows))
+    return PlainText(csv_of(header, rows))

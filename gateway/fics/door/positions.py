@@ -7,7 +7,7 @@ from typing import Annotated, Final, NamedTuple
 from pydantic import BaseModel, Field
 
 from gateway.core.errors import InvalidRequest
-from gateway.core.operation import Expectation, Rows, Text
+from gateway.core.operation import Expectation, PlainText, Rows
 from gateway.core.records import RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.door.csv_tables import CSV, Row, Table, csv_of, read_table
@@ -143,7 +143,7 @@ async def store_positions(
 )
 async def download_positions(
     robot: Robot, unit: UnitNumber, *, first: First = 1, last: Last = LAST_POSITION
-) -> Text:
+) -> PlainText:
     """Read stored positions as CSV: the number, then a column for each axis with its unit.
 
     The robot ends at the first number that is not set; the header `Ended-At` names it.
@@ -152,7 +152,7 @@ async def download_positions(
     stored = await read(robot, unit, first, last)
     rows = [[number, *map(_cell, values)] for number, values in stored.positions]
     ended = {} if stored.ended_at is None else {ENDED_AT: str(stored.ended_at)}
-    return Text(csv_of(_header(axes), rows), table_of(axes, stored), ended)
+    return PlainText(csv_of(_header(axes), rows), table_of(axes, stored), ended)
 
 
 @TABLES.put(

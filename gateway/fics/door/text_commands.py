@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field
 from gateway.core.operation import Rows, Wait
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
-from gateway.core.targets import Answer, Target
+from gateway.core.targets import CommandReplies, Target
 from gateway.door.doing import do_text
 from gateway.door.results import StopResult
 from gateway.fics.family import Fics
@@ -49,7 +49,7 @@ async def send_robot_raw(
 ) -> Any:
     """Send a command as text. A command that moves makes a move, and one that stops makes a stop."""
     command, result = await do_text(plant, target, raw.text, wait, keyed=keyed)
-    if not isinstance(result, Answer):
+    if not isinstance(result, CommandReplies):
         return result
     return RobotRawReply(robot_id=robot.id, sent=robot.line.frame_of(command), replies=list(result.texts))
 

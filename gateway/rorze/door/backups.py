@@ -10,7 +10,7 @@ from gateway.core.addresses import there_are
 from gateway.core.aside import aside
 from gateway.core.backup_record import Backup, BackupComparison
 from gateway.core.errors import InvalidRequest, NotFound
-from gateway.core.operation import Rows, Text, Wait
+from gateway.core.operation import PlainText, Rows, Wait
 from gateway.core.records import example
 from gateway.core.restore_record import Restore, RestorePlan, Units
 from gateway.core.restores import Restores
@@ -18,10 +18,10 @@ from gateway.door.backups import (
     AS_TEXT,
     LAST,
     WITHOUT,
+    ComparisonOrder,
     ComparisonRequest,
-    Reading,
+    ReadingOrder,
     RestoreRequest,
-    Wanted,
     begin,
     compare,
     list_work,
@@ -61,7 +61,7 @@ def check_bodies(text: str) -> Held:
     return backup.parse(text)
 
 
-def of_body(plant: Plant, body_id: str) -> Reading:
+def of_body(plant: Plant, body_id: str) -> ReadingOrder:
     """All that a body keeps.
 
     :raises NotFound: there is no such body.
@@ -70,7 +70,7 @@ def of_body(plant: Plant, body_id: str) -> Reading:
     return _of_bodies(plant, f"/bodies/{body.address}", [body])
 
 
-def of_line(plant: Plant, line_id: str, chosen: Sequence[str] | None = None) -> Reading:
+def of_line(plant: Plant, line_id: str, chosen: Sequence[str] | None = None) -> ReadingOrder:
     """All that the bodies of a line keep, or those that are chosen.
 
     :raises NotFound: there is no such line or body.
@@ -80,7 +80,7 @@ def of_line(plant: Plant, line_id: str, chosen: Sequence[str] | None = None) -> 
     return _of_bodies(plant, f"/lines/{line_id}", bodies)
 
 
-def _of_bodies(plant: Plant, target: str, bodies: Sequence[Body]) -> Reading:
+def _of_bodies(plant: Plant, target: str, bodies: Sequence[Body]) -> ReadingOrder:
     rorze = plant.family(Rorze)
 
     def require_free(body: Body) -> None:
@@ -88,12 +88,12 @@ def _of_bodies(plant: Plant, target: str, bodies: Sequence[Body]) -> Reading:
         rorze.uploads.require_none(body)
 
     sources = [BodySource(it, partial(require_free, it), plant.names.of(it.address)) for it in bodies]
-    return Reading(target, backup.PREAMBLE, sources)
+    return ReadingOrder(target, backup.PREAMBLE, sources)
 
 
 def for_body(
     plant: Plant, body_id: str, found: Held, from_body: str | None, units: Units | None = None
-) -> Wanted:
+) -> ComparisonOrder:
     """Let a body hold what a backup has of it, or of the body `from_body`.
 
     :raises NotFound: there is no such body.
@@ -101,7 +101,7 @@ def for_body(
     """
     body = plant.family(Rorze).body(body_id)
     source = body.number if from_body is None else _number(from_body)
-    return Wanted(f"/bodies/{body.address}", *_controllers(plant, {body: source}, found, units))
+    return ComparisonOrder(f"/bodies/{body.address}", *_controllers(plant, {body: source}, found, units))
 
 
 def for_line(
@@ -110,7 +110,7 @@ def for_line(
     found: Held,
     chosen: Sequence[str] | None,
     units: Units | None = None,
-) -> Wanted:
+) -> ComparisonOrder:
     """Let the bodies of a line, or those that are chosen, hold what a backup has of them.
 
     :raises NotFound: there is no such line or body.
@@ -127,7 +127,7 @@ def for_line(
             )
     else:
         sources = {body: body.number for body in _chosen(plant, line_id, chosen)}
-    return Wanted(f"/lines/{line_id}", *_controllers(plant, sources, found, units))
+    return ComparisonOrder(f"/lines/{line_id}", *_controllers(plant, sources, found, units))
 
 
 def _controllers(
@@ -211,21 +211,21 @@ class LineRestoreRequest(
 
 
 @TEXTS.get("/bodies/{body_id}/backup", **AS_TEXT)
-async def get_body_backup(plant: Plant, body_id: BodyId) -> Text:
+async def get_body_backup(plant: Plant, body_id: BodyId) -> PlainText:
     """Read all that a body keeps: settings, speeds, patterns, positions, memories, user program.
 
     It takes two minutes at 9600 baud; others are served meanwhile. `POST .../backups` answers at once.
     """
-    return Text(await text(of_body(plant, body_id)))
+    return PlainText(await text(of_body(plant, body_id)))
 
 
 @TEXTS.get("/lines/{line_id}/backup", **AS_TEXT)
-async def get_line_backup(plant: Plant, line_id: LineId, *, bodies: Bodies = None) -> Text:
+async def get_line_backup(plant: Plant, line_id: LineId, *, bodies: Bodies = None) -> PlainText:
     """Read all that the bodies of a line keep, as one text. It takes two minutes a body at 9600 baud.
 
     All of them have to answer; `bodies` leaves out who does not. `POST .../backups` answers at once.
     """
-    return Text(await text(of_line(plant, line_id, chosen_of(bodies))))
+    return PlainText(await text(of_line(plant, line_id, chosen_of(bodies))))
 
 
 async def start_body_backup(plant: Plant, body_id: BodyId, *, wait: Wait = None) -> Backup:
@@ -278,7 +278,7 @@ async def compare_line(
     return await compare(plant, await _for_line(plant, line_id, wanted), wait or 0.0)
 
 
-async def _for_body(plant: Plant, body_id: str, wanted: BodyComparisonRequest) -> Wanted:
+async def _for_body(plant: Plant, body_id: str, wanted: BodyComparisonRequest) -> ComparisonOrder:
     body = plant.family(Rorze).body(body_id)
     found = await _held(plant, body.line.id, wanted)
     return for_body(plant, body_id, found, wanted.from_body, wanted.units)
@@ -293,7 +293,7 @@ async def _held(plant: Plant, line_id: str, wanted: OfBodies) -> Held:
     return left
 
 
-def _require_ends(plant: Plant, target: Wanted) -> None:
+def _require_ends(plant: Plant, target: ComparisonOrder) -> None:
     """Refuse programs with a move that only a stop ends; errors as of `EndlessPrograms.forbid`."""
     endless = plant.family(Rorze).endless
     for it in target.controllers:
@@ -301,7 +301,7 @@ def _require_ends(plant: Plant, target: Wanted) -> None:
             endless.forbid(program.instructions, program.lines, "Nothing was sent", "backup")
 
 
-async def _for_line(plant: Plant, line_id: str, wanted: LineComparisonRequest) -> Wanted:
+async def _for_line(plant: Plant, line_id: str, wanted: LineComparisonRequest) -> ComparisonOrder:
     found = await _held(plant, line_id, wanted)
     return for_line(plant, line_id, found, wanted.bodies, wanted.units)
 
@@ -312,13 +312,13 @@ def chosen_of(bodies: str | None) -> list[str] | None:
 
 
 async def _begin(
-    plant: Plant, target: Wanted, wanted: RestoreRequest, wait_s: float
+    plant: Plant, target: ComparisonOrder, wanted: RestoreRequest, wait_s: float
 ) -> Restore | RestorePlan:
     _require_ends(plant, target)
     return await begin(plant, target, wanted, wait_s)
 
 
-def readings(plant: Plant) -> dict[str, Reading]:
+def readings(plant: Plant) -> dict[str, ReadingOrder]:
     """Each line of bodies."""
     return {line_id: of_line(plant, line_id) for line_id in plant.family(Rorze).lines}
 
@@ -327,7 +327,7 @@ OF_ANOTHER: Final = SetUserComment.code
 """A difference that begins so tells that it is another controller."""
 
 
-async def signs(plant: Plant, address: str) -> Wanted:
+async def signs(plant: Plant, address: str) -> ComparisonOrder:
     """Give a body's settings of the last night, but for the states of its outputs."""
     body = plant.family(Rorze).body(address)
     held = await aside(check_bodies, await text_of_night(plant, body.line.id, LAST))

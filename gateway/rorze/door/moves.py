@@ -5,7 +5,7 @@ from typing import Final
 from pydantic import BaseModel
 
 from gateway.core.move_record import Move, MoveRecord
-from gateway.core.operation import Rows, Text, Wait
+from gateway.core.operation import PlainText, Rows, Wait
 from gateway.core.rights import Right
 from gateway.core.targets import Result, Target
 from gateway.door import moving
@@ -91,7 +91,7 @@ async def get_samples(target: Target, move_id: str) -> BodySamples:
 
 
 @SAMPLES_AS_CSV.get("/bodies/{body_id}/moves/{move_id}/samples.csv", media=CSV)
-async def download_samples(target: Target, move_id: str) -> Text:
+async def download_samples(target: Target, move_id: str) -> PlainText:
     """Get the same as CSV: time, time_s, pulses, the planned pulses, and the value in the body's unit."""
     told: BodySamples = await moving.samples(target, move_id)
     scaled = [f"value {told.unit}"] if told.unit else []
@@ -99,4 +99,4 @@ async def download_samples(target: Target, move_id: str) -> Text:
         [it.time.isoformat(), it.time_s, it.pulses, it.planned_pulses, *([it.value] if scaled else [])]
         for it in told.samples
     )
-    return Text(csv_of(["time", "time_s", "pulses", "planned_pulses", *scaled], rows))
+    return PlainText(csv_of(["time", "time_s", "pulses", "planned_pulses", *scaled], rows))

@@ -8,11 +8,11 @@ from typing import Annotated, Any, Final, Self
 from pydantic import BaseModel, Field, model_validator
 
 from gateway.core.errors import InvalidRequest
-from gateway.core.operation import Expectation, Rows, Text, Wait
+from gateway.core.operation import Expectation, PlainText, Rows, Wait
 from gateway.core.records import RequestModel, SentBack, example, require_same
 from gateway.core.rights import Right
 from gateway.core.tables import Name
-from gateway.core.works import Works
+from gateway.core.works import Jobs
 from gateway.door.csv_tables import CSV, Table, csv_of, read_table
 from gateway.door.records import list_records
 from gateway.plant import Plant
@@ -20,7 +20,13 @@ from gateway.rorze import positions
 from gateway.rorze.bodies import Body
 from gateway.rorze.family import Rorze
 from gateway.rorze.position_uploads import TableUpload
-from gateway.rorze.positions import LAST_POSITION, NamedPosition, Position, PositionReading, Wanted
+from gateway.rorze.positions import (
+    LAST_POSITION,
+    NamedPosition,
+    PositionReading,
+    TablePosition,
+    WantedPosition,
+)
 from gateway.rorze.units import Length
 
 ROWS: Final = Rows("positions")
@@ -121,7 +127,7 @@ async def read_body_positions(
     return begun
 
 
-def _readings(plant: Plant, body_id: str) -> tuple[Works[Any], str]:
+def _readings(plant: Plant, body_id: str) -> tuple[Jobs[Any], str]:
     return plant.family(Rorze).position_readings, f"/bodies/{plant.family(Rorze).body(body_id).address}"
 
 
@@ -172,7 +178,7 @@ async def upload_body_position_table(
     return await begin_to_store(plant, body, wanted, names, flash=upload.flash, wait_s=wait or 0.0)
 
 
-def _uploads(plant: Plant, body_id: str) -> tuple[Works[Any], str]:
+def _uploads(plant: Plant, body_id: str) -> tuple[Jobs[Any], str]:
     return plant.family(Rorze).position_uploads, f"/bodies/{plant.family(Rorze).body(body_id).address}"
 
 
@@ -197,10 +203,10 @@ async def name_body_position(plant: Plant, body: Body, number: Number, wanted: P
 @TABLES.get("/bodies/{body_id}/positions.csv", media=CSV, tagged=True)
 async def download_body_positions(
     plant: Plant, body: Body, *, first: First = 0, last: Last = LAST_POSITION
-) -> Text:
+) -> PlainText:
     """Read stored positions as CSV: the columns `number` and `pulse`."""
     table = await list_body_positions(plant, body, first=first, last=last)
-    return Text(csv_of(HEADER, [(it.number, it.pulses) for it in table.positions]), table)
+    return PlainText(csv_of(HEADER, [(it.number, it.pulses) for it in table.positions]), table)
 
 
 @TABLES.put(
@@ -238,11 +244,11 @@ async def upload_body_position_csv(
     return await begin_to_store(plant, body, await _read_csv(table), {}, flash=False, wait_s=wait or 0.0)
 
 
-async def _read_csv(table: bytes) -> list[Wanted]:
+async def _read_csv(table: bytes) -> list[WantedPosition]:
     return [_wanted(line, *cells) for line, cells in await read_table(table, HEADER)]
 
 
-def _wanted(line: int, number: str, pulses: str) -> Wanted:
+def _wanted(line: int, number: str, pulses: str) -> WantedPosition:
     if not _NUMBER.fullmatch(number) or int(number) > LAST_POSITION:
         raise InvalidRequest(
             f"line {line}, number: positions go from 0 to {LAST_POSITION}; nothing was sent."
@@ -252,11 +258,16 @@ def _wanted(line: int, number: str, pulses: str) -> Wanted:
         raise InvalidRequest(
             f"line {line}, pulse: it is a whole number from -999999999 to 999999999; nothing was sent."
         )
-    return Wanted(int(number), int(whole[1]))
+    return WantedPosition(int(number), int(whole[1]))
 
 
 async def store(
-    plant: Plant, body: Body, wanted: Sequence[Wanted], names: Mapping[int, str], *, flash: bool = False
+    plant: Plant,
+    body: Body,
+    wanted: Sequence[WantedPosition],
+    names: Mapping[int, str],
+    *,
+    flash: bool = False,
 ) -> BodyPositions:
     """Store positions, and give them as they were read back; then name them.
 
@@ -272,7 +283,7 @@ async def store(
 async def begin_to_store(
     plant: Plant,
     body: Body,
-    wanted: Sequence[Wanted],
+    wanted: Sequence[WantedPosition],
     names: Mapping[int, str],
     *,
     flash: bool,
@@ -280,7 +291,7 @@ async def begin_to_store(
 ) -> TableUpload:
     """Begin to store and name positions, and give the record after `wait_s` at most; errors as of `start`."""
 
-    async def name_all(held: Sequence[Position]) -> list[NamedPosition]:
+    async def name_all(held: Sequence[TablePosition]) -> list[NamedPosition]:
         await plant.names.name(body.address, names)
         return [named(plant, body, it) for it in held]
 
@@ -289,10 +300,10 @@ async def begin_to_store(
     return begun
 
 
-def _of(body: Body, upload: PositionsToStore) -> tuple[list[Wanted], dict[int, str]]:
+def _of(body: Body, upload: PositionsToStore) -> tuple[list[WantedPosition], dict[int, str]]:
     """The positions of a request in pulses, and their names."""
     wanted = [
-        Wanted(it.number, it.pulses if it.position is None else it.position.pulses(body.scale))
+        WantedPosition(it.number, it.pulses if it.position is None else it.position.pulses(body.scale))
         for it in upload.positions
     ]
     return wanted, {it.number: it.name for it in upload.positions if it.name is not None}
@@ -318,7 +329,7 @@ async def _require_unchanged(plant: Plant, body: Body, upload: PositionsToStore)
             require_same(it.told, named(plant, body, held), f"positions.{it.number}.")
 
 
-def _table_of(plant: Plant, body: Body, held: Sequence[Position]) -> BodyPositions:
+def _table_of(plant: Plant, body: Body, held: Sequence[TablePosition]) -> BodyPositions:
     return BodyPositions(
         body_id=body.address,
         positions=[named(plant, body, it) for it in held],
@@ -326,7 +337,7 @@ def _table_of(plant: Plant, body: Body, held: Sequence[Position]) -> BodyPositio
     )
 
 
-def named(plant: Plant, body: Body, position: Position) -> NamedPosition:
+def named(plant: Plant, body: Body, position: TablePosition) -> NamedPosition:
     """A position with its name, and in the unit of the body's scale."""
     scale = body.scale
     return NamedPosition(

@@ -9,7 +9,7 @@ from gateway.core.errors import InvalidText, Misplaced
 from gateway.core.operation import Rows, Wait
 from gateway.core.records import RequestModel, SentBack, example
 from gateway.core.rights import Right
-from gateway.core.works import Works
+from gateway.core.works import Jobs
 from gateway.door.records import list_records
 from gateway.plant import Plant
 from gateway.rorze import stored_program
@@ -129,7 +129,7 @@ async def upload_program(
     return begun
 
 
-def _uploads(plant: Plant, body_id: str) -> tuple[Works[Any], str]:
+def _uploads(plant: Plant, body_id: str) -> tuple[Jobs[Any], str]:
     rorze = plant.family(Rorze)
     return rorze.uploads, rorze.body(body_id).address
 

@@ -7,7 +7,7 @@ from pydantic import BaseModel
 from gateway.core.move_record import MoveRecord
 from gateway.core.operation import Rows, Wait
 from gateway.core.rights import Right
-from gateway.core.targets import Begun, Target
+from gateway.core.targets import BegunMoves, Target
 from gateway.door import moving
 from gateway.door.moving import Limit
 from gateway.plant import Plant
@@ -35,7 +35,7 @@ class ScaraMoveList(BaseModel):
 )
 async def start_scara_move(
     plant: Plant, scara: Scara, move: ScaraMoveRequest, *, wait: Wait = None
-) -> Begun | PlannedScaraMove:
+) -> BegunMoves | PlannedScaraMove:
     """Start a move of all axes, or with `validate_only` say what it would be.
 
     In one undivided turn of the line the gateway reads where the axes stand (6PD), tells all controllers
@@ -49,7 +49,7 @@ async def start_scara_move(
     plant.require_unlatched(scara.id)
     async with at_own_speed(scara, move) as ready:
         begun = await scara_moves.start(scara, ready)
-    return Begun(f"/scaras/{scara.id}", [await scara_moves.log.wait(begun.id, wait or 0.0)])
+    return BegunMoves(f"/scaras/{scara.id}", [await scara_moves.log.wait(begun.id, wait or 0.0)])
 
 
 @ROWS.get("/scaras/{scara_id}/moves")

@@ -21,7 +21,7 @@ from gateway.rorze_scara.requests import Angle, Distance, ViaPoint
 from gateway.rorze_scara.scara import Scara
 from protocols.rorze import interpolation
 from protocols.rorze.interpolation import MOST_POINTS, PathPoint
-from protocols.rorze.scara import Place
+from protocols.rorze.scara import FingerPlace
 
 ROWS: Final = Rows("scaras")
 PATHS: Final = Rows("scara paths")
@@ -97,9 +97,9 @@ class WantedPlace(
         description="Between finger and X axis; left out, 0, or the only one of a belt-linked robot.",
     )
 
-    def place(self) -> Place:
+    def place(self) -> FingerPlace:
         """As one calculates."""
-        return Place(self.x.exactly, self.y.exactly, 0.0 if self.angle is None else self.angle.exactly)
+        return FingerPlace(self.x.exactly, self.y.exactly, 0.0 if self.angle is None else self.angle.exactly)
 
 
 class Kinematics(ScaraPlace):

@@ -24,7 +24,7 @@ _COMMENT_AFTER_MESSAGE = re.compile(rf"(?:^|(?<=[{_BLANKS}]));.*")
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class ProgramFault:
     """What is wrong with a program text, and where: line and column count from 1."""
 
     line: int
@@ -44,17 +44,17 @@ class Assembled:
     """The address of each label."""
     steps: int
 
-    def missing_end(self) -> Fault | None:
+    def missing_end(self) -> ProgramFault | None:
         """Tell of a program that goes on behind its last instruction: to end normally it needs END there.
 
         A controller takes it, and ends it with an error (RC-420 manual 15.2.6).
         """
         if not self.instructions:
-            return Fault(1, 1, "The program is empty, and needs END to end normally.")
+            return ProgramFault(1, 1, "The program is empty, and needs END to end normally.")
         last = self.instructions[-1]
         if not isinstance(last, Label | Communication) and last.code in _ENDS:
             return None
-        return Fault(
+        return ProgramFault(
             self.lines[-1],
             1,
             "The program goes on behind its last instruction: it needs END there to end normally.",
@@ -78,13 +78,13 @@ class _Line:
     columns: tuple[int, ...]
     """Where each of its characters stands."""
 
-    def fault(self, at: int, reason: str) -> Fault:
+    def fault(self, at: int, reason: str) -> ProgramFault:
         """Something wrong at a character; after the last one, just behind it."""
         column = self.columns[at] if at < len(self.columns) else self.columns[-1] + 1
-        return Fault(self.number, column, reason)
+        return ProgramFault(self.number, column, reason)
 
 
-def assemble(source: str) -> Assembled | tuple[Fault, ...]:
+def assemble(source: str) -> Assembled | tuple[ProgramFault, ...]:
     """Translate a program, or tell everything that is wrong with it, in the order of its lines.
 
     Blanks are dropped, in messages (SDC) too, as a controller does. A comment after a message begins with a
@@ -92,14 +92,14 @@ def assemble(source: str) -> Assembled | tuple[Fault, ...]:
     """
     lines = list(_lines(source))
     parsed = [_parsed(line) for line in lines]
-    faults = [result for result in parsed if isinstance(result, Fault)]
+    faults = [result for result in parsed if isinstance(result, ProgramFault)]
     faults += _without_room(lines, parsed)
     labels = _labels(parsed)
     faults += _duplicates(lines, parsed, labels)
     faults += _lost_jumps(lines, parsed, labels)
     if faults:
         return tuple(sorted(faults, key=lambda fault: (fault.line, fault.column)))
-    instructions = tuple(result for result in parsed if not isinstance(result, Fault))
+    instructions = tuple(result for result in parsed if not isinstance(result, ProgramFault))
     return Assembled(
         instructions,
         tuple(line.number for line in lines),
@@ -136,14 +136,14 @@ def _lines(source: str) -> Iterator[_Line]:
             yield _Line(number, "".join(code[column - 1] for column in columns), tuple(columns))
 
 
-def _parsed(line: _Line) -> Instruction | Fault:
+def _parsed(line: _Line) -> Instruction | ProgramFault:
     try:
         return parse(line.text)
     except InstructionFault as fault:
         return line.fault(fault.at, fault.reason)
 
 
-Parsed = Sequence[Instruction | Fault]
+Parsed = Sequence[Instruction | ProgramFault]
 
 
 def _labels(parsed: Parsed) -> dict[str, int]:
@@ -155,18 +155,18 @@ def _labels(parsed: Parsed) -> dict[str, int]:
     return labels
 
 
-def _duplicates(lines: Sequence[_Line], parsed: Parsed, labels: Mapping[str, int]) -> Iterator[Fault]:
+def _duplicates(lines: Sequence[_Line], parsed: Parsed, labels: Mapping[str, int]) -> Iterator[ProgramFault]:
     for address, (line, result) in enumerate(zip(lines, parsed, strict=True)):
         if isinstance(result, Label) and labels[result.name] != address:
             first = lines[labels[result.name]].number
             yield line.fault(0, f"The label {result.text} is there already, on line {first}.")
 
 
-def _without_room(lines: Sequence[_Line], parsed: Parsed) -> Iterator[Fault]:
+def _without_room(lines: Sequence[_Line], parsed: Parsed) -> Iterator[ProgramFault]:
     """The first instruction beyond the room for steps, addresses and labels."""
     steps = labels = 0
     for line, result in zip(lines, parsed, strict=True):
-        if isinstance(result, Fault):
+        if isinstance(result, ProgramFault):
             continue
         steps += result.steps
         labels += isinstance(result, Label)
@@ -177,10 +177,10 @@ def _without_room(lines: Sequence[_Line], parsed: Parsed) -> Iterator[Fault]:
             yield line.fault(0, f"The program has too many labels: {MOST_LABELS} are allowed.")
 
 
-def _lost_jumps(lines: Sequence[_Line], parsed: Parsed, labels: Mapping[str, int]) -> Iterator[Fault]:
+def _lost_jumps(lines: Sequence[_Line], parsed: Parsed, labels: Mapping[str, int]) -> Iterator[ProgramFault]:
     """Jumps to where nothing stands; a line with a fault counts as an instruction."""
     for address, (line, result) in enumerate(zip(lines, parsed, strict=True)):
-        if isinstance(result, Fault | Label | Communication):
+        if isinstance(result, ProgramFault | Label | Communication):
             continue
         for operand in result.operands:
             reason = _lost(operand, address, len(parsed), labels)

@@ -12,8 +12,8 @@ from protocols.rorze.commands import COMMANDS, Row
 from protocols.rorze.notation import PositionWire
 from protocols.rorze.programs import LABEL, STEPS
 from protocols.rorze.row import RorzeCommand
-from protocols.rorze.user_program.operands import DATA_MEMORY, Memory, Operand, OutOfRange, memory_in
-from protocols.rorze.user_program.operations import OPERATIONS, Form, OperationRow
+from protocols.rorze.user_program.operands import DATA_MEMORY, BankPlace, Operand, OutOfRange, memory_in
+from protocols.rorze.user_program.operations import OPERATIONS, OperandForm, OperationRow
 from protocols.table import Choice, RangeFault, TextForm, Wire, WireFault, wire_of
 from protocols.wording import sentence
 
@@ -52,7 +52,7 @@ class Label:
 
 
 @dataclass(frozen=True, slots=True)
-class Operation:
+class ProgramOperation:
     """One of the thirty commands that only programs know."""
 
     text: str
@@ -76,7 +76,7 @@ class Communication:
     """Its fields as written; none where no memory stands for any of them."""
     steps: int = COMMAND_STEPS
 
-    def command(self, number_in: Callable[[Memory], int]) -> RorzeCommand[Any]:
+    def command(self, number_in: Callable[[BankPlace], int]) -> RorzeCommand[Any]:
         """The command, with numbers for the memories.
 
         :raises WireFault: it has a number that the command cannot take.
@@ -94,7 +94,7 @@ class Communication:
             raise RangeFault(f"{self.text}: {sentence(error.errors()[0])}") from None
 
 
-Instruction = Label | Operation | Communication
+Instruction = Label | ProgramOperation | Communication
 
 
 @lru_cache(maxsize=STEPS)
@@ -156,12 +156,12 @@ class _Misfit(Exception):
     reason: str = ""
 
 
-def _operation(text: str, row: OperationRow) -> Operation:
+def _operation(text: str, row: OperationRow) -> ProgramOperation:
     words = row.split(text[len(row.code) :])
     misfits = []
     for form in row.forms:
         try:
-            return Operation(text, row, tuple(_operands(text, row, form, words)), form.steps)
+            return ProgramOperation(text, row, tuple(_operands(text, row, form, words)), form.steps)
         except _Misfit as misfit:
             misfits.append(misfit)
     # The form that fits furthest is the one that was meant.
@@ -173,7 +173,9 @@ def _operation(text: str, row: OperationRow) -> Operation:
     raise InstructionFault(at, f"{row.code} takes here: {takes}.")
 
 
-def _operands(text: str, row: OperationRow, form: Form, words: list[tuple[int, str]]) -> Iterator[Operand]:
+def _operands(
+    text: str, row: OperationRow, form: OperandForm, words: list[tuple[int, str]]
+) -> Iterator[Operand]:
     """The operands of a form.
 
     :raises _Misfit: the text has others.
@@ -258,7 +260,7 @@ def _pattern_in_program(wire: Wire) -> str:
     return f"{DATA_MEMORY}|{wire.pattern}" if takes_numbers else wire.pattern
 
 
-def _filled(text: str, wire: Wire, number_in: Callable[[Memory], int]) -> str:
+def _filled(text: str, wire: Wire, number_in: Callable[[BankPlace], int]) -> str:
     """A parameter with numbers for its memories, written as the parameter demands: in decimal or as bits."""
 
     def number(match: re.Match[str]) -> str:

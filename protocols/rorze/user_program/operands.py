@@ -44,7 +44,7 @@ class OutOfRange(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Memory:
+class BankPlace:
     """One place of a bank: fixed, or where an index memory points."""
 
     bank: Bank
@@ -66,7 +66,7 @@ class Constant:
 
 
 @dataclass(frozen=True, slots=True)
-class Sign:
+class CompareSign:
     """How JCP compares."""
 
     comparison: Comparison
@@ -97,14 +97,14 @@ class Message:
 class InHexadecimal:
     """A memory that SDD sends as 32 bits."""
 
-    memory: Memory
+    memory: BankPlace
 
 
-Operand = Memory | Register | Constant | Sign | ToLabel | Offset | Message | InHexadecimal
+Operand = BankPlace | Register | Constant | CompareSign | ToLabel | Offset | Message | InHexadecimal
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class OperandKind:
     """What may stand at one place of an instruction."""
 
     words: str
@@ -115,12 +115,12 @@ class Kind:
     :raises OutOfRange: there is no such thing.
     """
 
-    def __or__(self, other: "Kind") -> "Kind":
+    def __or__(self, other: "OperandKind") -> "OperandKind":
         """Either of two kinds, which never read the same text."""
-        return Kind(f"{self.words}, {other.words}", lambda text: self.read(text) or other.read(text))
+        return OperandKind(f"{self.words}, {other.words}", lambda text: self.read(text) or other.read(text))
 
 
-def memory_in(text: str) -> Memory | None:
+def memory_in(text: str) -> BankPlace | None:
     """Read a memory of any bank.
 
     :raises OutOfRange: the bank is not so large.
@@ -130,26 +130,26 @@ def memory_in(text: str) -> Memory | None:
         return None
     bank, place = cast("Bank", match[1]), match[2]
     if place in ("IX", "IY"):
-        return Memory(bank, cast("Index", place))
+        return BankPlace(bank, cast("Index", place))
     if int(place) > BANKS[bank][1]:
         raise OutOfRange(f"{text} does not exist; the last {BANKS[bank][0]} is {bank}{BANKS[bank][1]}")
-    return Memory(bank, int(place))
+    return BankPlace(bank, int(place))
 
 
-def _bank(bank: Bank) -> Kind:
-    def read(text: str) -> Memory | None:
+def _bank(bank: Bank) -> OperandKind:
+    def read(text: str) -> BankPlace | None:
         found = memory_in(text)
         return found if found and found.bank == bank else None
 
     name, last = BANKS[bank]
-    return Kind(f"{name} {bank}0-{bank}{last}", read)
+    return OperandKind(f"{name} {bank}0-{bank}{last}", read)
 
 
-def _register(name: RegisterName, words: str) -> Kind:
-    return Kind(f"{words} {name}", lambda text: Register(name) if text == name else None)
+def _register(name: RegisterName, words: str) -> OperandKind:
+    return OperandKind(f"{words} {name}", lambda text: Register(name) if text == name else None)
 
 
-def _number(first: int, last: int, *, hexadecimal: int | None = None) -> Kind:
+def _number(first: int, last: int, *, hexadecimal: int | None = None) -> OperandKind:
     """A decimal number in a range; in hexadecimal from 0 to its own last one, where that is given."""
 
     def read(text: str) -> Constant | None:
@@ -167,14 +167,14 @@ def _number(first: int, last: int, *, hexadecimal: int | None = None) -> Kind:
     words = f"number {first} to {last}"
     if hexadecimal is not None:
         words += f" or H0 to H{hexadecimal:X}"
-    return Kind(words, read)
+    return OperandKind(words, read)
 
 
-def _one_of(*values: int) -> Kind:
+def _one_of(*values: int) -> OperandKind:
     def read(text: str) -> Constant | None:
         return Constant(int(text)) if text in map(str, values) else None
 
-    return Kind(f"number {', '.join(map(str, values))}", read)
+    return OperandKind(f"number {', '.join(map(str, values))}", read)
 
 
 def _read_label(text: str) -> ToLabel | None:
@@ -212,10 +212,12 @@ INDEX_NUMBER = _number(0, LAST_INDEX)
 BIT = _number(0, 31, hexadecimal=31)
 LEVEL = _one_of(0, 1)
 ERROR_BIT = _one_of(1, 2, 6, 7)
-SIGN = Kind("sign <, >, =", lambda text: Sign(cast("Comparison", text)) if text in ("<", ">", "=") else None)
-LABELLED = Kind("label (*NAME)", _read_label)
-PLACE = LABELLED | Kind(f"distance +0 to +{FARTHEST_JUMP} or -1 to -{FARTHEST_JUMP}", _read_offset)
-MESSAGE = Kind(f"message of 1 to {LONGEST_MESSAGE} characters", _read_message)
-BITS = Kind("H and a data memory, counter or timer", _read_bits)
+SIGN = OperandKind(
+    "sign <, >, =", lambda text: CompareSign(cast("Comparison", text)) if text in ("<", ">", "=") else None
+)
+LABELLED = OperandKind("label (*NAME)", _read_label)
+PLACE = LABELLED | OperandKind(f"distance +0 to +{FARTHEST_JUMP} or -1 to -{FARTHEST_JUMP}", _read_offset)
+MESSAGE = OperandKind(f"message of 1 to {LONGEST_MESSAGE} characters", _read_message)
+BITS = OperandKind("H and a data memory, counter or timer", _read_bits)
 SWITCH = FLAG | INPUT | OUTPUT | SENSOR | TIMER | COUNTER | MOTOR
 """What is on or off: a timer while it counts, a counter that is not 0, the motor flag while it moves."""

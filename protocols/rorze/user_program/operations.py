@@ -30,15 +30,15 @@ from protocols.rorze.user_program.operands import (
     SIGN,
     SWITCH,
     TIMER,
-    Kind,
+    OperandKind,
 )
 
 
 @dataclass(frozen=True, slots=True)
-class Form:
+class OperandForm:
     """One choice of operands, and the steps an operation so written takes."""
 
-    kinds: tuple[Kind, ...]
+    kinds: tuple[OperandKind, ...]
     steps: int
 
 
@@ -49,7 +49,7 @@ class OperationRow:
     code: str
     ja: str
     en: str
-    forms: tuple[Form, ...]
+    forms: tuple[OperandForm, ...]
     jumps: bool
     """Whether it does nothing but choose the next address."""
     separator: str
@@ -72,11 +72,11 @@ def _row(
     ja: str,
     en: str,
     steps: int,
-    *forms: Sequence[Kind] | Form,
+    *forms: Sequence[OperandKind] | OperandForm,
     jumps: bool = False,
     separator: str = COMMA,
 ) -> OperationRow:
-    made = [form if isinstance(form, Form) else Form(tuple(form), steps) for form in forms]
+    made = [form if isinstance(form, OperandForm) else OperandForm(tuple(form), steps) for form in forms]
     return OperationRow(code, ja, en, tuple(made), jumps, separator)
 
 
@@ -92,7 +92,7 @@ _ROWS = (
         "load a memory",
         2,
         # The table does not name RX; it is read as the others of its form are.
-        Form((DATA, NUMBER | DATA | COUNTER | RESULT), 3),
+        OperandForm((DATA, NUMBER | DATA | COUNTER | RESULT), 3),
         (DATA, INDEX),
         (DATA, INPUT | OUTPUT | SENSOR | FLAG, BIT),
         (FLAG | OUTPUT, DATA, BIT),

@@ -17,7 +17,7 @@ from protocols.rorze.interpolation import (
     TurnFinger,
 )
 from protocols.rorze.profile import Profile, plan
-from protocols.rorze.scara import TURN, Pose, Robot
+from protocols.rorze.scara import TURN, Mechanics, Pose
 from protocols.rorze.ways import Turns, Way, about, along, by, end_of, finger_turns, out, turns_towards
 from simulator.rorze.actions import Refused, acts_out
 from simulator.rorze.acts.interpolation import (
@@ -37,7 +37,7 @@ from simulator.rorze.motor import Leg, PathLeg, Pause, Task
 from simulator.rorze.world import CCW, CW
 
 
-def _start(axis: Rc420, now: float) -> tuple[Robot, Pose]:
+def _start(axis: Rc420, now: float) -> tuple[Mechanics, Pose]:
     """The robot, and how it stands as HPS has told.
 
     :raises Refused: 61 where an axis's position is missing, 64 where the robot has no such axis as this.

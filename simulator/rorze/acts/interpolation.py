@@ -28,7 +28,7 @@ from protocols.rorze.interpolation import (
 )
 from protocols.rorze.path import PathFault
 from protocols.rorze.position import SignedPulses
-from protocols.rorze.scara import BeltLinked, OutOfReach, Place, Robot, ThreeAxes
+from protocols.rorze.scara import BeltLinked, FingerPlace, Mechanics, OutOfReach, ThreeAxes
 from simulator.rorze.actions import BAD_PARAMETER, Refused, acts_out
 from simulator.rorze.acts.kept import keeps
 from simulator.rorze.acts.position_table import number_of, step_index
@@ -109,14 +109,14 @@ def _point(axis: Rc420, command: SetPathPoint) -> PathPoint:
 # The robot
 
 
-def robot_of(axis: Rc420) -> Robot:
+def robot_of(axis: Rc420) -> Mechanics:
     """The robot as it has been described."""
     settings = axis.settings
     kind = ROBOTS[settings.interpolation]
     return kind(settings.arm_length, settings.wafer_distance, settings.resolutions[: kind.axes])
 
 
-def told_positions(axis: Rc420, robot: Robot) -> tuple[int, ...]:
+def told_positions(axis: Rc420, robot: Mechanics) -> tuple[int, ...]:
     """The places of the robot's axes that HPS has set, true or not.
 
     :raises Refused: 61 where it has not told one since the power came.
@@ -150,7 +150,7 @@ def get_coordinates(axis: Rc420, command: ConvertPulsesToCoordinates, now: float
     return Coordinates(x=x, y=y, angle=angle)
 
 
-def _axis_positions(axis: Rc420, robot: Robot, command: ConvertPulsesToCoordinates) -> tuple[int, ...]:
+def _axis_positions(axis: Rc420, robot: Mechanics, command: ConvertPulsesToCoordinates) -> tuple[int, ...]:
     """Those given, or without any those set by HPS.
 
     :raises Refused: 4A where that of an axis is missing, 61 where HPS has not told it.
@@ -166,7 +166,7 @@ def get_axis_positions(axis: Rc420, command: ConvertCoordinatesToPulses, now: fl
     robot = robot_of(axis)
     direction = 0 if isinstance(robot, BeltLinked) else _required(command.angle)
     with refusing():
-        place = Place(*(measured(axis, value) for value in (command.x, command.y, direction)))
+        place = FingerPlace(*(measured(axis, value) for value in (command.x, command.y, direction)))
         base, arm, *finger = robot.whole_pulses(place)
     return AxisPositions(axis_0=base, axis_1=arm, axis_2=finger[0] if finger else None)
 

@@ -21,7 +21,7 @@ from api.common.routes import SocketRoute
 from gateway.access.roles import Role
 from gateway.core.errors import GatewayError
 from gateway.core.rights import RIGHT_OF, Right
-from gateway.door.admission import Passage
+from gateway.door.admission import AuthorizedRequest
 from protocols.fics.commands import ROWS
 from protocols.rorze.commands import COMMANDS
 from tests.api.access.guarded import Keys
@@ -332,7 +332,7 @@ class Probing(Access):
 
     def require(
         self, scope: Scope, right: Right, *, any_scope: bool = False, cookie_suffices: bool = False
-    ) -> Passage:
+    ) -> AuthorizedRequest:
         super().require(scope, right, any_scope=any_scope, cookie_suffices=cookie_suffices)
         raise Passed("It would be done.")
 

@@ -11,7 +11,7 @@ from gateway.access.roles import RIGHTS_OF
 from gateway.access.territory import Territory
 from gateway.core.rights import Right
 from gateway.door import caller
-from gateway.door.admission import Admission
+from gateway.door.admission import AccessCheck
 from gateway.plant import Plant
 from tests.api.access.guarded import Keys, guarded, written
 from tests.api.stand import RELATIVE, Stand
@@ -29,7 +29,7 @@ def test_every_role_may_stop() -> None:
     "place",
     [
         (Access, "_grant_of"),
-        (Admission, "by_key"),
+        (AccessCheck, "by_key"),
         (access, "_bearer"),
         (Credentials, "verify"),
         (KeyStore, "verify"),

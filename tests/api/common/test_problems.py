@@ -23,13 +23,13 @@ from gateway.core.errors import (
     GarbledReply,
     GatewayError,
     InvalidRequest,
-    LineDown,
     MoveFailed,
     NoReply,
     NotAllowed,
     NotExecuted,
     NotFound,
     NotSent,
+    PortNotOpen,
     PowerCycled,
     QueueFull,
     StoppedFirst,
@@ -93,7 +93,7 @@ def test_what_the_line_has_damaged_is_not_the_clients_mistake() -> None:
         (InvalidRequest(DETAIL), 422),
         (NotAllowed(DETAIL), 403),
         (BodyBusy(DETAIL), 409),
-        (LineDown(DETAIL), 503),
+        (PortNotOpen(DETAIL), 503),
         (BodyOffline(DETAIL), 503),
         (RobotOffline(DETAIL), 503),
         (QueueFull(DETAIL), 503),
@@ -190,7 +190,7 @@ def test_what_the_gateway_says_itself_has_its_kind_in_japanese_and_the_rest_in_e
 
 
 @pytest.mark.parametrize(
-    "error", [LineDown(DETAIL, "Wait."), BodyBusy(DETAIL, "Wait."), Expired(), StoppedFirst()]
+    "error", [PortNotOpen(DETAIL, "Wait."), BodyBusy(DETAIL, "Wait."), Expired(), StoppedFirst()]
 )
 def test_the_remedy_of_what_happens_every_day_is_told_in_japanese(error: GatewayError) -> None:
     problem = problem_of(error, "/", japanese=True)
@@ -249,7 +249,7 @@ def shop() -> FastAPI:
 
     @app.get("/down/{name}")
     async def down(name: str) -> None:
-        raise LineDown(DETAIL, "Wait.")
+        raise PortNotOpen(DETAIL, "Wait.")
 
     @app.get("/refused")
     async def refuse() -> None:

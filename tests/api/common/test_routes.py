@@ -22,7 +22,7 @@ from api.front.stop_paths import is_stop
 from gateway.config import Config
 from gateway.core.errors import NotAllowed
 from gateway.core.rights import RIGHT_OF, Right
-from gateway.door.admission import Passage
+from gateway.door.admission import AuthorizedRequest
 from gateway.plant import Plant
 from protocols.fics.commands import ROWS
 from protocols.rorze.commands import COMMANDS
@@ -37,7 +37,7 @@ class Denying(AnyAccess):
         super().__init__()
         self.asked: list[Right] = []
 
-    def require(self, scope: Scope, right: Right, **_: object) -> Passage:  # type: ignore[override]
+    def require(self, scope: Scope, right: Right, **_: object) -> AuthorizedRequest:  # type: ignore[override]
         assert scope["type"] in ("http", "websocket")
         self.asked.append(right)
         raise NotAllowed("You may not; nothing was sent.")

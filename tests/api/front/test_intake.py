@@ -4,12 +4,12 @@ import asyncio
 from collections.abc import Coroutine
 from typing import Any
 
-from api.front.intake import Inlet, Intake, Rate
-from api.front.limits import LINGER_BYTES, Limits
+from api.front.intake import Frequency, Inlet, Intake
+from api.front.limits import LINGER_BYTES, ConnectionLimits
 from api.front.turnstile import STOP_PAUSE_S, STOP_TURNS, Turnstile
 from tests.virtual_time import run_virtual
 
-LIMITS = Limits(piece_bytes=4, connection_s=0.002, turn_s=0.004)
+LIMITS = ConnectionLimits(piece_bytes=4, connection_s=0.002, turn_s=0.004)
 PIECE_S = 0.001
 
 
@@ -158,7 +158,7 @@ def test_what_is_put_back_comes_first_and_what_is_passed_over_not_at_all() -> No
 
 def test_a_rate_counts_each_second_anew() -> None:
     now = 0.0
-    rate = Rate(3, lambda: now)
+    rate = Frequency(3, lambda: now)
     assert [rate.is_exceeded(1) for _ in range(4)] == [False, False, False, True]
     now = 1.5
     assert not rate.is_exceeded(3)

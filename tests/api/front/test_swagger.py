@@ -1,12 +1,14 @@
 """The pages of the documentation: folded, searched, with deep links, and all that they are given is text."""
 
-from api.front.swagger import Page, swagger_page
+from api.front.swagger import DocumentPage, swagger_page
 
-FEW = Page("/docs", "A few", "/openapi/core.json")
-ALL = Page("/docs/all", "All", "/openapi.json")
+FEW = DocumentPage("/docs", "A few", "/openapi/core.json")
+ALL = DocumentPage("/docs/all", "All", "/openapi.json")
 
 
-def text(title: str = "gateway", shown: Page = FEW, root_path: str = "", assets: str = "/static") -> str:
+def text(
+    title: str = "gateway", shown: DocumentPage = FEW, root_path: str = "", assets: str = "/static"
+) -> str:
     return bytes(swagger_page(title, shown, [shown, ALL], root_path, assets).body).decode()
 
 
@@ -29,7 +31,7 @@ def test_no_key_is_left_in_the_browser() -> None:
 
 
 def test_what_it_is_given_stays_text() -> None:
-    hostile = Page('/"><b>', "<b>", '/"+alert(1)+"</script><b>')
+    hostile = DocumentPage('/"><b>', "<b>", '/"+alert(1)+"</script><b>')
     page = text(title="<b>", shown=hostile, assets='/"><b>')
     assert "<b>" not in page
     assert page.count("</script>") == 2

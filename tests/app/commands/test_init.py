@@ -51,8 +51,8 @@ def test_what_is_written_is_what_was_found_and_check_accepts_it(
     assert said.stdout == ""
     assert "an RC-400 with bodies 00, 3F." in said.stderr
     line, cell = parse(file.read_text("utf-8"), "written").lines
-    assert isinstance(line, rorze.Line)
-    assert isinstance(cell, fics.Line)
+    assert isinstance(line, rorze.RorzeLineTable)
+    assert isinstance(cell, fics.FicsLineTable)
     assert (line.id, line.address, [body.id for body in line.bodies]) == ("line1", LINE.address, ["00", "3F"])
     (unit,) = cell.robot.units
     assert (cell.address, cell.terminator, cell.robot.id) == (ROBOT.address, "crlf", "r1")
@@ -81,7 +81,7 @@ def test_what_was_found_before_an_interruption_is_kept(
     assert "ended before it was over" in text
     assert "Not all 120 body numbers were asked" in text
     (line,) = parse(text, "written").lines
-    assert isinstance(line, rorze.Line)
+    assert isinstance(line, rorze.RorzeLineTable)
     assert [body.id for body in line.bodies] == ["00"]
 
 

@@ -5,7 +5,7 @@ from contextlib import ExitStack
 import pytest
 
 from gateway.access.errors import LimitReached
-from gateway.access.limits import Limits, Rates, Usages, Use
+from gateway.access.limits import KeyLimits, Rates, Usages, Use
 
 
 class Clock:
@@ -23,7 +23,7 @@ def begin(stack: ExitStack, usages: Usages, use: Use, times: int, key: str = "a"
 
 @pytest.mark.parametrize("use", [Use.SUBSCRIBER, Use.REQUEST])
 def test_what_is_over_makes_room(use: Use) -> None:
-    usages = Usages(Limits(subscribers=2, requests=2))
+    usages = Usages(KeyLimits(subscribers=2, requests=2))
     with ExitStack() as stack:
         begin(stack, usages, use, 2)
         with pytest.raises(LimitReached, match="has 2"):
@@ -35,7 +35,7 @@ def test_what_is_over_makes_room(use: Use) -> None:
 
 def test_moves_are_so_many_in_a_second() -> None:
     clock = Clock()
-    usages = Usages(Limits(moves_per_s=3), clock)
+    usages = Usages(KeyLimits(moves_per_s=3), clock)
     with ExitStack() as stack:
         begin(stack, usages, Use.MOVE, 3)
         with pytest.raises(LimitReached, match="3 moves"):
@@ -54,7 +54,7 @@ def test_moves_are_so_many_in_a_second() -> None:
 
 
 def test_moves_under_way_are_requests_under_way() -> None:
-    usages = Usages(Limits(requests=2))
+    usages = Usages(KeyLimits(requests=2))
     with ExitStack() as stack:
         begin(stack, usages, Use.MOVE, 2)
         for use in (Use.MOVE, Use.REQUEST):

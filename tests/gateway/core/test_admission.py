@@ -3,7 +3,7 @@
 import pytest
 
 from gateway.core.admission import Admission
-from gateway.core.errors import HeldUp, ShuttingDown
+from gateway.core.errors import GatewayEnding, HeldUp
 from gateway.core.loop_watch import DOUBT_S, SUSPENDED_S, LoopWatch
 from tests.plants import in_virtual_time
 
@@ -15,7 +15,7 @@ def test_where_nobody_watches_and_nothing_ends_everything_is_admitted() -> None:
 def test_at_the_end_nothing_is() -> None:
     admission = Admission()
     admission.end()
-    with pytest.raises(ShuttingDown) as refusal:
+    with pytest.raises(GatewayEnding) as refusal:
         admission.require()
     assert (refusal.value.moved, refusal.value.retryable) == ("no", True)
 

@@ -5,7 +5,17 @@ from typing import Any
 
 import pytest
 
-from gateway.core.alarms import AGAIN, DISPROVED, HISTORY, Alarm, AlarmLasts, Alarms, AlarmText, Cause, Words
+from gateway.core.alarms import (
+    AGAIN,
+    DISPROVED,
+    HISTORY,
+    Alarm,
+    AlarmLasts,
+    Alarms,
+    AlarmText,
+    AlarmWords,
+    Cause,
+)
 from gateway.core.errors import NotFound
 from gateway.core.events import EventHub
 from gateway.core.next_calls import get
@@ -31,7 +41,7 @@ class Room:
         cause = Cause(
             DOWN,
             DOWN,
-            Words(
+            AlarmWords(
                 told("{address} is down: {reason}", "It may move.", "Look."),
                 told("{address}: {reason}", "動く可能性があります。", "確認してください。"),
             ),
@@ -41,7 +51,7 @@ class Room:
             is_told=lambda _: self.told_elsewhere,
             disproved=lambda _: self.disproved,
         )
-        crash = Words(told("It crashed.", "-", "-"), told("落ちた", "-", "-"))
+        crash = AlarmWords(told("It crashed.", "-", "-"), told("落ちた", "-", "-"))
         moment = Cause("gateway.crashed", "gateway.crashed", crash)
         self.alarms = Alarms(self.hub, [cause, moment])
         self.hub.listeners.append(self.alarms.note)
@@ -173,7 +183,9 @@ def test_alarms_of_others_are_others(room: Room) -> None:
 
 def test_of_a_unit_the_robot_is_told() -> None:
     hub = EventHub()
-    alarms = Alarms(hub, [Cause("a", "robot.move.lost", Words(told("-", "-", "-"), told("-", "-", "-")))])
+    alarms = Alarms(
+        hub, [Cause("a", "robot.move.lost", AlarmWords(told("-", "-", "-"), told("-", "-", "-")))]
+    )
     hub.listeners.append(alarms.note)
     hub.publish("robot.move.lost", "/robots/r1/units/1", {})
     assert alarms.standing()[0].subject == "/robots/r1"

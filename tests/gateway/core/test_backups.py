@@ -8,7 +8,7 @@ import pytest
 from gateway.core.backup_record import Backup
 from gateway.core.backups import Backups
 from gateway.core.errors import BodyBusy, NoReply, NotFound
-from gateway.core.readings import HISTORY, Progress
+from gateway.core.readings import HISTORY, ProgressListener
 from tests.plants import in_virtual_time
 
 TARGET = "/machines/m"
@@ -31,7 +31,7 @@ class Machine:
         if not self.is_ready:
             raise BodyBusy("It is being restored.")
 
-    async def read(self, progress: Progress) -> str:
+    async def read(self, progress: ProgressListener) -> str:
         progress.expect(self.answers if self.is_known else None)
         for _ in range(self.answers):
             await asyncio.sleep(1.0)

@@ -10,8 +10,8 @@ import pytest
 from gateway.core.controllers import Controllers
 from gateway.core.errors import NotFound
 from gateway.core.events import EventHub
-from gateway.core.family import ENDS_ITSELF, NOT_OURS, LeftMoving, Site
-from gateway.core.jogs import News
+from gateway.core.family import ENDS_ITSELF, NOT_OURS, MayMove, Site
+from gateway.core.jogs import JogNews
 from gateway.core.parts import Part
 from tests.plants import in_virtual_time
 
@@ -96,9 +96,9 @@ async def test_at_the_end_jogs_end_always_and_what_moves_is_stopped_where_everyt
     things = Things(still, moving, elsewhere)
     within = [Part("line-a", "a"), Part("line-b", "b")]
     assert things.end_motion(everything=False, within=within) == []
-    assert [it.done for it in things.every()] == [[News.CLOSING], [News.CLOSING], []]
+    assert [it.done for it in things.every()] == [[JogNews.CLOSING], [JogNews.CLOSING], []]
     assert len(things.end_motion(everything=True, within=within)) == 1
-    assert moving.done == [News.CLOSING, News.CLOSING, "decelerate"]
+    assert moving.done == [JogNews.CLOSING, JogNews.CLOSING, "decelerate"]
     await things.at_rest()
     assert still.done[-3:] == ["settled", "confirmed", "begun"]
 
@@ -106,6 +106,6 @@ async def test_at_the_end_jogs_end_always_and_what_moves_is_stopped_where_everyt
 def test_what_may_move_on_is_named_with_why() -> None:
     things = Things(Thing("a"), Thing("b", moving=True), Thing("c", moving=True, moves=("m1",)))
     assert list(things.left_moving()) == [
-        LeftMoving("thing", "/things/b", NOT_OURS, None),
-        LeftMoving("thing", "/things/c", ENDS_ITSELF, "m1"),
+        MayMove("thing", "/things/b", NOT_OURS, None),
+        MayMove("thing", "/things/c", ENDS_ITSELF, "m1"),
     ]

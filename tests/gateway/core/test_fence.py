@@ -8,15 +8,25 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, precondition, rule
 
-from gateway.core.fence import FENCE_TRIES, TABLE, Action, CannotHappen, Event, Fence, State, Step, drawing
+from gateway.core.fence import (
+    FENCE_TRIES,
+    TABLE,
+    Action,
+    CannotHappen,
+    Fence,
+    FenceEvent,
+    State,
+    Step,
+    drawing,
+)
 
 PAGE = Path(__file__).parents[3] / "docs" / "fence.md"
-ANY_TIME = {Event.DOUBT, Event.PORT_LOST}
+ANY_TIME = {FenceEvent.DOUBT, FenceEvent.PORT_LOST}
 """What happens whatever is known; all else is ruled out somewhere."""
 
 
-@pytest.mark.parametrize(("state", "event"), list(product(State, Event)), ids=lambda it: it.name)
-def test_every_cell_leads_on_or_says_why_it_cannot_happen(state: State, event: Event) -> None:
+@pytest.mark.parametrize(("state", "event"), list(product(State, FenceEvent)), ids=lambda it: it.name)
+def test_every_cell_leads_on_or_says_why_it_cannot_happen(state: State, event: FenceEvent) -> None:
     fence, cell = Fence(), TABLE[state][event]
     fence.state = state
     if isinstance(cell, Step):
@@ -30,7 +40,7 @@ def test_every_cell_leads_on_or_says_why_it_cannot_happen(state: State, event: E
 
 def test_the_table_has_no_other_cells() -> None:
     assert list(TABLE) == list(State)
-    assert all(list(cells) == list(Event) for cells in TABLE.values())
+    assert all(list(cells) == list(FenceEvent) for cells in TABLE.values())
 
 
 def test_every_state_is_reached_from_a_line_in_step() -> None:
@@ -50,29 +60,29 @@ def test_only_an_echo_the_silence_of_all_or_a_lost_port_brings_a_line_into_step(
         for event, cell in TABLE[state].items()
         if isinstance(cell, Step) and cell.state is State.IN_STEP and state is not State.IN_STEP
     }
-    assert ways <= {Event.ECHO, Event.NOBODY, Event.PORT_LOST}
+    assert ways <= {FenceEvent.ECHO, FenceEvent.NOBODY, FenceEvent.PORT_LOST}
 
 
 @pytest.mark.parametrize("state", list(State), ids=lambda it: it.name)
 def test_a_stray_reply_is_evidence_until_the_fence_has_passed_and_nothing_after_it(state: State) -> None:
-    cell = TABLE[state][Event.STRAY]
+    cell = TABLE[state][FenceEvent.STRAY]
     if isinstance(cell, Step):
         assert cell == Step(state, Action.DROP if state is State.IN_STEP else Action.CONSIDER)
 
 
 def test_a_witness_is_given_up_after_three_fences_and_each_new_one_is_asked_as_often() -> None:
     fence = Fence()
-    fence.take(Event.DOUBT)
+    fence.take(FenceEvent.DOUBT)
     for _ in range(2):
         assert fence.tries == 0
         done = []
         for tries in range(FENCE_TRIES):
             assert fence.tries == tries
-            fence.take(Event.ASKED)
+            fence.take(FenceEvent.ASKED)
             assert fence.tries == tries
-            done.append(fence.take(Event.SILENCE))
+            done.append(fence.take(FenceEvent.SILENCE))
         assert done == [Action.NONE, Action.NONE, Action.GIVE_UP]
-        assert fence.take(Event.WITNESS) is Action.NONE
+        assert fence.take(FenceEvent.WITNESS) is Action.NONE
 
 
 class AnyFence(RuleBasedStateMachine):
@@ -85,32 +95,32 @@ class AnyFence(RuleBasedStateMachine):
 
     @rule()
     def doubt(self) -> None:
-        self.fence.take(Event.DOUBT)
+        self.fence.take(FenceEvent.DOUBT)
         self.in_doubt = True
 
     @precondition(lambda self: self.fence.state.name.endswith("_DUE"))
     @rule()
     def ask(self) -> None:
-        self.fence.take(Event.ASKED)
+        self.fence.take(FenceEvent.ASKED)
 
     @precondition(lambda self: self.fence.state.name.endswith("_ASKED"))
-    @rule(event=st.sampled_from([Event.ECHO, Event.SILENCE, Event.ASKED]))
-    def answer(self, event: Event) -> None:
+    @rule(event=st.sampled_from([FenceEvent.ECHO, FenceEvent.SILENCE, FenceEvent.ASKED]))
+    def answer(self, event: FenceEvent) -> None:
         self._settle(self.fence.take(event))
 
     @precondition(lambda self: self.fence.state is State.SILENT)
-    @rule(event=st.sampled_from([Event.WITNESS, Event.NOBODY]))
-    def seek(self, event: Event) -> None:
+    @rule(event=st.sampled_from([FenceEvent.WITNESS, FenceEvent.NOBODY]))
+    def seek(self, event: FenceEvent) -> None:
         self._settle(self.fence.take(event))
 
     @precondition(lambda self: self.fence.state is not State.SILENT)
     @rule()
     def stray(self) -> None:
-        assert (self.fence.take(Event.STRAY) is Action.CONSIDER) is self.in_doubt
+        assert (self.fence.take(FenceEvent.STRAY) is Action.CONSIDER) is self.in_doubt
 
     @rule()
     def lose_the_port(self) -> None:
-        self.fence.take(Event.PORT_LOST)
+        self.fence.take(FenceEvent.PORT_LOST)
         self.in_doubt = False
 
     def _settle(self, action: Action) -> None:

@@ -5,10 +5,10 @@ import pytest
 from gateway.core.errors import (
     Cancelled,
     Expired,
+    GatewayEnding,
     GatewayError,
     HeldUp,
     NotAllowed,
-    ShuttingDown,
     StoppedFirst,
 )
 from gateway.core.gate import Gate
@@ -127,8 +127,8 @@ def test_the_reason_is_what_came_last_to_the_body() -> None:
     gate.stop(2)
     assert isinstance(gate.refuses(one, now=0.0), StoppedFirst)
     assert isinstance(gate.refuses(other, now=0.0), HeldUp)
-    gate.revoke(ShuttingDown)
-    assert isinstance(gate.refuses(one, now=0.0), ShuttingDown)
+    gate.revoke(GatewayEnding)
+    assert isinstance(gate.refuses(one, now=0.0), GatewayEnding)
 
 
 def test_the_set_up_of_the_link_master_goes_on() -> None:
@@ -142,5 +142,5 @@ def test_the_set_up_of_the_link_master_goes_on() -> None:
 def test_reads_and_stops_pass_whatever_is_revoked(command: GetPosition | StopImmediately) -> None:
     gate = Gate[RorzeExchange](LINK_MASTER)
     admitted = exchange(command, epoch=gate.epoch(2))
-    gate.revoke(ShuttingDown)
+    gate.revoke(GatewayEnding)
     assert gate.refuses(admitted, now=0.0) is None

@@ -17,15 +17,15 @@ from gateway.core.jogs import (
     HEARTBEAT_S,
     KEPT,
     TABLE,
-    Action,
     Jog,
+    JogAction,
     JogEnd,
+    Jogging,
+    JogNews,
     JogOutOfReach,
     JogOver,
     Jogs,
     JogState,
-    News,
-    Session,
     drawing,
 )
 from tests.virtual_time import run_virtual
@@ -50,7 +50,7 @@ class Motor(Jogs[MotorJog, None]):
         """So many stops meet a fault."""
 
     def begin(self) -> MotorJog:
-        session: Session[MotorJog, None] = Session(MotorJog(), "the motor", self._line, None)
+        session: Jogging[MotorJog, None] = Jogging(MotorJog(), "the motor", self._line, None)
         self._begin(session)
         return session.jog
 
@@ -58,23 +58,23 @@ class Motor(Jogs[MotorJog, None]):
     def _line(self) -> Any:
         return SimpleNamespace(admission=Admission())
 
-    def take(self, jog: Jog, news: News) -> None:
+    def take(self, jog: Jog, news: JogNews) -> None:
         self._take(self._sessions[jog.id], news)
 
-    def _require_in_reach(self, _: Session[MotorJog, None]) -> None:
+    def _require_in_reach(self, _: Jogging[MotorJog, None]) -> None:
         if not self.reached:
             raise JogOutOfReach("It", "the motor")
 
-    def _stop(self, _: Session[MotorJog, None]) -> None:
+    def _stop(self, _: Jogging[MotorJog, None]) -> None:
         if self.unstoppable:
             self.unstoppable -= 1
             raise ZeroDivisionError
         self.stops += 1
 
-    async def _rests(self, _: Session[MotorJog, None]) -> None:
+    async def _rests(self, _: Jogging[MotorJog, None]) -> None:
         await self.rests.wait()
 
-    async def _see_still(self, _: Session[MotorJog, None]) -> bool:
+    async def _see_still(self, _: Jogging[MotorJog, None]) -> bool:
         await self.stands.wait()
         return True
 
@@ -99,17 +99,17 @@ def test_the_table_has_every_state() -> None:
     assert list(TABLE) == ["jogging", "stopping", *get_args(JogEnd)]
 
 
-@pytest.mark.parametrize(("state", "news"), list(product(TABLE, News)), ids=str)
-def test_only_a_standstill_or_a_refusal_makes_a_jog_over(state: JogState, news: News) -> None:
+@pytest.mark.parametrize(("state", "news"), list(product(TABLE, JogNews)), ids=str)
+def test_only_a_standstill_or_a_refusal_makes_a_jog_over(state: JogState, news: JogNews) -> None:
     step = TABLE[state].get(news)
-    if step is not None and step.action is Action.TELL:
-        assert (state, news) in (("jogging", News.REFUSED), ("stopping", News.STILL))
+    if step is not None and step.action is JogAction.TELL:
+        assert (state, news) in (("jogging", JogNews.REFUSED), ("stopping", JogNews.STILL))
     if state not in ("jogging", "stopping"):
-        assert step is None or (step.state, step.action) == (state, Action.REFUSE)
+        assert step is None or (step.state, step.action) == (state, JogAction.REFUSE)
 
 
-@given(st.lists(st.sampled_from([it for it in News if it is not News.HEARTBEAT]), max_size=6))
-def test_the_first_end_stays_whatever_follows(news: list[News]) -> None:
+@given(st.lists(st.sampled_from([it for it in JogNews if it is not JogNews.HEARTBEAT]), max_size=6))
+def test_the_first_end_stays_whatever_follows(news: list[JogNews]) -> None:
     async def story() -> None:
         motor = Motor()
         jog = motor.begin()
@@ -121,7 +121,7 @@ def test_the_first_end_stays_whatever_follows(news: list[News]) -> None:
         assert len(set(ends)) <= 1
         over = [state for state, end in seen if state == end]
         assert over == [state for state, _ in seen[len(seen) - len(over) :]]
-        assert len(motor.told) == len(set(motor.told)) or News.MISSED in news
+        assert len(motor.told) == len(set(motor.told)) or JogNews.MISSED in news
         await motor.close()
 
     run_virtual(story())

@@ -6,7 +6,7 @@ from operator import attrgetter
 
 import pytest
 
-from gateway.core.kept_works import KeptWorks
+from gateway.core.kept_works import DurableJobs
 from gateway.core.records import Record
 from gateway.core.works import CutOff
 
@@ -21,7 +21,7 @@ class Chore(Record):
     ended_at: datetime | None = None
 
 
-class Chores(KeptWorks[Chore]):
+class Chores(DurableJobs[Chore]):
     record_type = Chore
 
     def __init__(self, publish: Callable[[str, Chore], None], history: int = 10) -> None:

@@ -2,13 +2,13 @@
 
 import pytest
 
-from gateway.core.known import Known
+from gateway.core.known import FactStore
 
 
 class Counting:
     """Knows a number."""
 
-    def __init__(self, known: Known, address: str = "arm.3F") -> None:
+    def __init__(self, known: FactStore, address: str = "arm.3F") -> None:
         self.number = 0
         self._keep = known.keep(address, self)
 
@@ -24,14 +24,14 @@ class Counting:
 
 
 def test_who_looks_after_a_controller_next_goes_on_from_what_was_known() -> None:
-    known = Known()
+    known = FactStore()
     Counting(known).count_to(7)
     assert Counting(known).number == 7
     assert Counting(known, "arm.00").number == 0
 
 
 def test_a_change_is_told_once() -> None:
-    known, told = Known(), list[tuple[str, str]]()
+    known, told = FactStore(), list[tuple[str, str]]()
     known.on_change = lambda address, fact: told.append((address, fact))
     counting = Counting(known)
     for number in (7, 7, 8):
@@ -42,7 +42,7 @@ def test_a_change_is_told_once() -> None:
 def test_what_an_earlier_life_knew_counts_and_what_cannot_be_read_is_forgotten_with_a_word(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    known = Known()
+    known = FactStore()
     known.resume({"arm.3F": "7", "arm.00": "seven"})
     assert Counting(known).number == 7
     assert Counting(known, "arm.00").number == 0

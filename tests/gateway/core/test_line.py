@@ -9,7 +9,7 @@ from typing import Any, cast
 import pytest
 
 from gateway.core.admission import Admission
-from gateway.core.errors import GatewayError, HeldUp, InvalidRequest, LineDown, Overtaking
+from gateway.core.errors import GatewayError, HeldUp, InvalidRequest, Overtaking, PortNotOpen
 from gateway.core.gate import Gate
 from gateway.core.lanes import Lane
 from gateway.core.line import GAP_S, LineDriver
@@ -238,7 +238,7 @@ async def test_a_frame_for_a_port_that_has_gone_is_not_called_sent() -> None:
     async with speaking(port) as line:
         port._receiver = None
         (lost,) = line.say("&026PD")
-        assert isinstance(lost.outcome, LineDown)
+        assert isinstance(lost.outcome, PortNotOpen)
         assert "Nothing was sent." in lost.outcome.detail
         assert (line.speech.said, line.state) == ([], LineState.DOWN)
 

@@ -3,7 +3,7 @@
 import asyncio
 from itertools import pairwise
 
-from gateway.core.own_faults import AGAIN_S, WELL_S, carry_on
+from gateway.core.own_faults import AGAIN_S, WELL_S, restart_after_faults
 from tests.plants import in_virtual_time
 
 
@@ -16,7 +16,7 @@ async def test_work_is_begun_again_until_it_comes_to_its_end() -> None:
         if len(begun) < 4:
             raise ZeroDivisionError
 
-    await carry_on("the work", work)
+    await restart_after_faults("the work", work)
     assert begun == [0.0, 0.5, 1.5, 3.5]
 
 
@@ -32,7 +32,7 @@ async def test_what_has_gone_on_well_is_begun_again_at_once() -> None:
             await asyncio.sleep(WELL_S + 1)
         raise ZeroDivisionError
 
-    await carry_on("the work", work)
+    await restart_after_faults("the work", work)
     pauses = [later - earlier for earlier, later in pairwise(begun)]
     assert pauses[6] == AGAIN_S[1]
     assert pauses[7] == WELL_S + 1 + AGAIN_S[0]

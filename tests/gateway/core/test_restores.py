@@ -9,7 +9,7 @@ from gateway.core.backup_record import BackupComparison
 from gateway.core.backups import Comparisons
 from gateway.core.errors import BodyBusy, GatewayError, NoReply, NotFound, NotSent, StoppedFirst
 from gateway.core.restore_record import Difference, Restore
-from gateway.core.restores import BACK_WITHIN_S, TOLD, Comparison, Reader, Restores, Watcher
+from gateway.core.restores import BACK_WITHIN_S, TOLD, Comparison, ComparisonListener, Restores, Watcher
 from tests.plants import in_virtual_time
 
 TARGET = "/machines/m"
@@ -34,7 +34,9 @@ class Machine:
     async def require_rest(self) -> None:
         await asyncio.sleep(1.0)
 
-    async def compare(self, reader: Reader, *, lasting: bool = False, sure: bool = True) -> Comparison:
+    async def compare(
+        self, reader: ComparisonListener, *, lasting: bool = False, sure: bool = True
+    ) -> Comparison:
         await asyncio.sleep(1.0)
         if asyncio.get_running_loop().time() < self.silent_until:
             raise NoReply("It does not answer.")

@@ -7,11 +7,11 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, cast
 
-from gateway.core.errors import LineDown
+from gateway.core.errors import PortNotOpen
 from gateway.core.events import EventHub
 from gateway.core.load import Load
 from gateway.core.origin import LIVE, current
-from gateway.core.sampler import REST_S, Sampler, Source
+from gateway.core.sampler import REST_S, LiveSource, Sampler
 from tests.plants import in_virtual_time
 from tests.watching import watching
 
@@ -26,7 +26,7 @@ class Line:
 
 
 @dataclass(eq=False)
-class Value(Source):
+class Value(LiveSource):
     """A value that is told with `together`, or not at all."""
 
     line: Line
@@ -41,14 +41,14 @@ class Value(Source):
     def own_hz(self) -> float:
         return self.wanted_hz
 
-    async def read(self, due: Sequence[Source]) -> Sequence[Source]:
+    async def read(self, due: Sequence[LiveSource]) -> Sequence[LiveSource]:
         assert current().work == "live"
         self.asked[self.subject] += 1
         began_at = asyncio.get_running_loop().time()
         await asyncio.sleep(ASKING_S)
         self.line.load.note(LIVE.work, began_at, asyncio.get_running_loop().time())
         if self.fails:
-            raise LineDown("gone", "wait")
+            raise PortNotOpen("gone", "wait")
         return [self, *(it for it in self.together if it in due)]
 
 

@@ -9,7 +9,7 @@ import pytest
 from gateway.core.errors import Expired, QueueFull, StoppedFirst
 from gateway.core.lanes import QUEUE_LIMIT, Lane
 from gateway.core.sequence_lock import SequenceLock
-from gateway.fics.exchange import Answered as RobotAnswered
+from gateway.fics.exchange import RobotAnswered as RobotAnswered
 from gateway.rorze.exchange import Answered
 from gateway.rorze.line import Line, lane_of
 from protocols.fics.jog import StopJog

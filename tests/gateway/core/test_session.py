@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from gateway.core.errors import Cancelled, GatewayError, NoReply, StoppedFirst
-from gateway.core.exchange import Exchange, Said
+from gateway.core.exchange import Exchange, RememberedReply
 from gateway.core.fence import FENCE_TRIES
 from gateway.core.lanes import Lane
 from gateway.core.session import READ_REPEATS, Session
@@ -49,7 +49,7 @@ class LetterExchange(Exchange[Command[Any], Letter, Letter]):
     def sent(self) -> str:
         return f"{self.command.code} was sent"
 
-    def mistakes(self, _said: Said) -> bool:
+    def mistakes(self, _said: RememberedReply) -> bool:
         return not self.command.may_repeat()
 
     def credit(self, frame: Letter, _now: float) -> Letter | None:
@@ -89,7 +89,7 @@ class LetterSession(Session[LetterExchange, Letter]):
         return self._copies.could_answer(exchange, AXIS, now)
 
     def note_reply(self, exchange: LetterExchange, frame: Letter, now: float) -> None:
-        said = Said(exchange, frame, frame, exchange.number, now + self.late_reply_s)
+        said = RememberedReply(exchange, frame, frame, exchange.number, now + self.late_reply_s)
         self._copies.note(AXIS, frame.code, said, now)
 
     def fence_passed(self, _fence: LetterExchange) -> None:

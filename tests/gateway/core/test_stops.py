@@ -4,13 +4,13 @@ import asyncio
 
 import pytest
 
-from gateway.core.errors import LineDown, NotSent
+from gateway.core.errors import NotSent, PortNotOpen
 from gateway.core.stops import CONFIRM_WITHIN_S, HURRY_S, REPEAT_S, StopMode, Stopping, StopsUnderWay
 from gateway.rorze.stops import StopReport
 from gateway.texts import Text, text
 from tests.gateway.rorze.far_end import until, virtual
 
-DOWN = LineDown("The line is down. Nothing was sent.")
+DOWN = PortNotOpen("The line is down. Nothing was sent.")
 
 
 class Scripted(Stopping):

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from gateway.config import parse
-from gateway.core.tables import Line
+from gateway.core.tables import LineTable
 from gateway.core.tried import untried
 
 TEXT = """
@@ -19,7 +19,7 @@ id = "00"
 """
 
 
-def line_with(report: Path | None) -> Line:
+def line_with(report: Path | None) -> LineTable:
     key = "" if report is None else f'commissioned = "{report}"'
     return parse(TEXT.format(key=key), "test.toml").lines[0]
 

@@ -21,15 +21,15 @@ from gateway.core.verdicts import (
     Finding,
     Place,
     Power,
-    Problem,
     Row,
+    RowProblem,
     Sight,
     Stop,
     Told,
     Unbegun,
     Unseen,
     Unwatched,
-    Words,
+    VerdictWords,
     Worst,
     drawing,
     fits,
@@ -75,10 +75,10 @@ def test_a_row_ends_a_move_and_says_why_it_did_not_succeed(row: Row) -> None:
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda it: str(it.finding))
 def test_a_row_uses_no_word_that_no_family_can_give(row: Row) -> None:
-    problem = row.error if isinstance(row.error, Problem) else Problem(GatewayError, "", "")
+    problem = row.error if isinstance(row.error, RowProblem) else RowProblem(GatewayError, "", "")
     texts = row.evidence, row.cause or "", problem.detail, problem.remedy, problem.moved
     used = {name for text in texts for _, name, _, _ in Formatter().parse(text) if name}
-    assert used <= set(Words._fields)
+    assert used <= set(VerdictWords._fields)
 
 
 @pytest.mark.parametrize("finding", [Unbegun.REFUSED, AtRest(begun=Begun.IN_DOUBT, place=Place.UNKNOWN)])

@@ -20,7 +20,7 @@ from gateway.door.admission import (
     TICKETS_AT_ONCE,
     TICKETS_PER_S,
     WRONG_SIGN_INS_AT_ONCE,
-    Admission,
+    AccessCheck,
     Grant,
     Use,
 )
@@ -40,7 +40,7 @@ class Gate:
         self.keys = KeyStore(data)
         plant = Plant(Config.model_validate({"lines": LINES}))
         plant.credentials = Credentials(self.keys)
-        self.admission = Admission(plant)
+        self.admission = AccessCheck(plant)
 
     def key(self, role: Role, *scope: str) -> str:
         return self.keys.create(f"{role}", role, list(scope) or None, None)

@@ -9,7 +9,7 @@ import pytest
 
 from gateway.core.errors import ControllerRefused, NotFound
 from gateway.core.origin import Origin
-from gateway.door.audit import Deed, Wanted, deeds
+from gateway.door.audit import AuditFilter, Deed, deeds
 from gateway.door.doing import do
 from gateway.door.stopping import stop
 from gateway.plant import Plant
@@ -24,7 +24,7 @@ KIM: Final = Origin("kim (http 10.0.0.8)", "r-2")
 
 
 async def found(plant: Plant, limit: int = 100, **wanted: object) -> list[Deed]:
-    return list(await deeds(plant, Wanted(**wanted), limit))  # type: ignore[arg-type]
+    return list(await deeds(plant, AuditFilter(**wanted), limit))  # type: ignore[arg-type]
 
 
 async def work(plant: Plant) -> None:

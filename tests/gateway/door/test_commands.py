@@ -9,7 +9,7 @@ import pytest
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NotAllowed, NotFound
 from gateway.core.lanes import Lane
 from gateway.core.origin import Origin, current
-from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped
+from gateway.core.targets import BegunMoves, CommandReplies, MemberAnswers, Opened, Stopped
 from gateway.door.doing import do, read_text
 from gateway.rorze.exchange import Answered
 from protocols.fics import jog, moves, stops
@@ -38,7 +38,7 @@ BODY, GROUP, UNIT = "/bodies/3F", "/groups/80", "/robots/r1/units/1"
 async def test_a_motion_makes_a_move_with_its_record_and_its_end_can_be_waited_for() -> None:
     async with rig() as it:
         begun = await do(it.plant, ME, BODY, FAR, 60.0)
-        assert isinstance(begun, Begun)
+        assert isinstance(begun, BegunMoves)
         assert (begun.path, begun.group_id) == ("/bodies/line1.3F", None)
         assert [move.status for move in begun.moves] == ["succeeded"]
         assert it.plant.moves.get(begun.moves[0].id) == begun.moves[0]
@@ -48,7 +48,7 @@ async def test_a_motion_makes_a_move_with_its_record_and_its_end_can_be_waited_f
 async def test_a_motion_of_a_group_makes_a_move_for_each_member() -> None:
     async with rig() as it:
         begun = await do(it.plant, ME, GROUP, FAR, 60.0)
-        assert isinstance(begun, Begun)
+        assert isinstance(begun, BegunMoves)
         assert [move.body_id for move in begun.moves] == ["line1.00", "line1.01"]
         assert begun.group_id == "line1.80"
 
@@ -69,7 +69,7 @@ async def test_a_stop_is_seen_through_to_standstill(command: RorzeCommand[Any], 
 async def test_all_else_is_asked() -> None:
     async with rig() as it:
         place = await do(it.plant, ME, BODY, GetPosition())
-        assert isinstance(place, Answer)
+        assert isinstance(place, CommandReplies)
         assert place.replies[0].written() == "+000000000"
         each = await do(it.plant, ME, GROUP, SetStartSpeed(speed=700))
         assert isinstance(each, MemberAnswers)
@@ -105,12 +105,12 @@ async def test_jogs_and_moves_of_units_are_begun_by_their_rows() -> None:
         assert isinstance(opened, Opened)
         assert opened.path.startswith("/robots/r1/jogs/")
         ended = await do(it.plant, ME, UNIT, jog.StopJog(axis="Z"))
-        assert isinstance(ended, Answer)
+        assert isinstance(ended, CommandReplies)
         begun = await do(it.plant, ME, UNIT, jog.StepAxis(axis="Z", steps=5), 30.0)
-        assert isinstance(begun, Begun)
+        assert isinstance(begun, BegunMoves)
         assert begun.moves[0].status == "succeeded"
         asked = await do(it.plant, ME, UNIT, GetSpeedPercent())
-        assert isinstance(asked, Answer)
+        assert isinstance(asked, CommandReplies)
         stopped = await do(it.plant, ME, UNIT, stops.StopAllDecelerating())
         assert isinstance(stopped, Stopped)
         assert stopped.confirmed

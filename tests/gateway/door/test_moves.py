@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from gateway.core.errors import Expired, InvalidRequest, NotAllowed, NotFound
 from gateway.core.origin import Origin
-from gateway.core.targets import Begun
+from gateway.core.targets import BegunMoves
 from gateway.door import moving
 from gateway.fics.move_requests import RobotHomeRequest, RobotStepRequest
 from gateway.rorze.move_requests import ContinuousMoveRequest, HomeRequest, RelativeMoveRequest
@@ -36,7 +36,7 @@ def by_mm(value: float, *, validate_only: bool = False) -> RelativeMoveRequest:
 async def test_lengths_come_to_pulses_by_the_scale_of_the_body() -> None:
     async with rig(body_options=SCALED) as it:
         begun = await start(it.plant, ME, "/bodies/3F", by_mm(7.5), 30.0)
-        assert isinstance(begun, Begun)
+        assert isinstance(begun, BegunMoves)
         assert [(move.frame, move.status) for move in begun.moves] == [("&3F1+M750\\r", "succeeded")]
 
 
@@ -71,7 +71,7 @@ async def test_a_plan_of_an_endless_move_needs_the_permission_too() -> None:
 async def test_a_move_is_found_where_it_was_made_and_nowhere_else() -> None:
     async with rig() as it:
         begun = await start(it.plant, ME, "/bodies/3F", HomeRequest(kind="home"))
-        assert isinstance(begun, Begun)
+        assert isinstance(begun, BegunMoves)
         (move,) = begun.moves
         assert (await get(it.plant, "/bodies/3f", move.id, 60.0)).status.final
         assert moving.newest(it.plant.target("/bodies/3F"), 5) == [move]
@@ -83,7 +83,7 @@ async def test_a_move_is_found_where_it_was_made_and_nowhere_else() -> None:
 async def test_units_move_in_their_own_words() -> None:
     async with fics_rig() as it:
         begun = await start(it.plant, ME, UNIT, RobotHomeRequest(kind="home"), 60.0)
-        assert isinstance(begun, Begun)
+        assert isinstance(begun, BegunMoves)
         assert begun.moves[0].status == "succeeded"
         with pytest.raises(InvalidRequest, match="has the axes"):
             await start(it.plant, ME, UNIT, RobotStepRequest(kind="step", axis="Q", steps=1))
@@ -122,7 +122,7 @@ async def test_a_move_that_may_wait_long_is_sent_when_its_turn_comes() -> None:
     async with rig() as it:
         await held(it, 10.0)
         begun = await start(it.plant, ME, "/bodies/3F", relative(start_within_s=30.0))
-        assert isinstance(begun, Begun)
+        assert isinstance(begun, BegunMoves)
         assert len(it.executed("1+M")) == 1
 
 
@@ -147,7 +147,7 @@ async def test_a_robots_move_that_may_wait_long_is_sent_when_its_turn_comes() ->
         HOLDERS.append(asyncio.create_task(hold()))
         await asyncio.sleep(0)
         begun = await start(it.plant, ME, UNIT, RobotHomeRequest(kind="home", start_within_s=30.0))
-        assert isinstance(begun, Begun)
+        assert isinstance(begun, BegunMoves)
         assert len(it.heard("ORG")) == 1
 
 

@@ -28,7 +28,7 @@ async def read(it: FicsRig) -> str:
     return await backups.text(of_robots.of_robot(it.plant, "r1"))
 
 
-async def wanted(it: FicsRig, text: str) -> backups.Wanted:
+async def wanted(it: FicsRig, text: str) -> backups.ComparisonOrder:
     return of_robots.for_robot(it.plant, "r1", of_robots.check_robot(it.plant, "r1", text))
 
 

@@ -8,7 +8,7 @@ from gateway.config import parse
 from gateway.core.move_record import MoveStatus
 from gateway.core.toml_files import ConfigError
 from gateway.fics.bits import Bits
-from gateway.fics.exchange import Answered
+from gateway.fics.exchange import RobotAnswered
 from gateway.fics.watch import HEALTH_POLL_S
 from protocols.fics.homing import HomeRobot
 from protocols.fics.status import (
@@ -75,13 +75,13 @@ async def test_a_robot_that_was_homed_before_is_compared_at_set_up() -> None:
         assert rig.types("robot.bits") == ["robot.bits.mismatch"]
 
 
-def shown(*axes: tuple[MotionMode, bool]) -> Answered:
+def shown(*axes: tuple[MotionMode, bool]) -> RobotAnswered:
     """What a robot answers whose axes are at this, with this bit for `moving`."""
     told = [
         AxisStatus(motion_mode=at, moving=on, origin_done=True, servo_ready=True, alarm=False, driver_error=0)
         for at, on in axes
     ]
-    return Answered((AxisStatuses(axes=told),))
+    return RobotAnswered((AxisStatuses(axes=told),))
 
 
 @pytest.mark.parametrize(
@@ -109,8 +109,8 @@ def test_the_bit_of_motion_is_believed_of_a_robot_that_has_shown_it_in_motion_al
 def test_sensors_are_named_in_their_order() -> None:
     bits = Bits(sensors=("minus_limit", "origin", "plus_limit"))
     usual = AxisSensors(origin=True, plus_limit=False, minus_limit=False)
-    named = bits.read(Answered((SensorStates(axes=[usual]),)))
-    assert isinstance(named, Answered)
+    named = bits.read(RobotAnswered((SensorStates(axes=[usual]),)))
+    assert isinstance(named, RobotAnswered)
     assert named.replies == (
         SensorStates(axes=[AxisSensors(origin=False, plus_limit=False, minus_limit=True)]),
     )

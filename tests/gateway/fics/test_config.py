@@ -4,7 +4,7 @@ import pytest
 
 from gateway.config import parse
 from gateway.core.toml_files import ConfigError
-from gateway.fics.config import Line
+from gateway.fics.config import FicsLineTable
 from protocols.fics.notation import AxisSystem
 
 LINE = """
@@ -23,7 +23,7 @@ units = [{number = 1, axes = ["X", "Y", "@"]}, {number = 2, axes = ["X"], system
 
 def test_a_robot_has_its_units() -> None:
     (line,) = parse(LINE, "x").lines
-    assert isinstance(line, Line)
+    assert isinstance(line, FicsLineTable)
     assert (line.mode, line.robot.id, line.robot.name) == (2, "r1", "picker")
     picker, turner = line.robot.units
     assert picker.systems == {"X": AxisSystem.MILLIMETRE, "Y": AxisSystem.MILLIMETRE, "@": AxisSystem.DEGREE}
@@ -50,7 +50,7 @@ motor_system = ["degree", "pulse",  "mm", "degree"]
 
 def systems(text: str) -> dict[str, str]:
     (line,) = parse(text, "x").lines
-    assert isinstance(line, Line)
+    assert isinstance(line, FicsLineTable)
     return {axis: system.value for axis, system in line.robot.units[0].systems.items()}
 
 

@@ -10,7 +10,7 @@ from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.commands import ROWS
 from protocols.fics.inputs_outputs import GetInputChannel, GetOutputChannel, SwitchOutput
 from protocols.fics.jog import StartJog, StopJog
-from protocols.fics.link import Answer, Completion, Failure, Refusal
+from protocols.fics.link import Completion, FicsRefusal, QueryAnswer, SystemFailure
 from protocols.fics.positions import DownloadPositions, UploadPosition
 from protocols.fics.row import FicsCommand
 from protocols.fics.speeds import GetAccelerationTimes, GetSpeedPercent, SetAccelerationTimes, SetSpeedPercent
@@ -23,8 +23,8 @@ from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time
 
 LATE_S = 2.0
-BITS = Answer("IDI", "0F")
-AT_REST = Answer("ACD", "0300")
+BITS = QueryAnswer("IDI", "0F")
+AT_REST = QueryAnswer("ACD", "0300")
 Command = FicsCommand[Reply]
 
 
@@ -56,8 +56,12 @@ def told(command: Command, frame: ReplyFrame, at: float = 0.0) -> Wire:
     ("before", "frame", "after"),
     [
         (GetInputChannel(channel=1), BITS, GetInputChannel(channel=2)),
-        (GetOutputChannel(channel=1), Answer("IDO", "00"), GetOutputChannel(channel=2)),
-        (DownloadPositions(first=1, count=1), Answer("POS", "1,2,3"), DownloadPositions(first=2, count=1)),
+        (GetOutputChannel(channel=1), QueryAnswer("IDO", "00"), GetOutputChannel(channel=2)),
+        (
+            DownloadPositions(first=1, count=1),
+            QueryAnswer("POS", "1,2,3"),
+            DownloadPositions(first=2, count=1),
+        ),
         (DownloadPositions(first=1, count=1), Completion("POE"), DownloadPositions(first=2, count=1)),
         (
             SwitchOutput(channel=1, bit=0, on=True),
@@ -66,11 +70,11 @@ def told(command: Command, frame: ReplyFrame, at: float = 0.0) -> Wire:
         ),
         (SwitchOutput(channel=1, bit=0, on=True), Completion("IOT"), SwitchOutput(channel=1, bit=0, on=True)),
         (StopJog(axis="X"), Completion("JOG"), StartJog(axis="Y", direction="+")),
-        (GetVariable(number=1), Refusal("VAR", "E01"), GetVariable(number=2)),
-        (GetAxisStatus(), Refusal("ACD", "E03"), GetAxisStatus()),
-        (SetSpeedPercent(percents=[1.0]), Failure("VAO", "183"), GetSpeedPercent()),
-        (TakeCurrentError(), Answer("ERR", "E01"), TakeCurrentError()),
-        (GetAccelerationTimes(), Answer("VST", "100"), SetAccelerationTimes(times_ms=[200])),
+        (GetVariable(number=1), FicsRefusal("VAR", "E01"), GetVariable(number=2)),
+        (GetAxisStatus(), FicsRefusal("ACD", "E03"), GetAxisStatus()),
+        (SetSpeedPercent(percents=[1.0]), SystemFailure("VAO", "183"), GetSpeedPercent()),
+        (TakeCurrentError(), QueryAnswer("ERR", "E01"), TakeCurrentError()),
+        (GetAccelerationTimes(), QueryAnswer("VST", "100"), SetAccelerationTimes(times_ms=[200])),
     ],
 )
 def test_what_a_copy_could_answer_is_kept_apart(before: Command, frame: ReplyFrame, after: Command) -> None:
@@ -82,9 +86,9 @@ def test_what_a_copy_could_answer_is_kept_apart(before: Command, frame: ReplyFra
     [
         (GetInputChannel(channel=1), BITS, GetInputChannel(channel=1)),
         (GetInputChannel(channel=1), BITS, GetOutputChannel(channel=1)),
-        (GetVariable(number=1), Answer("VAR", "V01=+1"), GetVariable(number=2)),
+        (GetVariable(number=1), QueryAnswer("VAR", "V01=+1"), GetVariable(number=2)),
         (SetSpeedPercent(percents=[1.0]), Completion("VAO"), GetSpeedPercent()),
-        (GetSpeedPercent(), Answer("VAO", "1,2"), SetSpeedPercent(percents=[1.0])),
+        (GetSpeedPercent(), QueryAnswer("VAO", "1,2"), SetSpeedPercent(percents=[1.0])),
         (SelectUnit(unit=1), Completion("UNT"), GetUnit()),
         (UploadPosition(coordinates=[1.0]), Completion("POS"), DownloadPositions(first=1, count=1)),
     ],

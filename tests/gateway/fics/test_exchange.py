@@ -6,8 +6,8 @@ import pytest
 
 from gateway.core.exchange import More
 from gateway.core.lanes import Lane
-from gateway.fics.exchange import Answered, FicsExchange, ReplyFrame
-from protocols.fics.link import Answer, Completion, Failure, Refusal, encode
+from gateway.fics.exchange import FicsExchange, ReplyFrame, RobotAnswered
+from protocols.fics.link import Completion, FicsRefusal, QueryAnswer, SystemFailure, encode
 from protocols.fics.moves import MoveRelative, MoveToPosition
 from protocols.fics.positions import DownloadPositions, StoredPosition
 from protocols.fics.row import FicsCommand
@@ -29,22 +29,22 @@ def stored(place: float) -> StoredPosition:
 
 
 def test_a_query_is_over_with_its_one_reply() -> None:
-    outcome = exchange(QUERY).credit(Answer("VAR", "V05=+1"))
-    assert outcome == Answered((VariableValue(number=5, value=1.0),))
+    outcome = exchange(QUERY).credit(QueryAnswer("VAR", "V05=+1"))
+    assert outcome == RobotAnswered((VariableValue(number=5, value=1.0),))
 
 
 def test_a_deed_is_over_with_its_bare_name() -> None:
-    assert exchange(MOVE).credit(Completion("LMI")) == Answered()
+    assert exchange(MOVE).credit(Completion("LMI")) == RobotAnswered()
 
 
-@pytest.mark.parametrize("frame", [Refusal("LMI", "E07"), Failure("LMI", "183")])
+@pytest.mark.parametrize("frame", [FicsRefusal("LMI", "E07"), SystemFailure("LMI", "183")])
 def test_a_refusal_and_a_failure_are_told_as_they_are(frame: ReplyFrame) -> None:
     assert exchange(MOVE).credit(frame) is frame
 
 
 @pytest.mark.parametrize(
     "frame",
-    [Completion("LMA"), Refusal("LMA", "E07"), Answer("LMI", "1")],
+    [Completion("LMA"), FicsRefusal("LMA", "E07"), QueryAnswer("LMI", "1")],
     ids=repr,
 )
 def test_what_is_for_another_command_is_not_taken(frame: ReplyFrame) -> None:
@@ -53,23 +53,23 @@ def test_what_is_for_another_command_is_not_taken(frame: ReplyFrame) -> None:
 
 def test_a_download_is_over_when_its_end_is_heard_and_not_with_its_first_position() -> None:
     download = exchange(DOWNLOAD)
-    assert download.credit(Answer("POS", "1,")) is More.MORE
-    assert download.credit(Answer("POS", "2,")) is More.MORE
+    assert download.credit(QueryAnswer("POS", "1,")) is More.MORE
+    assert download.credit(QueryAnswer("POS", "2,")) is More.MORE
     assert download.credit(Completion("POR")) is None
-    assert download.credit(Completion("POE")) == Answered((stored(1.0), stored(2.0)))
+    assert download.credit(Completion("POE")) == RobotAnswered((stored(1.0), stored(2.0)))
 
 
 def test_answers_keep_their_texts_as_they_came() -> None:
     answered, done, download = exchange(QUERY), exchange(MOVE), exchange(DOWNLOAD)
-    outcome = answered.credit(Answer("VAR", "V05=1.00"))
-    assert isinstance(outcome, Answered)
+    outcome = answered.credit(QueryAnswer("VAR", "V05=1.00"))
+    assert isinstance(outcome, RobotAnswered)
     assert outcome.texts == ("V05=1.00",)
     outcome = done.credit(Completion("LMI"))
-    assert isinstance(outcome, Answered)
+    assert isinstance(outcome, RobotAnswered)
     assert outcome.texts == ("",)
-    download.credit(Answer("POS", "1.00,"))
+    download.credit(QueryAnswer("POS", "1.00,"))
     outcome = download.credit(Completion("POE"))
-    assert isinstance(outcome, Answered)
+    assert isinstance(outcome, RobotAnswered)
     assert outcome.texts == ("1.00,",)
 
 
@@ -82,13 +82,13 @@ async def test_who_waits_is_told_once_and_who_has_gone_is_not() -> None:
     gone.waiters[cancelled] = gone.expires_at
     cancelled.cancel()
     for one in (patient, gone, alone):
-        one.settle(Answered())
-        one.settle(Answered(confirmed=False))
-    assert await told == Answered(confirmed=True)
+        one.settle(RobotAnswered())
+        one.settle(RobotAnswered(confirmed=False))
+    assert await told == RobotAnswered(confirmed=True)
     assert cancelled.cancelled()
 
 
 def test_a_failure_that_reads_as_its_command_may_be_an_echo_and_counts_for_nothing() -> None:
     move = exchange(MoveToPosition(position=183))
-    assert move.credit(Failure("POM", "183")) is None
-    assert move.credit(Failure("POM", "002")) == Failure("POM", "002")
+    assert move.credit(SystemFailure("POM", "183")) is None
+    assert move.credit(SystemFailure("POM", "002")) == SystemFailure("POM", "002")

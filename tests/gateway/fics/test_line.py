@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 
-from gateway.core.errors import Cancelled, Expired, InvalidRequest, LineDown, NoReply, NotSent
+from gateway.core.errors import Cancelled, Expired, InvalidRequest, NoReply, NotSent, PortNotOpen
 from gateway.core.lanes import Lane
 from gateway.core.line import SILENCE_S
 from gateway.core.line_state import LineState
 from gateway.fics.errors import RobotOffline
-from gateway.fics.exchange import Answered, FicsExchange, Outcome
+from gateway.fics.exchange import FicsExchange, Outcome, RobotAnswered
 from gateway.fics.line import ASK_AGAIN_S, CLEARING, READY_WITHIN_S, FicsLine
 from protocols.fics.inputs_outputs import SwitchOutput
 from protocols.fics.moves import MoveRelative
@@ -233,7 +233,7 @@ async def test_who_asks_during_a_long_set_up_is_told_soon_and_afterwards_at_once
         it.wire.lost_command = ""
         await it.ready()
         assert stop.done()
-        assert isinstance(await it.ask(QUERY, Lane.READ), Answered)
+        assert isinstance(await it.ask(QUERY, Lane.READ), RobotAnswered)
         assert it.heard("VAR V05") == 1
 
 
@@ -269,7 +269,7 @@ async def test_nothing_can_be_asked_before_the_port_is_open() -> None:
     it.line.start()
     await asyncio.sleep(1)
     for command, lane in ((QUERY, Lane.READ), (STOP, Lane.STOP)):
-        with pytest.raises(LineDown):
+        with pytest.raises(PortNotOpen):
             it.ask(command, lane)
     await it.line.close()
 
@@ -297,7 +297,7 @@ async def test_what_the_port_does_not_carry_is_not_sent_and_the_line_stays_up() 
         assert isinstance(outcome, InvalidRequest)
         assert outcome.detail == "The message is too long. Nothing was sent."
         assert it.line.state is LineState.READY
-        assert isinstance(await it.ask(QUERY, Lane.READ), Answered)
+        assert isinstance(await it.ask(QUERY, Lane.READ), RobotAnswered)
 
 
 # silence
@@ -368,7 +368,7 @@ async def test_a_robot_in_the_wrong_mode_has_certainly_lost_its_power_and_its_mo
         future = it.line.submit(waits)
         assert isinstance(await motion, NoReply)
         await it.ready()
-        assert isinstance(await future, Answered)  # admitted after the loss was told
+        assert isinstance(await future, RobotAnswered)  # admitted after the loss was told
         assert ("robot.power_cycled", {}) in it.told
         assert it.told.of("robot.power") == ["robot.power_cycled"]
         assert it.machine.robot.mode == 3
@@ -428,4 +428,4 @@ async def test_what_was_read_before_the_port_was_lost_belongs_to_no_answer_after
         await it.ready()
         assert it.line.counters["garbage"] == 0
         outcome = await it.ask(QUERY, Lane.READ)
-        assert outcome == Answered((VariableValue(number=5, value=0.0),))
+        assert outcome == RobotAnswered((VariableValue(number=5, value=0.0),))

@@ -6,7 +6,7 @@ import pytest
 
 from gateway.core.errors import StoppedFirst
 from gateway.core.origin import Origin
-from gateway.core.targets import Begun
+from gateway.core.targets import BegunMoves
 from gateway.fics.amounts import Amount
 from gateway.fics.errors import RobotBusy
 from gateway.fics.move_requests import RobotRelativeMoveRequest
@@ -33,7 +33,7 @@ async def seconds_of(rig: FicsRig, request: RobotRelativeMoveRequest) -> float:
     """How long a move takes."""
     loop = asyncio.get_running_loop()
     begun = await start(rig.plant, ME, UNIT, request)
-    assert isinstance(begun, Begun)
+    assert isinstance(begun, BegunMoves)
     began_at = loop.time()
     assert (await rig.plant.robot_moves.wait(begun.moves[0].id, 600)).status == "succeeded"
     return loop.time() - began_at

@@ -10,12 +10,12 @@ import pytest
 from gateway.core.errors import Cancelled, Expired, GarbledReply, HeldUp, NoReply, StoppedFirst
 from gateway.core.lanes import Lane
 from gateway.fics.errors import NotProved
-from gateway.fics.exchange import ROBOT, SET_UP, Answered, FicsExchange, Outcome, Proof
+from gateway.fics.exchange import ROBOT, SET_UP, FicsExchange, Outcome, Proof, RobotAnswered
 from gateway.fics.session import FENCES, FicsSession, offline_error
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.inputs_outputs import SwitchOutput
 from protocols.fics.jog import StartJog, StopJog
-from protocols.fics.link import Answer, Completion, Refusal
+from protocols.fics.link import Completion, FicsRefusal, QueryAnswer
 from protocols.fics.moves import MoveRelative
 from protocols.fics.positions import (
     BeginPositionUpload,
@@ -34,7 +34,7 @@ from protocols.table import Reply
 from tests.virtual_time import VirtualLoop
 
 VERSION = "DYNAX0010310041112PROJECT1      041215R01"
-AT_REST = Answer("ACD", "0300")
+AT_REST = QueryAnswer("ACD", "0300")
 
 
 @pytest.fixture(autouse=True)
@@ -70,7 +70,7 @@ class Bench:
         self.session.written(exchange, now, now + exchange.timeout_s)
         return exchange.frame.decode().rstrip("\r")
 
-    def hear(self, *frames: Answer | Completion | Refusal) -> None:
+    def hear(self, *frames: QueryAnswer | Completion | FicsRefusal) -> None:
         for frame in frames:
             tell = self.session.receive(frame, 0.0)
             if tell is not None:
@@ -84,10 +84,10 @@ class Bench:
     def pass_fence(self) -> None:
         text = self.write()
         if text == "VER":
-            self.hear(Answer("VER", VERSION))
+            self.hear(QueryAnswer("VER", VERSION))
             return
         assert text.startswith("VAR V")
-        self.hear(Answer("VAR", f"{text[4:]}=+1"))
+        self.hear(QueryAnswer("VAR", f"{text[4:]}=+1"))
 
 
 def test_equal_names_are_answered_in_the_order_they_were_written() -> None:
@@ -97,7 +97,7 @@ def test_equal_names_are_answered_in_the_order_they_were_written() -> None:
         assert it.write() == f"JOG {axis}"
     it.hear(Completion("JOG"))
     assert [one.command for one in it.session._sent] == [StopJog(axis="Z")]
-    it.hear(Refusal("JOG", "E07"))
+    it.hear(FicsRefusal("JOG", "E07"))
     assert it.session._sent == []
 
 
@@ -110,9 +110,9 @@ def test_no_answer_after_a_fence_is_credited_to_a_stop_before_it() -> None:
     assert it.write() == "JOG X"  # its answer is lost
     it.pass_fence()
     assert it.write() == "JOG Z+"
-    it.hear(Refusal("JOG", "E07"))
+    it.hear(FicsRefusal("JOG", "E07"))
     assert isinstance(stopped.result(), NoReply)
-    assert started.result() == Refusal("JOG", "E07")
+    assert started.result() == FicsRefusal("JOG", "E07")
 
 
 def test_a_decelerating_stop_is_answered_at_standstill_however_many_fences_pass() -> None:
@@ -158,7 +158,7 @@ def test_a_fence_is_passed_by_its_own_number_only() -> None:
     it.write()
     it.session.pass_deadlines(1.0, None)
     fence = it.write(1.0)
-    it.hear(Refusal("VAR", "E06"), Answer("VAR", "V05=+1"))
+    it.hear(FicsRefusal("VAR", "E06"), QueryAnswer("VAR", "V05=+1"))
     assert not it.session.in_step
     assert it.write(1.0) not in (fence, "VAR V05")
 
@@ -170,7 +170,7 @@ def test_a_fence_never_asks_for_what_somebody_has_asked_for() -> None:
     for number in range(0, 100, 2):
         it.submit(GetVariable(number=number), Lane.READ)
         it.write()
-        it.hear(Answer("VAR", f"V{number:02d}=+1"))
+        it.hear(QueryAnswer("VAR", f"V{number:02d}=+1"))
     assert {it.session._fresh_variable() for _ in range(50)} == set(range(1, 100, 2))
 
 
@@ -180,7 +180,7 @@ def test_an_upload_that_is_refused_is_none_unless_one_may_be_open(error: str, ma
     it.submit(BeginPositionUpload(first=1))
     it.write()
     assert it.session.upload.is_open
-    it.hear(Refusal("POF", error))
+    it.hear(FicsRefusal("POF", error))
     assert it.session.upload.is_open is may_be_open
 
 
@@ -192,7 +192,7 @@ def test_the_end_of_an_upload_that_is_refused_ends_it_only_if_none_was_open(
     it.begin_upload()
     it.submit(EndPositionUpload())
     it.write()
-    it.hear(Refusal("POF", error))
+    it.hear(FicsRefusal("POF", error))
     assert it.session.upload.is_open is may_be_open
 
 
@@ -201,10 +201,10 @@ def test_an_upload_whose_end_was_refused_is_ended_before_anything_else_is_said()
     it.begin_upload()
     it.submit(EndPositionUpload())
     it.write()
-    it.hear(Refusal("POF", "E03"))
+    it.hear(FicsRefusal("POF", "E03"))
     it.submit(TakeCurrentError(), Lane.READ)
     assert it.write() == "ERR"  # the robot takes it in an upload, too
-    it.hear(Answer("ERR", "E03"))
+    it.hear(QueryAnswer("ERR", "E03"))
     it.submit(GetAxisStatus(), Lane.READ)
     assert it.write() == "POF 2"
     it.hear(Completion("POF"))
@@ -236,7 +236,7 @@ def test_a_refusal_that_only_an_upload_explains_is_followed_by_its_end(question:
     it = Bench()
     it.submit(question, Lane.READ)
     name = it.write()
-    it.hear(Refusal(name, "E03"))
+    it.hear(FicsRefusal(name, "E03"))
     assert it.write() == "POF 2"
     it.hear(Completion("POF"))
     it.pass_fence()
@@ -249,7 +249,7 @@ def test_a_fence_that_is_refused_as_in_an_upload_ends_it() -> None:
     it.write()
     it.session.pass_deadlines(1.0, None)
     assert it.write().startswith("VAR V")
-    it.hear(Refusal("VAR", "E03"))
+    it.hear(FicsRefusal("VAR", "E03"))
     assert it.write() == "POF 2"
 
 
@@ -257,7 +257,7 @@ def test_a_refusal_that_the_teaching_terminal_explains_is_no_upload() -> None:
     it = Bench()
     it.submit(MoveRelative(coordinates=[1.0]))
     it.write()
-    it.hear(Refusal("LMI", "E03"))
+    it.hear(FicsRefusal("LMI", "E03"))
     assert not it.session.upload.is_open
     assert it.session.in_step
 
@@ -341,7 +341,7 @@ def test_equal_stops_that_wait_are_written_once_and_answered_all() -> None:
     assert it.session.waiting(Lane.STOP) == 1
     assert it.write() == "AES"
     it.hear(Completion("AES"))
-    assert [future.result() for future in futures] == [Answered()] * 50
+    assert [future.result() for future in futures] == [RobotAnswered()] * 50
     assert len(written) == 50
 
 
@@ -378,7 +378,7 @@ class Proved(Bench):
         assert self.write(self.asked_at) == "MOD"
 
     def answer(self) -> None:
-        self.hear(Answer("MOD", "3"))
+        self.hear(QueryAnswer("MOD", "3"))
 
     def what_becomes_of_a_motion(self, now: float) -> "str | Outcome":
         """Its frame, or why it is not written."""
@@ -417,7 +417,7 @@ def test_a_late_answer_proves_nothing() -> None:
     it.session.pass_deadlines(it.asked_at + 1.0, None)
     text = it.write(it.asked_at + 1.0)
     it.answer()
-    it.hear(Answer("VAR", f"{text[4:]}=+1"))
+    it.hear(QueryAnswer("VAR", f"{text[4:]}=+1"))
     assert isinstance(it.what_becomes_of_a_motion(it.asked_at + 1.1), NotProved)
 
 
@@ -483,12 +483,12 @@ def test_an_attempt_that_was_not_completed_leaves_nothing_behind() -> None:
     download = it.submit(DownloadPositions(first=1, count=2), Lane.READ)
     outcome = it.wait_for(download)
     assert it.write() == "POR 1,2"
-    it.hear(Answer("POS", "1,"))
+    it.hear(QueryAnswer("POS", "1,"))
     it.session.pass_deadlines(1.0, None)
     it.pass_fence()
     assert it.write() == "POR 1,2", "it is repeated"
-    it.hear(Answer("POS", "2,"), Completion("POE"))
-    assert outcome.result() == Answered((StoredPosition(coordinates=[2.0, None]),))
+    it.hear(QueryAnswer("POS", "2,"), Completion("POE"))
+    assert outcome.result() == RobotAnswered((StoredPosition(coordinates=[2.0, None]),))
 
 
 def test_what_moves_nothing_is_not_said_to_have_moved_when_the_port_goes() -> None:
@@ -545,7 +545,7 @@ def test_a_late_refusal_of_a_fence_is_not_credited_to_the_query_in_doubt() -> No
     assert it.write(2.0).startswith("VAR V")
     it.session.pass_deadlines(3.0, None)
     assert it.write(3.0) == "VER"
-    it.hear(Refusal("VAR", "E06"))  # to one of three
+    it.hear(FicsRefusal("VAR", "E06"))  # to one of three
     assert asked.late_answer is None
 
 
@@ -559,7 +559,7 @@ def test_a_robot_that_only_refuses_fences_is_not_called_back() -> None:
             it.session.written(exchange, now, now + exchange.timeout_s)
             now += 1.0
             if exchange.command.wire_name() in FENCES:
-                it.hear(Refusal(exchange.command.wire_name(), "E01"))
+                it.hear(FicsRefusal(exchange.command.wire_name(), "E01"))
             it.session.pass_deadlines(now, None)
     assert len(silences) == 1
     assert not it.session.online
@@ -567,15 +567,15 @@ def test_a_robot_that_only_refuses_fences_is_not_called_back() -> None:
 
 def test_late_answers_that_contradict_each_other_leave_a_doubt_and_of_one_kind_the_last_counts() -> None:
     for frames, kind in (
-        ([Refusal("ACD", "E01"), AT_REST], GarbledReply),
-        ([Refusal("ACD", "E01"), Refusal("ACD", "E03")], Refusal),
+        ([FicsRefusal("ACD", "E01"), AT_REST], GarbledReply),
+        ([FicsRefusal("ACD", "E01"), FicsRefusal("ACD", "E03")], FicsRefusal),
     ):
         it = Bench()
         outcome = it.wait_for(it.submit(GetAxisStatus(), Lane.READ))
         it.write()
         it.session.pass_deadlines(1.0, None)
         text = it.write(1.0)
-        it.hear(*frames, Answer("VAR", f"{text[4:]}=+1"))
+        it.hear(*frames, QueryAnswer("VAR", f"{text[4:]}=+1"))
         assert isinstance(outcome.result(), kind)
 
 
@@ -585,7 +585,7 @@ def test_the_answer_to_a_motion_that_was_followed_by_another_is_not_awaited_any_
         it.submit(MoveRelative(coordinates=[distance]))
         text = it.write()
         if text.startswith("VAR"):
-            it.hear(Answer("VAR", f"{text[4:]}=+1"))
+            it.hear(QueryAnswer("VAR", f"{text[4:]}=+1"))
             text = it.write()
         assert text == f"LMI {distance:g}"
     assert [one.command for one in it.session._sent] == [MoveRelative(coordinates=[2.0])]

@@ -6,7 +6,7 @@ import pytest
 
 from gateway.core.errors import NoReply
 from gateway.core.move_record import MoveStatus
-from gateway.fics.errors import NotDone, NotReadBack, PositionsDiffer, RobotBusy
+from gateway.fics.errors import NotDone, NotReadBack, RobotBusy, RobotPositionsDiffer
 from gateway.fics.tables import agrees
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveToPosition
@@ -18,14 +18,14 @@ BOTH_MODES = pytest.mark.parametrize("mode", [2, 3])
 ROW = [(number, [100.0 + 10 * number, 150.0]) for number in range(1, 6)]
 
 
-async def upload_without(rig: FicsRig, lost: str) -> PositionsDiffer:
+async def upload_without(rig: FicsRig, lost: str) -> RobotPositionsDiffer:
     """Upload positions of which one line is lost; in Ver.3 a copy of the answer before stands for its own."""
     rig.cable.lost_once = lost
     uploading = asyncio.create_task(rig.robot.upload_positions(ROW))
     await rig.cable.written_from(lost)
     if rig.robot.mode == 3:
         rig.cable._deliver(b"POS\r")
-    with pytest.raises(PositionsDiffer) as differ:
+    with pytest.raises(RobotPositionsDiffer) as differ:
         await uploading
     return differ.value
 
@@ -67,7 +67,7 @@ async def test_a_position_that_keeps_an_axis_it_should_not_have_differs() -> Non
     async with fics_rig(mode=2) as rig:
         rig.fics.units[1].positions[2] = (7.0, 8.0)
         rig.cable.lost_once = "POS 7"
-        with pytest.raises(PositionsDiffer, match="1 holds 7,8 and was sent as 7"):
+        with pytest.raises(RobotPositionsDiffer, match="1 holds 7,8 and was sent as 7"):
             await rig.robot.upload_positions([(1, [7.0]), (2, [7.0, 8.0])])
 
 

@@ -4,10 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gateway.fics.exchange import Answered
+from gateway.fics.exchange import RobotAnswered
 from gateway.fics.upload_state import UploadState
 from protocols.fics.alarms import TakeCurrentError
-from protocols.fics.link import Refusal
+from protocols.fics.link import FicsRefusal
 from protocols.fics.positions import BeginPositionUpload, EndPositionUpload, UploadPosition
 from protocols.fics.row import FicsCommand
 from protocols.fics.system import GetSystemVersion, GetUnit
@@ -23,8 +23,8 @@ def opened() -> UploadState:
     return it
 
 
-def refusal(error: str) -> Refusal:
-    return Refusal("POF", error)
+def refusal(error: str) -> FicsRefusal:
+    return FicsRefusal("POF", error)
 
 
 def test_an_upload_is_open_from_the_frame_that_begins_it_until_its_end_is_taken() -> None:
@@ -32,9 +32,9 @@ def test_an_upload_is_open_from_the_frame_that_begins_it_until_its_end_is_taken(
     assert not it.may_be_open
     it.note_written(BEGIN, 1, silent=False)
     assert it.is_open
-    it.note_outcome(POSITION, 2, Answered())
+    it.note_outcome(POSITION, 2, RobotAnswered())
     assert it.is_open
-    it.note_outcome(END, 3, Answered())
+    it.note_outcome(END, 3, RobotAnswered())
     assert not it.may_be_open
 
 
@@ -43,7 +43,7 @@ def test_an_end_in_mode_2_may_not_have_been_heard() -> None:
     it.note_written(BEGIN, 1, silent=True)
     it.note_written(END, 2, silent=True)
     assert (it.is_open, it.may_be_open) == (False, True)
-    it.note_outcome(GetUnit(), 3, Answered())
+    it.note_outcome(GetUnit(), 3, RobotAnswered())
     assert not it.may_be_open
 
 
@@ -62,9 +62,9 @@ def test_a_refusal_of_its_beginning_or_its_end_tells_whether_it_is_open(
 def test_only_what_was_written_after_its_beginning_proves_its_end() -> None:
     it = UploadState()
     it.note_written(BEGIN, 5, silent=False)
-    it.note_outcome(GetUnit(), 4, Answered())
+    it.note_outcome(GetUnit(), 4, RobotAnswered())
     assert it.is_open
-    it.note_outcome(GetUnit(), 6, Answered())
+    it.note_outcome(GetUnit(), 6, RobotAnswered())
     assert not it.is_open
 
 
@@ -113,7 +113,7 @@ def test_after_the_end_was_taken_no_upload_is_open(
     it = UploadState()
     for number, (command, silent, error) in enumerate(deeds, 1):
         it.note_written(command, number, silent=silent)
-        it.note_outcome(command, number, refusal(error) if error else Answered())
+        it.note_outcome(command, number, refusal(error) if error else RobotAnswered())
         assert it.may_be_open or not it.is_open
-    it.note_outcome(END, len(deeds) + 1, Answered())
+    it.note_outcome(END, len(deeds) + 1, RobotAnswered())
     assert not it.may_be_open

@@ -2,7 +2,7 @@
 
 import pytest
 
-from gateway.rorze.backup_places import PLACES, PLACES_OF, RAM_ONLY, Place, place_of, words_of
+from gateway.rorze.backup_places import PLACES, PLACES_OF, RAM_ONLY, BackupPlace, place_of, words_of
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.patterns import GetSpeedChange, SetSpeedChange
 from protocols.rorze.programs import MemoryReply, SetProgramMemory
@@ -70,7 +70,7 @@ def test_a_value_that_cannot_be_set_was_never_set() -> None:
 
 
 def test_a_change_of_speed_is_told_by_where_it_begins() -> None:
-    place = Place(SetSpeedChange, {"pattern": 3, "point": 2})
+    place = BackupPlace(SetSpeedChange, {"pattern": 3, "point": 2})
     told = GetSpeedChange(pattern=3, point=2).read_reply("F5321,T8000,S5000")
     found = place.setting(told)
     assert found is not None

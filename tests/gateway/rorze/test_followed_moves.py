@@ -6,7 +6,7 @@ from contextlib import asynccontextmanager, suppress
 
 import pytest
 
-from gateway.core.errors import Expired, LineDown
+from gateway.core.errors import Expired, PortNotOpen
 from gateway.core.lanes import Lane
 from gateway.core.move_record import LOST_AFTER_S, MoveStatus
 from gateway.core.silence import OUT_OF_REACH_S
@@ -178,7 +178,7 @@ async def test_a_reading_before_a_cut_and_one_after_it_make_a_pair(monkeypatch: 
             looks += 1
             if looks % 2:
                 return await look(lane)
-            raise LineDown("the line is down")
+            raise PortNotOpen("the line is down")
 
         monkeypatch.setattr(body, "poll", every_second_look)
         await ended(it, move)

@@ -7,7 +7,7 @@ from pydantic import ValidationError
 
 from gateway.core.errors import BodyBusy, InvalidRequest, StoppedFirst
 from gateway.core.origin import Origin
-from gateway.core.targets import Begun
+from gateway.core.targets import BegunMoves
 from gateway.rorze.jogs import BodyJogRequest
 from gateway.rorze.limited_speed import Rate
 from gateway.rorze.move_requests import AbsoluteMoveRequest, RelativeMoveRequest
@@ -81,7 +81,7 @@ async def test_a_step_and_a_way_to_a_place_run_no_faster_than_asked_for() -> Non
             ),
         ):
             begun = await start(it.plant, ME, "/bodies/3F", request)
-            assert isinstance(begun, Begun)
+            assert isinstance(begun, BegunMoves)
             assert 450 < await fastest(it, 1.0) <= 520
             assert (await it.plant.moves.wait(begun.moves[0].id, 60)).status == "succeeded"
 
@@ -91,7 +91,7 @@ async def test_the_standard_speeds_bound_it_and_stay_as_they_were() -> None:
     async with rig(body_options=SCALED) as it:
         before = await read_set(it.body(), 30)
         begun = await start(it.plant, ME, "/bodies/3F", by_mm(10, Rate(value=9_999, unit="mm/s")), 30.0)
-        assert isinstance(begun, Begun)
+        assert isinstance(begun, BegunMoves)
         assert await read_set(it.body(), 30) == before
         own = await read_set(it.body(), 29)
         assert own.maximum_speed_pps == before.maximum_speed_pps
@@ -114,7 +114,7 @@ async def test_the_pattern_of_the_configuration_is_the_gateways_and_loses_its_ch
         await it.body().ask(SetPattern(pattern=7, acceleration=3, deceleration=3))
         await it.body().ask(SetSpeedChange(pattern=7, point=0, begin=100, speed=40_000))
         begun = await start(it.plant, ME, "/bodies/3F", by_mm(10))
-        assert isinstance(begun, Begun)
+        assert isinstance(begun, BegunMoves)
         assert begun.moves[0].frame == "&3F1+MA[7],1000\\r"
         assert await fastest(it, 2.5) <= 520
 
@@ -125,7 +125,7 @@ async def test_of_two_wishes_at_once_the_second_changes_no_speed_of_the_first() 
         fast = Rate(value=400, unit="mm/s")
         starts = [start(it.plant, ME, "/bodies/3F", by_mm(10, limit)) for limit in (FIVE, fast)]
         first, second = await asyncio.gather(*starts, return_exceptions=True)
-        assert isinstance(first, Begun)
+        assert isinstance(first, BegunMoves)
         assert isinstance(second, BodyBusy)
         assert await fastest(it, 1.0) <= 520
         with pytest.raises(BodyBusy):

@@ -14,8 +14,8 @@ from gateway.core.errors import (
     Expired,
     GarbledReply,
     GatewayError,
-    LineDown,
     NoReply,
+    PortNotOpen,
     QueueFull,
 )
 from gateway.core.fence import FENCE_TRIES
@@ -1211,9 +1211,9 @@ async def test_when_the_port_is_lost_what_waited_was_not_sent_and_what_was_writt
         assert isinstance(await waiting, Cancelled)
         assert isinstance(await stopping, NoReply)
         assert line.state is LineState.DOWN
-        with pytest.raises(LineDown):
+        with pytest.raises(PortNotOpen):
             ask(line, StopImmediately())
-        assert isinstance(await line.probe(2, 0.1), LineDown)
+        assert isinstance(await line.probe(2, 0.1), PortNotOpen)
         far.plugged_in = True
         far.written.clear()
         await until(lambda: line.state is LineState.READY)

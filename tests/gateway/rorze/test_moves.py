@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from gateway.core.errors import BodyBusy, BodyOffline, Cancelled, ControllerRefused, Expired, LineDown
+from gateway.core.errors import BodyBusy, BodyOffline, Cancelled, ControllerRefused, Expired, PortNotOpen
 from gateway.core.move_record import MoveStatus
 from gateway.core.stops import StopMode
 from gateway.rorze.bodies import Body
@@ -306,7 +306,7 @@ async def test_a_stop_cancels_a_move_whose_start_is_still_being_asked_for() -> N
 async def test_nothing_is_sent_while_the_line_is_down() -> None:
     async with rig() as it:
         it.wire.unplug()
-        with pytest.raises(LineDown):
+        with pytest.raises(PortNotOpen):
             await start(it, LONG)
         [move] = it.plant.moves.of(it.body())
         assert move.status is MoveStatus.CANCELLED

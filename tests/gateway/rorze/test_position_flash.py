@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from gateway.rorze.position_flash import PositionFlash
-from gateway.rorze.positions import Wanted, read_one, store
+from gateway.rorze.positions import WantedPosition, read_one, store
 from protocols.rorze.flash import EraseFlash, LoadPositions, SavePositions
 from protocols.rorze.inputs_outputs import SetInterruptAction
 from protocols.rorze.notation import PositionReference
@@ -101,9 +101,9 @@ def test_what_may_change_flash_memory_itself_ends_all_knowledge() -> None:
 async def test_what_flash_memory_holds_comes_back_with_the_power() -> None:
     async with rig() as it:
         body = it.body()
-        await store(body, [Wanted(7, 100)], flash=True)
+        await store(body, [WantedPosition(7, 100)], flash=True)
         await read_one(body, 7)
-        await store(body, [Wanted(7, 500)])
+        await store(body, [WantedPosition(7, 500)])
         assert ((await read_one(body, 7)).pulses, body.position_flash.held(7)) == (500, 100)
         it.machine.brown_out(0x3F, 0.5, asyncio.get_running_loop().time())
         it.wire.turn()

@@ -9,18 +9,18 @@ import pytest
 from gateway.core.errors import BodyBusy, InvalidRequest
 from gateway.rorze.door.positions import named
 from gateway.rorze.position_uploads import TableUpload
-from gateway.rorze.positions import NamedPosition, Position, Wanted, read
+from gateway.rorze.positions import NamedPosition, TablePosition, WantedPosition, read
 from protocols.rorze.position import GetPosition
 from tests.plants import Rig, in_virtual_time, rig
 from tests.watching import watching
 
 COUNT = 40
-TABLE = [Wanted(number, number + 1) for number in range(COUNT)]
+TABLE = [WantedPosition(number, number + 1) for number in range(COUNT)]
 WHOLE = 1e6
 
 
-def begin(running: Rig, wanted: Sequence[Wanted] = TABLE) -> TableUpload:
-    async def name_all(held: Sequence[Position]) -> list[NamedPosition]:
+def begin(running: Rig, wanted: Sequence[WantedPosition] = TABLE) -> TableUpload:
+    async def name_all(held: Sequence[TablePosition]) -> list[NamedPosition]:
         return list(map(partial(named, running.plant, running.body()), held))
 
     return running.plant.rorze.position_uploads.start(running.body(), wanted, flash=False, named=name_all)
@@ -69,7 +69,7 @@ async def test_one_that_is_cancelled_while_it_is_read_back_was_sent_whole() -> N
 async def test_one_at_a_time_and_only_what_can_be_stored() -> None:
     async with rig(baud=9600) as it:
         with pytest.raises(InvalidRequest, match="given twice"):
-            begin(it, [Wanted(1, 1), Wanted(1, 2)])
+            begin(it, [WantedPosition(1, 1), WantedPosition(1, 2)])
         begin(it)
         with pytest.raises(BodyBusy, match="is being stored; nothing was sent"):
             begin(it)

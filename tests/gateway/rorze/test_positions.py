@@ -10,10 +10,10 @@ from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest
 from gateway.rorze.bodies import Body
 from gateway.rorze.positions import (
     LAST_POSITION,
-    Position,
     PositionsDiffer,
     StoringBrokenOff,
-    Wanted,
+    TablePosition,
+    WantedPosition,
     read,
     store,
 )
@@ -28,20 +28,26 @@ from tests.plants import finished, in_virtual_time, lose, rig, start
 @in_virtual_time
 async def test_positions_are_stored_and_read_back() -> None:
     async with rig() as it:
-        held = await store(it.body(), [Wanted(7, 500), Wanted(2047, -999_999_999), Wanted(0, 0)])
-        assert held == [Position(7, 500), Position(2047, -999_999_999), Position(0, 0)]
-        assert await read(it.body(), 6, 8) == [Position(6, 0), Position(7, 500), Position(8, 0)]
+        held = await store(
+            it.body(), [WantedPosition(7, 500), WantedPosition(2047, -999_999_999), WantedPosition(0, 0)]
+        )
+        assert held == [TablePosition(7, 500), TablePosition(2047, -999_999_999), TablePosition(0, 0)]
+        assert await read(it.body(), 6, 8) == [
+            TablePosition(6, 0),
+            TablePosition(7, 500),
+            TablePosition(8, 0),
+        ]
 
 
 @in_virtual_time
 async def test_a_number_alone_stores_where_the_motor_stands() -> None:
     async with rig() as it:
         await finished(it, MoveClockwise(distance=1_234))
-        assert await store(it.body(), [Wanted(7, None)]) == [Position(7, 1_234)]
+        assert await store(it.body(), [WantedPosition(7, None)]) == [TablePosition(7, 1_234)]
         await start(it, MoveClockwise(distance=100_000))
         with pytest.raises(BodyBusy, match="moves; nothing was sent"):
-            await store(it.body(), [Wanted(8, None)])
-        assert (await store(it.body(), [Wanted(9, 5)])) == [Position(9, 5)]
+            await store(it.body(), [WantedPosition(8, None)])
+        assert (await store(it.body(), [WantedPosition(9, 5)])) == [TablePosition(9, 5)]
 
 
 @in_virtual_time
@@ -49,9 +55,9 @@ async def test_what_cannot_be_stored_is_not_sent() -> None:
     async with rig() as it:
         before = len(it.wire.sent)
         for wanted, told in (
-            ([Wanted(1, 5), Wanted(1, 6)], "given twice"),
-            ([Wanted(LAST_POSITION + 1, 5)], "no position 2048"),
-            ([Wanted(1, 10**9)], "less than 1000000000"),
+            ([WantedPosition(1, 5), WantedPosition(1, 6)], "given twice"),
+            ([WantedPosition(LAST_POSITION + 1, 5)], "no position 2048"),
+            ([WantedPosition(1, 10**9)], "less than 1000000000"),
         ):
             with pytest.raises(InvalidRequest, match=told):
                 await store(it.body(), wanted)
@@ -63,7 +69,7 @@ async def test_what_cannot_be_stored_is_not_sent() -> None:
 @in_virtual_time
 async def test_what_the_body_holds_otherwise_is_told() -> None:
     async with rig() as it:
-        storing = asyncio.create_task(store(it.body(), [Wanted(1, 5), Wanted(2, 6)]))
+        storing = asyncio.create_task(store(it.body(), [WantedPosition(1, 5), WantedPosition(2, 6)]))
         for _ in range(3):  # somebody else writes there, too
             await it.wire.begun("&3F3NDP[2]")
             it.axis().positions[2] = 7
@@ -74,7 +80,7 @@ async def test_what_the_body_holds_otherwise_is_told() -> None:
 @in_virtual_time
 async def test_a_line_that_goes_down_breaks_it_off_and_says_what_was_sent() -> None:
     async with rig() as it:
-        storing = asyncio.create_task(store(it.body(), [Wanted(number, 5) for number in range(4)]))
+        storing = asyncio.create_task(store(it.body(), [WantedPosition(number, 5) for number in range(4)]))
         await it.wire.begun("&3F3PSP[2],5")
         it.wire.unplug()
         with pytest.raises(StoringBrokenOff, match="2 of 4 positions were sent"):
@@ -84,10 +90,10 @@ async def test_a_line_that_goes_down_breaks_it_off_and_says_what_was_sent() -> N
 @in_virtual_time
 async def test_flash_holds_what_was_stored() -> None:
     async with rig() as it:
-        await store(it.body(), [Wanted(3, 33)], flash=True)
-        await store(it.body(), [Wanted(3, 44)])
+        await store(it.body(), [WantedPosition(3, 33)], flash=True)
+        await store(it.body(), [WantedPosition(3, 44)])
         await it.body().ask(LoadPositions())
-        assert await read(it.body(), 3, 3) == [Position(3, 33)]
+        assert await read(it.body(), 3, 3) == [TablePosition(3, 33)]
 
 
 @in_virtual_time
@@ -102,7 +108,7 @@ async def test_a_lost_answer_costs_a_repetition_and_no_position() -> None:
 @in_virtual_time
 async def test_a_move_goes_to_a_stored_position() -> None:
     async with rig() as it:
-        await store(it.body(), [Wanted(5, 800)])
+        await store(it.body(), [WantedPosition(5, 800)])
         move = await finished(it, MoveTo(position=PositionReference(position=5)))
         assert (move.frame, move.target_position, move.position) == ("&3F1AMP[5]\\r", 800, 800)
 
@@ -144,7 +150,7 @@ def test_on_lines_that_err_no_position_is_called_stored_that_is_not() -> None:
                     chance = dice.choice([0.0, 0.01, 0.04])
                     it.machine.faults.set(Switch(fault, direction, probability=chance, delay_s=0.3))
             numbers = dice.sample(range(2048), 20)
-            wanted = [Wanted(number, dice.randrange(1 - BILLION, BILLION)) for number in numbers]
+            wanted = [WantedPosition(number, dice.randrange(1 - BILLION, BILLION)) for number in numbers]
             with suppress(GatewayError):
                 held = await store(it.body(), wanted)
                 assert [*map(tuple, held)] == [*map(tuple, wanted)]

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from gateway.rorze.asked_body import is_mark, new_mark
-from gateway.rorze.power import PROOF_HOLDS_S, Power, ProofTooOld, needs_place
+from gateway.rorze.power import PROOF_HOLDS_S, BodyPower, ProofTooOld, needs_place
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.interpolation import StartInterpolation, TurnFinger
 from protocols.rorze.moves import MoveClockwise, MoveTo, MoveToSlowly
@@ -45,15 +45,15 @@ def test_what_goes_to_a_place(command: RorzeCommand[Any], place: bool) -> None:
     assert needs_place(command) is place
 
 
-def at_rest(position: int = 500, bits: int = 0) -> Power:
-    power = Power()
+def at_rest(position: int = 500, bits: int = 0) -> BodyPower:
+    power = BodyPower()
     power.note_rest(position, bits, at=1.0)
     power.note_rest(position, bits, at=1.0)
     return power
 
 
 def test_another_place_and_a_fallen_error_contradict_what_was_said_before() -> None:
-    assert not Power().contradicts(0, 0), "nothing was said before"
+    assert not BodyPower().contradicts(0, 0), "nothing was said before"
     power = at_rest(500, LIMIT)
     assert not power.contradicts(500, LIMIT)
     assert not power.contradicts(500, LIMIT | 0x04), "an error that comes is no loss of power"
@@ -98,7 +98,7 @@ def test_silence_after_a_move_nobody_saw_the_end_of_is_a_contradiction() -> None
     power.note_silence()
     assert power.contradicts(0, 0)
     assert power.looks_switched_on(0)
-    never_seen = Power()
+    never_seen = BodyPower()
     never_seen.note_silence()
     assert not never_seen.contradicts(0, 0), "a body that is switched on for the first time"
 
@@ -114,7 +114,7 @@ def test_silence_after_a_move_nobody_saw_the_end_of_is_a_contradiction() -> None
     ],
 )
 def test_a_mark_that_was_saved_or_overwritten_proves_nothing(command: RorzeCommand[Any], kept: bool) -> None:
-    power = Power(comment=7)
+    power = BodyPower(comment=7)
     power.note_marked("GW-00000001")
     power.note_done(command)
     assert (power.mark is not None, power.is_guarded, power.mark_due) == (kept, kept, not kept)
@@ -131,7 +131,7 @@ def test_a_motion_to_a_place_is_written_only_soon_after_it_was_proved() -> None:
 
 
 def test_with_a_mark_positions_prove_nothing() -> None:
-    power = Power(comment=7)
+    power = BodyPower(comment=7)
     power.note_marked("GW-00000001")
     power.note_rest(500, 0, at=50.0)
     assert isinstance(power.refuses_write("3F", MoveTo(position=5), 50.0), ProofTooOld)
@@ -149,7 +149,7 @@ def test_marks_are_told_from_what_people_write() -> None:
 
 def test_a_loss_is_told_each_time_and_acknowledged_once() -> None:
     told: list[str] = []
-    power = Power(comment=7, on_news=lambda kind, _: told.append(kind))
+    power = BodyPower(comment=7, on_news=lambda kind, _: told.append(kind))
     power.lost(certain=True)
     power.lost(certain=True)
     power.found_origin()

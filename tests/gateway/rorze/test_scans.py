@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from gateway.core.errors import BodyBusy, LineDown, NotFound
+from gateway.core.errors import BodyBusy, NotFound, PortNotOpen
 from protocols.rorze.position import GetPosition
 from simulator.faults import Direction, Fault, Switch
 from tests.plants import in_virtual_time, rig
@@ -81,7 +81,7 @@ async def test_a_scan_of_a_line_that_is_down_is_refused_and_one_that_goes_down_f
         assert scan.status == "failed"
         assert scan.error is not None
         assert "line1" in scan.error
-        with pytest.raises(LineDown, match="pulled"):
+        with pytest.raises(PortNotOpen, match="pulled"):
             it.plant.scans.start(line)
 
 

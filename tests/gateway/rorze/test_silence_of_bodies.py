@@ -2,7 +2,15 @@
 
 import pytest
 
-from gateway.core.errors import BodyOffline, Expired, GarbledReply, GatewayError, LineDown, NoReply, QueueFull
+from gateway.core.errors import (
+    BodyOffline,
+    Expired,
+    GarbledReply,
+    GatewayError,
+    NoReply,
+    PortNotOpen,
+    QueueFull,
+)
 from gateway.rorze.line import Line
 from tests.gateway.rorze.far_end import FarEnd, running_line, virtual
 
@@ -13,7 +21,7 @@ from tests.gateway.rorze.far_end import FarEnd, running_line, virtual
         (NoReply("no reply came"), True),
         (BodyOffline("it does not answer"), True),
         (GarbledReply("something came"), False),
-        (LineDown("the line is down"), False),
+        (PortNotOpen("the line is down"), False),
         (QueueFull("crowded"), False),
         (Expired(), False),
     ],

@@ -16,7 +16,7 @@ from gateway.rorze_scara.requests import ScaraMoveRequest
 from gateway.rorze_scara.scara import Scara
 from protocols.rorze.position import SetPosition
 from protocols.rorze.profile import TICK_S
-from protocols.rorze.scara import Place
+from protocols.rorze.scara import FingerPlace
 from simulator.rorze.rc400 import LinkSettings
 from tests.plants import Rig, rig
 from tests.simulator.rorze.robot import SPEEDS
@@ -101,7 +101,7 @@ class Cell:
         now = asyncio.get_running_loop().time()
         return [self.rig.axis(number).position(now) for number in self.numbers]
 
-    def place(self) -> Place:
+    def place(self) -> FingerPlace:
         """Where the finger really ends."""
         return self.scara.robot.place(self.positions())
 
@@ -112,7 +112,7 @@ class Cell:
         while not any(self.moving()):  # noqa: ASYNC110  # virtual time
             await asyncio.sleep(TICK_S)
 
-    async def ticks(self) -> AsyncIterator[Place]:
+    async def ticks(self) -> AsyncIterator[FingerPlace]:
         """Where the finger ends at every tick of a move, to its end."""
         await self.until_moving()
         while any(self.moving()):

@@ -4,7 +4,7 @@ import pytest
 
 from gateway.config import parse
 from gateway.core.toml_files import ConfigError
-from gateway.rorze_scara.config import Scara
+from gateway.rorze_scara.config import ScaraTable
 from protocols.rorze.scara import BeltLinked, ThreeAxes
 from tests.gateway.rorze_scara.cell import BELTS, SCARA
 
@@ -23,8 +23,8 @@ robot = {id = "r1", units = [{number = 1, axes = ["X"]}]}
 """
 
 
-def robots(tables: str) -> list[Scara]:
-    return [it for it in parse(LINES + tables, "x").made()["scaras"] if isinstance(it, Scara)]
+def robots(tables: str) -> list[ScaraTable]:
+    return [it for it in parse(LINES + tables, "x").made()["scaras"] if isinstance(it, ScaraTable)]
 
 
 def complaint(table: str, lines: str = LINES) -> str:

@@ -22,7 +22,7 @@ from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
 from gateway.core.stops import CONFIRM_WITHIN_S
-from gateway.core.targets import Begun
+from gateway.core.targets import BegunMoves
 from gateway.rorze.limited_speed import Rate
 from gateway.rorze.move_requests import RelativeMoveRequest
 from gateway.rorze.speed_sets import read_set
@@ -33,7 +33,7 @@ from gateway.rorze_scara.record import ScaraMove
 from gateway.rorze_scara.requests import ScaraMoveRequest
 from protocols.rorze.interpolation import PathPoint
 from protocols.rorze.modes import SetSoftLimits
-from protocols.rorze.path import Arc, Corner, Line, Segment, rounded
+from protocols.rorze.path import Arc, Corner, Segment, StraightLine, rounded
 from protocols.rorze.position import GetPosition
 from protocols.rorze.speeds import SetMaximumAcceleration
 from protocols.rorze.status import GetControllerStatus
@@ -58,7 +58,7 @@ def beside(segments: Sequence[Segment], point: complex) -> float:
 
 def _beside(segment: Segment, point: complex) -> float:
     ends = min(abs(point - segment.at(0.0)), abs(point - segment.at(segment.length)))
-    if isinstance(segment, Line):
+    if isinstance(segment, StraightLine):
         along = ((point - segment.start) / (segment.end - segment.start)).real
         return abs(point - segment.at(along * segment.length)) if 0 <= along <= 1 else ends
     assert isinstance(segment, Arc)
@@ -187,7 +187,7 @@ async def test_the_finger_ends_on_a_straight_line_at_every_tick(baud: int | None
     async with cell(baud=baud) as robot:
         begun = robot.place()
         move = asyncio.create_task(robot.start("line", x=mm(120), y=mm(260)))
-        ticks = await follows(robot, [Line(complex(begun.x, begun.y), 120_000 + 260_000j)])
+        ticks = await follows(robot, [StraightLine(complex(begun.x, begun.y), 120_000 + 260_000j)])
         assert ticks > 300
         assert (await robot.ended(await move)).status is MoveStatus.SUCCEEDED
 
@@ -302,7 +302,7 @@ FIVE = {"value": 5, "unit": "mm/s"}
 
 async def start_move(robot: Cell, request: ScaraMoveRequest, wait_s: float = 0.0) -> ScaraMove:
     begun = await ask(robot.rig.plant, "startScaraMove", scara_id="wafer", request=request, wait=wait_s)
-    assert isinstance(begun, Begun)
+    assert isinstance(begun, BegunMoves)
     [move] = begun.moves
     assert isinstance(move, ScaraMove)
     return move

@@ -12,7 +12,7 @@ import pytest
 
 from gateway.security import syslog as syslog_module
 from gateway.security.chain import Chain, draft
-from gateway.security.syslog import Syslog
+from gateway.security.syslog import SyslogSender
 from tests.certificates import write_certificate
 
 
@@ -60,8 +60,8 @@ class Server:
 
 
 @contextmanager
-def sending(server: Server, ca: Path | None = None) -> Iterator[Syslog]:
-    it = Syslog(server.address, ca=ca or server.certificate)
+def sending(server: Server, ca: Path | None = None) -> Iterator[SyslogSender]:
+    it = SyslogSender(server.address, ca=ca or server.certificate)
     it.start()
     try:
         yield it
@@ -113,7 +113,7 @@ def test_what_is_too_much_is_lost_and_counted_and_nothing_waits(
     server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(syslog_module, "MOST_WAITING", 10)
-    it = Syslog(server.address, ca=server.certificate)
+    it = SyslogSender(server.address, ca=server.certificate)
     lost: Queue[int] = Queue()
     it.on_lost = lost.put
     it.send(lines(tmp_path, 25))

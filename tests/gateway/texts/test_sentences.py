@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from gateway.core.verdicts import TABLES, Problem
+from gateway.core.verdicts import TABLES, RowProblem
 from gateway.door.catalogue import list_translations
 from gateway.rorze.move_proof import CAUSES
 from gateway.rorze.settings import unavailable_in
@@ -32,7 +32,7 @@ ENDS = {
     re.sub(r":g\}", "}", sentence)
     for rows in TABLES.values()
     for row in rows
-    if isinstance(row.error, Problem)
+    if isinstance(row.error, RowProblem)
     for sentence in (row.error.detail, row.error.remedy)
     if not sentence.endswith("{acknowledge}")
 } | set(CAUSES.values())

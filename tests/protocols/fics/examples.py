@@ -3,7 +3,15 @@
 from collections.abc import Iterator
 
 from protocols.fics.commands import Row, read
-from protocols.fics.link import Completion, Request, RequestReader, Ver2Reader, Ver3Reader, credit, encode
+from protocols.fics.link import (
+    Completion,
+    FicsRequest,
+    FicsRequestReader,
+    Ver2Reader,
+    Ver3Reader,
+    credit,
+    encode,
+)
 from protocols.fics.row import NAME_LENGTH
 from protocols.table import Reply
 
@@ -19,8 +27,8 @@ def check_examples(row: Row) -> None:
     """Every example is read, survives JSON, and is written as the same bytes again."""
     assert row.example, f"{row.__name__} has no example"
     for sent, answered in exchanges(row):
-        (request,) = RequestReader().feed(sent.encode() + CR)
-        assert isinstance(request, Request)
+        (request,) = FicsRequestReader().feed(sent.encode() + CR)
+        assert isinstance(request, FicsRequest)
         command = read(request.name, request.arguments)
         assert isinstance(command, row)
         assert encode(command) == sent.encode() + CR

@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 import protocols.fics
 import protocols.rorze
 from protocols.fics.commands import BY_NAME, COMMANDS, ROWS, Row, read
-from protocols.fics.link import Request, RequestReader, encode
+from protocols.fics.link import FicsRequest, FicsRequestReader, encode
 from protocols.fics.macros import RESERVED, RunMacro
 from protocols.fics.row import BLOCK_ERRORS, Block, WhenAnswered
 from protocols.table import Ack, Retry, SyntaxFault, WireFault
@@ -258,8 +258,8 @@ def instances(draw: st.DrawFn, model: type[BaseModel]) -> Any:
 @given(data=st.data())
 def test_whatever_a_row_can_hold_reaches_the_robot_as_it_is(row: Row, data: st.DataObject) -> None:
     command = data.draw(instances(row))
-    (request,) = RequestReader().feed(encode(command))
-    assert isinstance(request, Request)
+    (request,) = FicsRequestReader().feed(encode(command))
+    assert isinstance(request, FicsRequest)
     assert read(request.name, request.arguments) == command
     assert row.model_validate_json(command.model_dump_json()) == command
 

@@ -2,7 +2,7 @@ import re
 
 import pytest
 
-from protocols.fics.errors import ERRORS, ErrorKind, lookup
+from protocols.fics.errors import ERRORS, FicsErrorKind, lookup
 from protocols.fics.row import BLOCK_ERRORS, UPLOAD_ERROR
 
 # C-HOST manual 2-12.
@@ -10,7 +10,7 @@ COMMUNICATION = [*range(1, 13), 99]
 
 
 def test_the_table_has_every_communication_error_of_the_manual() -> None:
-    listed = {code for code, row in ERRORS.items() if row.kind is ErrorKind.COMMUNICATION}
+    listed = {code for code, row in ERRORS.items() if row.kind is FicsErrorKind.COMMUNICATION}
     assert listed == {f"E{number:02d}" for number in COMMUNICATION}
 
 
@@ -32,16 +32,16 @@ def test_every_error_says_what_it_is_and_what_to_do_in_both_languages(code: str)
 @pytest.mark.parametrize(
     ("code", "kind"),
     [
-        ("E00", ErrorKind.NONE),
-        ("000", ErrorKind.NONE),
-        ("E07", ErrorKind.COMMUNICATION),
-        ("E55", ErrorKind.UNKNOWN),
-        ("183", ErrorKind.FICS),
-        ("201", ErrorKind.FICS),
-        ("777", ErrorKind.FICS),
+        ("E00", FicsErrorKind.NONE),
+        ("000", FicsErrorKind.NONE),
+        ("E07", FicsErrorKind.COMMUNICATION),
+        ("E55", FicsErrorKind.UNKNOWN),
+        ("183", FicsErrorKind.FICS),
+        ("201", FicsErrorKind.FICS),
+        ("777", FicsErrorKind.FICS),
     ],
 )
-def test_the_kind_of_an_error_shows_in_its_code(code: str, kind: ErrorKind) -> None:
+def test_the_kind_of_an_error_shows_in_its_code(code: str, kind: FicsErrorKind) -> None:
     assert lookup(code).kind is kind
 
 

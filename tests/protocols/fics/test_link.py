@@ -10,14 +10,14 @@ from protocols.fics.alarms import GetErrorDetail, TakeCurrentError
 from protocols.fics.jog import StartJog
 from protocols.fics.link import (
     LONGEST_LINE,
-    Answer,
     Completion,
-    Failure,
+    FicsRefusal,
+    FicsRequest,
+    FicsRequestReader,
     Frame,
     Garbage,
-    Refusal,
-    Request,
-    RequestReader,
+    QueryAnswer,
+    SystemFailure,
     Terminator,
     Ver2Reader,
     Ver3Reader,
@@ -50,20 +50,20 @@ def ver3(text: str) -> list[Frame]:
         ("LMA", Completion("LMA")),
         ("POE", Completion("POE")),
         ("PCK", Completion("PCK")),
-        ("LMA E07", Refusal("LMA", "E07")),
-        ("VAO E05", Refusal("VAO", "E05")),
-        ("LMA 183", Failure("LMA", "183")),
-        ("ORG 201", Failure("ORG", "201")),
-        ("PCK 777", Failure("PCK", "777")),
-        ("ACD 183", Failure("ACD", "183")),
-        ("HMT 183", Failure("HMT", "183")),
-        ("APS 1.5,#####", Answer("APS", "1.5,#####")),
-        ("MOD 3", Answer("MOD", "3")),
-        ("IDI 12", Answer("IDI", "12")),
-        ("ERR E05", Answer("ERR", "E05")),
-        ("ERR 183", Answer("ERR", "183")),
-        ("ERD ----", Answer("ERD", "----")),
-        ("ERD  X21", Answer("ERD", " X21")),
+        ("LMA E07", FicsRefusal("LMA", "E07")),
+        ("VAO E05", FicsRefusal("VAO", "E05")),
+        ("LMA 183", SystemFailure("LMA", "183")),
+        ("ORG 201", SystemFailure("ORG", "201")),
+        ("PCK 777", SystemFailure("PCK", "777")),
+        ("ACD 183", SystemFailure("ACD", "183")),
+        ("HMT 183", SystemFailure("HMT", "183")),
+        ("APS 1.5,#####", QueryAnswer("APS", "1.5,#####")),
+        ("MOD 3", QueryAnswer("MOD", "3")),
+        ("IDI 12", QueryAnswer("IDI", "12")),
+        ("ERR E05", QueryAnswer("ERR", "E05")),
+        ("ERR 183", QueryAnswer("ERR", "183")),
+        ("ERD ----", QueryAnswer("ERD", "----")),
+        ("ERD  X21", QueryAnswer("ERD", " X21")),
     ],
 )
 def test_ver_3_tells_each_kind_of_frame_apart(text: str, found: Frame) -> None:
@@ -73,9 +73,9 @@ def test_ver_3_tells_each_kind_of_frame_apart(text: str, found: Frame) -> None:
 @pytest.mark.parametrize(
     ("text", "found"),
     [
-        ("APS 1.5,#####", Answer("APS", "1.5,#####")),
-        ("ERR E05", Answer("ERR", "E05")),
-        ("LMA E07", Answer("LMA", "E07")),
+        ("APS 1.5,#####", QueryAnswer("APS", "1.5,#####")),
+        ("ERR E05", QueryAnswer("ERR", "E05")),
+        ("LMA E07", QueryAnswer("LMA", "E07")),
         ("POE", Completion("POE")),
     ],
 )
@@ -102,7 +102,7 @@ def test_stray_ends_of_line_and_padding_are_nothing(blank: bytes) -> None:
 
 
 def test_lines_may_end_with_cr_or_crlf() -> None:
-    assert Ver3Reader().feed(b"LMA\r\nAPS 5\r\n") == [Completion("LMA"), Answer("APS", "5")]
+    assert Ver3Reader().feed(b"LMA\r\nAPS 5\r\n") == [Completion("LMA"), QueryAnswer("APS", "5")]
 
 
 def test_a_line_without_end_is_told_once_and_takes_no_memory() -> None:
@@ -140,12 +140,12 @@ def test_a_stop_and_the_move_it_stopped_are_told_apart_by_name() -> None:
     move, stop = MoveAbsolute(coordinates=[100]), StopAllImmediately()
     stopped, ended = ver3("AES\rLMA 010")
     assert (credit(stop, stopped), credit(move, stopped)) == (Completion("AES"), None)
-    assert (credit(stop, ended), credit(move, ended)) == (None, Failure("LMA", "010"))
+    assert (credit(stop, ended), credit(move, ended)) == (None, SystemFailure("LMA", "010"))
 
 
 def test_refusals_belong_to_the_command_they_name() -> None:
     (refusal,) = ver3("JOG E01")
-    assert credit(StartJog(axis="X", direction="+"), refusal) == Refusal("JOG", "E01")
+    assert credit(StartJog(axis="X", direction="+"), refusal) == FicsRefusal("JOG", "E01")
     assert credit(MoveAbsolute(coordinates=[1]), refusal) is None
 
 
@@ -153,7 +153,7 @@ def test_three_digits_are_a_time_to_who_asked_for_it_and_an_error_to_who_set_it(
     (found,) = ver3("VST 100")
     asked = credit(GetAccelerationTimes(), found)
     assert asked == GetAccelerationTimes().read_reply("100")
-    assert credit(SetAccelerationTimes(times_ms=[100]), found) == Failure("VST", "100")
+    assert credit(SetAccelerationTimes(times_ms=[100]), found) == SystemFailure("VST", "100")
 
 
 def test_an_error_is_an_answer_to_who_asked_for_errors() -> None:
@@ -166,7 +166,7 @@ def test_an_error_is_an_answer_to_who_asked_for_errors() -> None:
 def test_an_answer_that_is_not_in_the_querys_form_is_not_for_it() -> None:
     (found,) = ver3("ACD 27001")
     assert credit(GetAxisStatus(), found) is None
-    assert credit(MoveAbsolute(coordinates=[1]), Answer("LMA", "5")) is None
+    assert credit(MoveAbsolute(coordinates=[1]), QueryAnswer("LMA", "5")) is None
     assert credit(GetUserPosition(), Completion("APS")) is None
 
 
@@ -180,24 +180,24 @@ def test_noise_is_nobodys() -> None:
 @pytest.mark.parametrize(
     ("line", "request_"),
     [
-        (b"VAO 10,,30", Request("VAO", "10,,30")),
-        (b"VAO10,,30", Request("VAO", "10,,30")),
-        (b"VSO 300.0, 310.0, , 30", Request("VSO", "300.0,310.0,,30")),
-        (b" APS ", Request("APS", "")),
-        (b"\nAPS\x00\x00", Request("APS", "")),
-        (b"JOG X+", Request("JOG", "X+")),
-        (b"PCK 1", Request("PCK", "1")),
+        (b"VAO 10,,30", FicsRequest("VAO", "10,,30")),
+        (b"VAO10,,30", FicsRequest("VAO", "10,,30")),
+        (b"VSO 300.0, 310.0, , 30", FicsRequest("VSO", "300.0,310.0,,30")),
+        (b" APS ", FicsRequest("APS", "")),
+        (b"\nAPS\x00\x00", FicsRequest("APS", "")),
+        (b"JOG X+", FicsRequest("JOG", "X+")),
+        (b"PCK 1", FicsRequest("PCK", "1")),
     ],
 )
 def test_the_blank_before_arguments_and_those_between_them_are_nothing(
-    line: bytes, request_: Request
+    line: bytes, request_: FicsRequest
 ) -> None:
-    assert RequestReader().feed(line + b"\r") == [request_]
+    assert FicsRequestReader().feed(line + b"\r") == [request_]
 
 
 @pytest.mark.parametrize("line", [b"AP", b"aps", b"LMA\xff1", b"*", b"LMA 1\x07", b"A" * (LONGEST_LINE + 1)])
 def test_what_cannot_be_a_command_is_garbage(line: bytes) -> None:
-    (found,) = RequestReader().feed(line + b"\r")
+    (found,) = FicsRequestReader().feed(line + b"\r")
     assert isinstance(found, Garbage)
     assert found.data == line
 
@@ -206,7 +206,7 @@ def test_what_cannot_be_a_command_is_garbage(line: bytes) -> None:
 def test_a_command_ends_as_the_line_is_set(terminator: Terminator, end: bytes) -> None:
     sent = encode(MoveAbsolute(coordinates=[10, None, -3.5]), terminator)
     assert sent == b"LMA 10,,-3.5" + end
-    assert RequestReader().feed(sent) == [Request("LMA", "10,,-3.5")]
+    assert FicsRequestReader().feed(sent) == [FicsRequest("LMA", "10,,-3.5")]
 
 
 @pytest.mark.parametrize("text", ["", "LM", "lma 1", "LMA 1\r", "LMA 1\rAES", "LMA\n", "LMA ä", "LMA \x00"])
@@ -255,7 +255,7 @@ def test_how_answers_are_split_makes_no_difference(stream: bytes, cuts: list[int
 
 @given(STREAMS, CUTS)
 def test_how_commands_are_split_makes_no_difference(stream: bytes, cuts: list[int]) -> None:
-    assert in_pieces(stream, cuts, RequestReader().feed) == RequestReader().feed(stream)
+    assert in_pieces(stream, cuts, FicsRequestReader().feed) == FicsRequestReader().feed(stream)
 
 
 @settings(max_examples=30)

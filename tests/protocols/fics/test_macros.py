@@ -2,7 +2,7 @@ import pytest
 from pydantic import ValidationError
 
 from protocols.fics.commands import read
-from protocols.fics.link import Completion, Refusal, Ver3Reader, credit
+from protocols.fics.link import Completion, FicsRefusal, Ver3Reader, credit
 from protocols.fics.macros import RunMacro
 from protocols.table import RangeFault, SyntaxFault
 
@@ -17,7 +17,7 @@ def test_a_macro_is_completed_and_refused_under_its_own_name() -> None:
     done, other, refused = Ver3Reader().feed(b"PCK\rPUT\rPCK E12\r")
     assert credit(macro, done) == Completion("PCK")
     assert credit(macro, other) is None
-    assert credit(macro, refused) == Refusal("PCK", "E12")
+    assert credit(macro, refused) == FicsRefusal("PCK", "E12")
 
 
 @pytest.mark.parametrize("name", ["LMA", "POE", "MSM"])

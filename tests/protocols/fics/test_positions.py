@@ -1,7 +1,7 @@
 import pytest
 
 from protocols.fics.commands import read
-from protocols.fics.link import Answer, Completion, Frame, Ver2Reader, Ver3Reader, credit
+from protocols.fics.link import Completion, Frame, QueryAnswer, Ver2Reader, Ver3Reader, credit
 from protocols.fics.moves import MoveToPosition
 from protocols.fics.positions import (
     BeginPositionUpload,
@@ -66,5 +66,5 @@ def test_an_uploaded_position_is_not_mistaken_for_a_downloaded_one() -> None:
     uploading, downloading = UploadPosition(coordinates=[1]), DownloadPositions()
     assert credit(uploading, Completion("POS")) == Completion("POS")
     assert credit(downloading, Completion("POS")) is None
-    assert credit(uploading, Answer("POS", "1,2")) is None
+    assert credit(uploading, QueryAnswer("POS", "1,2")) is None
     assert credit(uploading, Completion("POE")) is None

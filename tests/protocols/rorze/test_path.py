@@ -10,8 +10,18 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from protocols.rorze.path import TOLERANCE_PULSES, Arc, Corner, Knot, Line, Path, PathFault, Segment, rounded
-from protocols.rorze.scara import BeltLinked, OutOfReach, Pose, Robot, ThreeAxes
+from protocols.rorze.path import (
+    TOLERANCE_PULSES,
+    Arc,
+    Corner,
+    Knot,
+    Path,
+    PathFault,
+    Segment,
+    StraightLine,
+    rounded,
+)
+from protocols.rorze.scara import BeltLinked, Mechanics, OutOfReach, Pose, ThreeAxes
 
 ROBOT = ThreeAxes(215_000, 330_000, (121_791.045, 60_000.0, 100_000.0))
 BELTS = BeltLinked(156_000, 208_000, (98_765.0, 99_000.0))
@@ -37,11 +47,14 @@ def test_a_rounded_corner_is_an_arc_between_two_tangents() -> None:
 
 
 def test_a_corner_without_radius_stays_sharp() -> None:
-    assert rounded(0j, [Corner(3 + 0j), Corner(3 + 4j)]) == [Line(0j, 3 + 0j), Line(3 + 0j, 3 + 4j)]
+    assert rounded(0j, [Corner(3 + 0j), Corner(3 + 4j)]) == [
+        StraightLine(0j, 3 + 0j),
+        StraightLine(3 + 0j, 3 + 4j),
+    ]
 
 
 def test_points_that_lie_on_each_other_are_one() -> None:
-    assert rounded(0j, [Corner(0j), Corner(3 + 0j), Corner(3 + 0j)]) == [Line(0j, 3 + 0j)]
+    assert rounded(0j, [Corner(0j), Corner(3 + 0j), Corner(3 + 0j)]) == [StraightLine(0j, 3 + 0j)]
     assert rounded(0j, [Corner(0j)]) == []
 
 
@@ -106,7 +119,7 @@ def test_between_its_cuts_an_arc_only_nears_the_origin_or_only_leaves_it(
 
 
 def positions(
-    robot: Robot, start: Sequence[int], knots: Sequence[Sequence[Knot]], along: float
+    robot: Mechanics, start: Sequence[int], knots: Sequence[Sequence[Knot]], along: float
 ) -> list[float]:
     """The axes' positions at a place along the path, on the straight lines between the knots."""
 
@@ -121,19 +134,19 @@ def positions(
 
 
 def along_path(
-    robot: Robot, start: Sequence[int], segments: Sequence[Segment], turn: float = 0.0
+    robot: Mechanics, start: Sequence[int], segments: Sequence[Segment], turn: float = 0.0
 ) -> tuple[Path, list[list[Knot]]]:
     path = Path(robot, robot.pose(start), segments, turn)
     return path, [path.knots(axis) for axis in range(robot.axes)]
 
 
-def here(robot: Robot, pose: Pose) -> complex:
+def here(robot: Mechanics, pose: Pose) -> complex:
     return rect(robot.lead(pose), pose.heading)
 
 
 def test_a_line_that_ends_in_the_origin_has_no_piece_of_no_length() -> None:
     """Its nearest point is its end, but for rounding."""
-    line = Line(-129_003.08810741731 - 171_997.68387612054j, 0j)
+    line = StraightLine(-129_003.08810741731 - 171_997.68387612054j, 0j)
     assert line.cuts() == [0.0, line.length]
     pose = Pose(-215_000, phase(-line.start), 0.0)
     assert Path(ROBOT, pose, [line]).knots(1)[-1].pulses == pytest.approx(10_000)
@@ -152,7 +165,7 @@ def test_the_wrist_stays_on_its_line_and_the_finger_keeps_its_direction(
 ) -> None:
     start = (base, arm, wrist)
     pose = ROBOT.pose(start)
-    line = Line(here(ROBOT, pose), rect(reach, heading))
+    line = StraightLine(here(ROBOT, pose), rect(reach, heading))
     assume(line.length > 10)
     assume(min(abs(line.at(along)) for along in line.cuts()) > 5_000)
     path, knots = along_path(ROBOT, start, [line])
@@ -170,7 +183,7 @@ def test_the_elbow_keeps_its_bend() -> None:
     turned = []
     for pose in bent:
         start = here(ROBOT, pose)
-        path = Path(ROBOT, pose, [Line(start, start * 1.5)])
+        path = Path(ROBOT, pose, [StraightLine(start, start * 1.5)])
         turned.append(path.knots(1)[-1].pulses)
     assert turned[0] == pytest.approx(-turned[1])
     assert turned[0] < 0
@@ -179,7 +192,7 @@ def test_the_elbow_keeps_its_bend() -> None:
 def test_through_the_centre_the_base_turns_as_little_as_the_arm_asks() -> None:
     pose = ROBOT.pose(START)
     start = here(ROBOT, pose)
-    through = Path(ROBOT, pose, [Line(start, 0j), Line(0j, -start)])
+    through = Path(ROBOT, pose, [StraightLine(start, 0j), StraightLine(0j, -start)])
     assert [through.knots(axis)[-1].pulses for axis in range(3)] == pytest.approx(
         [121_791.045 / 6, 20_000, -100_000 / 6]
     )
@@ -188,7 +201,7 @@ def test_through_the_centre_the_base_turns_as_little_as_the_arm_asks() -> None:
 def test_a_path_over_the_centre_and_back_turns_everything_back() -> None:
     pose = ROBOT.pose(START)
     start = here(ROBOT, pose)
-    path = Path(ROBOT, pose, [Line(start, 0j), Line(0j, start)])
+    path = Path(ROBOT, pose, [StraightLine(start, 0j), StraightLine(0j, start)])
     assert [path.knots(axis)[-1].pulses for axis in range(3)] == pytest.approx([0, 0, 0], abs=1e-6)
 
 
@@ -197,7 +210,7 @@ def test_a_line_past_the_centre_turns_the_base_round_there(beside_um: int) -> No
     """13.10.6 warns of such paths: within a few micrometres the base makes half a turn."""
     pose = ROBOT.pose(START)
     start = here(ROBOT, pose) + beside_um
-    knots = Path(ROBOT, ROBOT.pose(START), [Line(start, start - 2 * (start - beside_um))]).knots(0)
+    knots = Path(ROBOT, ROBOT.pose(START), [StraightLine(start, start - 2 * (start - beside_um))]).knots(0)
     middle = knots[-1].along / 2
     around = [knot.pulses for knot in knots if abs(knot.along - middle) <= 100]
     assert max(around) - min(around) > 121_791 * 0.45
@@ -207,7 +220,7 @@ def test_a_line_past_the_centre_turns_the_base_round_there(beside_um: int) -> No
 def test_belts_lead_the_finger_end_on_its_line() -> None:
     start = (1_000, 3_000)
     pose = BELTS.pose(start)
-    line = Line(here(BELTS, pose), complex(200_000, -50_000))
+    line = StraightLine(here(BELTS, pose), complex(200_000, -50_000))
     path, knots = along_path(BELTS, start, [line])
     for step in range(21):
         along = path.length * step / 20
@@ -237,7 +250,7 @@ def test_over_the_origin_the_finger_turns_alone() -> None:
 def test_a_line_out_of_reach_is_refused(end: complex) -> None:
     pose = ROBOT.pose(START)
     with pytest.raises(OutOfReach):
-        Path(ROBOT, pose, [Line(here(ROBOT, pose), end)]).knots(0)
+        Path(ROBOT, pose, [StraightLine(here(ROBOT, pose), end)]).knots(0)
 
 
 def test_belts_with_a_long_finger_cannot_cross_the_middle() -> None:
@@ -245,6 +258,6 @@ def test_belts_with_a_long_finger_cannot_cross_the_middle() -> None:
     robot = BeltLinked(50_000, 208_000, (98_765.0, 99_000.0))
     start = (0, 0)
     pose = robot.pose(start)
-    crossing = [Line(208_000 + 0j, rect(208_000, 2.5))]
+    crossing = [StraightLine(208_000 + 0j, rect(208_000, 2.5))]
     with pytest.raises(OutOfReach):
         Path(robot, pose, crossing).knots(1)

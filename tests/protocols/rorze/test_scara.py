@@ -6,7 +6,15 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from protocols.rorze.scara import BeltLinked, OutOfReach, Place, Pose, Robot, ThreeAxes, within_half_turn
+from protocols.rorze.scara import (
+    BeltLinked,
+    FingerPlace,
+    Mechanics,
+    OutOfReach,
+    Pose,
+    ThreeAxes,
+    within_half_turn,
+)
 
 ROBOT = ThreeAxes(215_000, 330_000, (121_791.045, 60_000.0, 100_000.0))
 """That of RC-420 manual 13.10.7."""
@@ -22,7 +30,7 @@ BENDS = st.floats(-89.0, 89.0)
 
 
 def test_the_worked_example() -> None:
-    assert ROBOT.whole_pulses(Place(0, 115_000, 90_000)) == (-10_149, -10_000, -16_666)
+    assert ROBOT.whole_pulses(FingerPlace(0, 115_000, 90_000)) == (-10_149, -10_000, -16_666)
     assert ROBOT.place((-10_149, -10_000, -16_666)) == pytest.approx((12, 115_000, 89_998), abs=0.5)
 
 
@@ -59,7 +67,7 @@ def test_there_and_back_within_a_pulse_with_belts(turn: float, arm: float) -> No
 
 @given(st.integers(-900_000, 900_000), st.integers(-900_000, 900_000), st.integers(-180_000, 180_000))
 def test_every_place_is_reached_or_refused(x: int, y: int, direction: int) -> None:
-    place = Place(x, y, direction)
+    place = FingerPlace(x, y, direction)
     wrist = abs(FINE.guide(complex(x, y), direction / 180_000 * pi))
     assume(abs(wrist - 2 * FINE.link) > 1)
     if wrist > 2 * FINE.link:
@@ -75,15 +83,15 @@ def test_every_place_is_reached_or_refused(x: int, y: int, direction: int) -> No
     ("robot", "nearest", "farthest"), [(BELTS, 0, 520_000), (COARSE_BELTS, 1, 4_001), (ROBOT, None, 760_000)]
 )
 def test_the_reach_ends_where_the_links_are_stretched(
-    robot: Robot, nearest: int | None, farthest: int
+    robot: Mechanics, nearest: int | None, farthest: int
 ) -> None:
-    robot.pulses(Place(0, farthest, 90_000))
+    robot.pulses(FingerPlace(0, farthest, 90_000))
     with pytest.raises(OutOfReach):
-        robot.pulses(Place(0, farthest + 1, 90_000))
+        robot.pulses(FingerPlace(0, farthest + 1, 90_000))
     if nearest:
-        robot.pulses(Place(0, nearest, 90_000))
+        robot.pulses(FingerPlace(0, nearest, 90_000))
         with pytest.raises(OutOfReach):
-            robot.pulses(Place(0, nearest - 1, 90_000))
+            robot.pulses(FingerPlace(0, nearest - 1, 90_000))
 
 
 def test_an_arm_that_has_turned_round_stands_as_before() -> None:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from protocols.rorze.interpolation import PathPoint
 from protocols.rorze.path import Corner, Path, PathFault, rounded
-from protocols.rorze.scara import BeltLinked, OutOfReach, Place, Pose, Robot, ThreeAxes
+from protocols.rorze.scara import BeltLinked, FingerPlace, Mechanics, OutOfReach, Pose, ThreeAxes
 from protocols.rorze.ways import Way, about, along, by, end_of, finger_turns, out, turns_towards
 
 ROBOT = ThreeAxes(215_000, 330_000, (121_791.045, 60_000.0, 100_000.0))
@@ -18,7 +18,7 @@ START = (-10_149, -10_000, -16_666)
 POINTS = {0: PathPoint(x=255_000, y=300_000, radius=120_000), 1: PathPoint(x=255_000, y=450_000, radius=0)}
 
 
-def end_by(way: Way, start: tuple[int, ...] = START, robot: Robot = ROBOT) -> Place:
+def end_by(way: Way, start: tuple[int, ...] = START, robot: Mechanics = ROBOT) -> FingerPlace:
     turned = way(robot, robot.pose(start)).pulses()
     return robot.place([here + pulses for here, pulses in zip(start, turned, strict=True)])
 
@@ -55,7 +55,7 @@ def test_the_end_is_that_of_the_knots(distance: complex) -> None:
 
 
 def test_a_path_out_of_reach_is_none_though_its_ends_are_reached() -> None:
-    place = Place(0, 700_000, 90_000)
+    place = FingerPlace(0, 700_000, 90_000)
     start = ROBOT.whole_pulses(place)
     with pytest.raises(OutOfReach):
         end_by(along({0: PathPoint(x=0, y=900_000, radius=0), 1: PathPoint(x=0, y=700_000, radius=0)}), start)

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.profile import TICK_S
-from protocols.rorze.scara import BeltLinked, Place, Robot, ThreeAxes
+from protocols.rorze.scara import BeltLinked, FingerPlace, Mechanics, ThreeAxes
 from simulator.rorze.controller import Rc420
 from simulator.truth import TruthLog
 
@@ -25,7 +25,9 @@ SPEEDS = (
 
 
 class RobotBench:
-    def __init__(self, robot: Robot = THREE_AXES, at: Sequence[int] = (-10_149, -10_000, -16_666)) -> None:
+    def __init__(
+        self, robot: Mechanics = THREE_AXES, at: Sequence[int] = (-10_149, -10_000, -16_666)
+    ) -> None:
         self.now = 0.0
         self.robot = robot
         self.truth = TruthLog()
@@ -54,7 +56,7 @@ class RobotBench:
         """Where the axes stand."""
         return tuple(axis.position(self.now) for axis in self.axes)
 
-    def place(self) -> Place:
+    def place(self) -> FingerPlace:
         """Where the finger ends."""
         return self.robot.place(self.positions())
 

@@ -2,14 +2,14 @@
 
 import pytest
 
-from protocols.rorze.user_program.operands import Constant, Memory, Operand, Register, memory_in
+from protocols.rorze.user_program.operands import BankPlace, Constant, Operand, Register, memory_in
 from simulator.rorze.actions import Refused
 from simulator.rorze.variables import Variables, as_bits, as_number
 from simulator.rorze.world import CCW_LIMIT, CW_LIMIT, EMS, IN_POSITION, ORIGIN, STALL
 from tests.simulator.rorze.bench import Bench
 
 
-def memory(name: str) -> Memory:
+def memory(name: str) -> BankPlace:
     found = memory_in(name)
     assert found is not None
     return found

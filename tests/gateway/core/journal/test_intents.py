@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from gateway.core.errors import Cancelled, GatewayError, LineDown, NoReply, QueueFull
+from gateway.core.errors import Cancelled, GatewayError, NoReply, PortNotOpen, QueueFull
 from gateway.core.journal.intents import GATHERED_WITHIN_S, Intents
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.lanes import QUEUE_LIMIT, Lane
@@ -151,7 +151,7 @@ async def test_a_port_that_is_lost_with_the_first_lets_nothing_be_sent_of_what_w
         gathered = [line.submit(body, MOVE, Lane.COMMAND) for body in (3, 4)]
         await asyncio.gather(*ahead)
         far._receiver = None  # it is found out at the next write
-        assert {type(outcome) for outcome in await asyncio.gather(*gathered)} == {Cancelled, LineDown}
+        assert {type(outcome) for outcome in await asyncio.gather(*gathered)} == {Cancelled, PortNotOpen}
         await asyncio.sleep(0)
     assert far.times_of("&031+M5") == far.times_of("&041+M5") == []
     assert [book.outcomes()[intent["id"]] for _, intent in book.intents()][-2:] == ["not_sent", "not_sent"]

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocols.rorze.user_program.assembler import Assembled, Fault, assemble, disassemble
+from protocols.rorze.user_program.assembler import Assembled, ProgramFault, assemble, disassemble
 from tests.protocols.rorze.user_program.examples import INSTRUCTIONS
 
 EXAMPLE = """; example 2 of 15.2.7
@@ -135,7 +135,7 @@ def test_any_text_is_assembled_or_refused_with_places(source: str) -> None:
         return
     lines = source.split("\n")
     for fault in result:
-        assert isinstance(fault, Fault)
+        assert isinstance(fault, ProgramFault)
         assert 1 <= fault.line <= len(lines)
         assert 1 <= fault.column <= len(lines[fault.line - 1]) + 1
 

@@ -9,10 +9,10 @@ from protocols.rorze.user_program.instruction import (
     Communication,
     InstructionFault,
     Label,
-    Operation,
+    ProgramOperation,
     parse,
 )
-from protocols.rorze.user_program.operands import Constant, Memory, Offset, Register, Sign, ToLabel
+from protocols.rorze.user_program.operands import BankPlace, CompareSign, Constant, Offset, Register, ToLabel
 from protocols.table import WireFault
 from tests.protocols.rorze.user_program.examples import EXAMPLES, INSTRUCTIONS
 
@@ -47,10 +47,10 @@ def test_every_example_of_a_command_for_programs_is_an_instruction(text: str) ->
 
 def test_an_instruction_is_taken_apart() -> None:
     compared = parse("JCPDIX>-5,*ST1")
-    assert isinstance(compared, Operation)
-    assert compared.operands == (Memory("D", "IX"), Sign(">"), Constant(-5), ToLabel("ST1"))
+    assert isinstance(compared, ProgramOperation)
+    assert compared.operands == (BankPlace("D", "IX"), CompareSign(">"), Constant(-5), ToLabel("ST1"))
     polled = parse("JOFMT,+3")
-    assert isinstance(polled, Operation)
+    assert isinstance(polled, ProgramOperation)
     assert polled.operands == (Register("MT"), Offset(3))
     label = parse("*Stall")
     assert isinstance(label, Label)

@@ -14,13 +14,13 @@ from protocols.rorze.user_program.operands import (
     PLACE,
     SENSOR,
     SWITCH,
+    BankPlace,
     Constant,
     InHexadecimal,
-    Kind,
-    Memory,
     Message,
     Offset,
     Operand,
+    OperandKind,
     OutOfRange,
     Register,
     ToLabel,
@@ -31,10 +31,10 @@ from protocols.rorze.user_program.operands import (
 @pytest.mark.parametrize(
     ("kind", "text", "operand"),
     [
-        (DATA, "D199", Memory("D", 199)),
-        (DATA, "DIX", Memory("D", "IX")),
-        (INPUT, "IDIY", Memory("ID", "IY")),
-        (SENSOR, "SN5", Memory("SN", 5)),
+        (DATA, "D199", BankPlace("D", 199)),
+        (DATA, "DIX", BankPlace("D", "IX")),
+        (INPUT, "IDIY", BankPlace("ID", "IY")),
+        (SENSOR, "SN5", BankPlace("SN", 5)),
         (NUMBER, "-999999999", Constant(-999999999)),
         (NUMBER, "HFFFFFFFF", Constant(0xFFFFFFFF)),
         (BIT, "H1F", Constant(31)),
@@ -42,11 +42,11 @@ from protocols.rorze.user_program.operands import (
         (PLACE, "*Time_up", ToLabel("Time_up")),
         (PLACE, "+0", Offset(0)),
         (PLACE, "-199", Offset(-199)),
-        (BITS, "HT3", InHexadecimal(Memory("T", 3))),
+        (BITS, "HT3", InHexadecimal(BankPlace("T", 3))),
         (MESSAGE, "D0=", Message("D0=")),
     ],
 )
-def test_an_operand_is_read(kind: Kind, text: str, operand: Operand) -> None:
+def test_an_operand_is_read(kind: OperandKind, text: str, operand: Operand) -> None:
     assert kind.read(text) == operand
 
 
@@ -69,7 +69,7 @@ def test_an_operand_is_read(kind: Kind, text: str, operand: Operand) -> None:
         (MESSAGE, ""),
     ],
 )
-def test_something_else_is_not(kind: Kind, text: str) -> None:
+def test_something_else_is_not(kind: OperandKind, text: str) -> None:
     assert kind.read(text) is None
 
 
@@ -85,7 +85,7 @@ def test_something_else_is_not(kind: Kind, text: str) -> None:
         (MESSAGE, "12345678901234567", "the message has 17 characters, 16 are allowed"),
     ],
 )
-def test_what_does_not_exist_is_told(kind: Kind, text: str, why: str) -> None:
+def test_what_does_not_exist_is_told(kind: OperandKind, text: str, why: str) -> None:
     with pytest.raises(OutOfRange, match=f"^{why.replace('+', '[+]')}$"):
         kind.read(text)
 

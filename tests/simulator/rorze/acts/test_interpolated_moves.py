@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.path import Corner, Segment, rounded
 from protocols.rorze.profile import Profile, SpeedParameters, plan
-from protocols.rorze.scara import BeltLinked, Robot, ThreeAxes
+from protocols.rorze.scara import BeltLinked, Mechanics, ThreeAxes
 from simulator.rorze.controller import StallFinder
 from simulator.rorze.world import CCW_LIMIT, CW_LIMIT, EMS, Span
 from tests.simulator.rorze.robot import BELTS, THREE_AXES, RobotBench
@@ -590,7 +590,7 @@ NUMBERS = st.sampled_from([0, 1, -1, 180_000, 215_000, -330_000, 430_000, 999_99
     radius=st.sampled_from([0, 1, 50_000, 999_999_999]),
 )
 def test_whatever_is_set_up_can_be_calculated_or_not(
-    robot: Robot, at: tuple[int, int, int], a: int, b: int, radius: int
+    robot: Mechanics, at: tuple[int, int, int], a: int, b: int, radius: int
 ) -> None:
     """The axes have no limits; the positions may leave the range of the registers."""
     bench = RobotBench(robot, at)
