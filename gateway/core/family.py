@@ -21,7 +21,7 @@ from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED, MoveRecord
-from gateway.core.operation import RouteWords, Rows, Section
+from gateway.core.operation import DocumentSection, RouteWords, Rows
 from gateway.core.parts import Part
 from gateway.core.records import Record
 from gateway.core.stops import Report, StopMode
@@ -161,7 +161,7 @@ class Registered(ABC):
     """What paths lead to, and how it is found by what they name."""
     names: ClassVar[Mapping[str, Any]] = {}
     """The descriptions of the names in its paths; all others are text."""
-    sections: ClassVar[Sequence[Section]] = ()
+    sections: ClassVar[Sequence[DocumentSection]] = ()
     """The sections of the documents that its rows stand in, in their order."""
     words: ClassVar[Mapping[str, RouteWords]] = {}
     """Of its places whose routes have words of their own."""

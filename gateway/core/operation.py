@@ -47,7 +47,7 @@ LEASED: Final = frozenset({Right.OPERATE, Right.SETUP})
 """The rights that, where somebody has a lease, only the holder can use."""
 
 
-class Section(NamedTuple):
+class DocumentSection(NamedTuple):
     """A section of the documents."""
 
     tag: str

@@ -18,7 +18,7 @@ from gateway.core.family import (
 )
 from gateway.core.kept_works import DurableJobs
 from gateway.core.lanes import Lane
-from gateway.core.operation import RouteWords, Section
+from gateway.core.operation import DocumentSection, RouteWords
 from gateway.core.own_faults import await_each_logging
 from gateway.core.restore_record import Restore
 from gateway.core.restores import Restores
@@ -92,15 +92,17 @@ class Fics(Controllers[Robot]):
     told_of_stops = "for robots ASS and AES (C-HOST manual 2-7, 2-8)"
     stop_report = RobotStopReport
     sections = (
-        Section(
+        DocumentSection(
             "robots", "Fics robots: units, axes, state, errors, inputs, outputs and variables.", "lines", True
         ),
-        Section("robot moves", "Moves of a robot's units, and runs of its macros.", "lines", True),
-        Section(
+        DocumentSection("robot moves", "Moves of a robot's units, and runs of its macros.", "lines", True),
+        DocumentSection(
             "robot positions", "The table of positions that a robot keeps, as JSON and as CSV.", "backups"
         ),
-        Section("robot settings", "Speeds, soft limits and homing of a robot's axes.", "backups"),
-        Section("robot commands", "Every command of the C-HOST manual to a robot or to one of its units."),
+        DocumentSection("robot settings", "Speeds, soft limits and homing of a robot's axes.", "backups"),
+        DocumentSection(
+            "robot commands", "Every command of the C-HOST manual to a robot or to one of its units."
+        ),
     )
     words: ClassVar = dict.fromkeys((ROBOT.path, UNIT.path), WORDS)
     names: ClassVar = {"robot_id": RobotId, "unit": UnitNumber}

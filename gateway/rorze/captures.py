@@ -41,7 +41,7 @@ KINDS: Final[tuple[Kind, ...]] = ("position", "encoder", "encoder_in_pulses")
 Entry = Annotated[int, Field(ge=0, le=2047)]
 
 
-class CaptureSection(RequestModel):
+class Section(RequestModel):
     """The stretch of positions in which an edge counts."""
 
     lower: Length | int = Field(
@@ -93,7 +93,7 @@ class CaptureRequest(SentBack, json_schema_extra=example(edge="rising", position
         None, max_length=len(KINDS), description="The three numbers as GET gives them, in their place."
     )
     pulse: CapturePulse | None = None
-    between: CaptureSection | None = Field(None, description="Left out, the edge counts everywhere.")
+    between: Section | None = Field(None, description="Left out, the edge counts everywhere.")
 
     def entries(self) -> dict[Kind, int]:
         """The numbers that take values, by what they take."""

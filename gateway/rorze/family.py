@@ -29,7 +29,7 @@ from gateway.core.jogs import JogNews
 from gateway.core.kept_works import DurableJobs
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED, Move, MoveStatus
-from gateway.core.operation import RouteWords, Section
+from gateway.core.operation import DocumentSection, RouteWords
 from gateway.core.origin import RESTART, acting
 from gateway.core.own_faults import ask_safely, await_each_logging, run_each_logging
 from gateway.core.parts import Part
@@ -148,29 +148,31 @@ class Rorze(Family):
     told_of_stops = "`decelerate` is command 5SS, `immediate` is 5IS (RC-420 manual 14)"
     stop_report = StopReport
     sections = (
-        Section(
+        DocumentSection(
             "bodies", "RC-420 controllers: what they are, where they stand, and their state.", "moves", True
         ),
-        Section("positions", "The table of positions that a body keeps, as JSON and as CSV.", "lines", True),
-        Section("groups", "Bodies that one frame reaches together.", "lines", True),
-        Section(
+        DocumentSection(
+            "positions", "The table of positions that a body keeps, as JSON and as CSV.", "lines", True
+        ),
+        DocumentSection("groups", "Bodies that one frame reaches together.", "lines", True),
+        DocumentSection(
             "inputs and outputs",
             "Inputs, outputs, sensors and error outputs of a body, by their names.",
             "backups",
         ),
-        Section("captures", "Positions that a body takes down when an input changes.", "backups"),
-        Section(
+        DocumentSection("captures", "Positions that a body takes down when an input changes.", "backups"),
+        DocumentSection(
             "body settings",
             "What a body keeps: settings, homing, encoder, speed sets, patterns with their curves.",
             "backups",
         ),
-        Section("programs", "The user program of a body: upload, run, and its memories.", "backups"),
-        Section(
+        DocumentSection("programs", "The user program of a body: upload, run, and its memories.", "backups"),
+        DocumentSection(
             "commands",
             "Every command of the RC-420 manual to a body, under the name that `GET /commands` lists.",
         ),
-        Section("group commands", "The commands of the RC-420 manual to all members of a group."),
-        Section("line commands", "The commands to the link master of a line (RC-400)."),
+        DocumentSection("group commands", "The commands of the RC-420 manual to all members of a group."),
+        DocumentSection("line commands", "The commands to the link master of a line (RC-400)."),
     )
     names: ClassVar = {"body_id": BodyId, "group_id": GroupId}
     words: ClassVar = {

@@ -11,7 +11,7 @@ from gateway.core.events import Event
 from gateway.core.family import Extension, Site
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED
-from gateway.core.operation import RouteWords, Section
+from gateway.core.operation import DocumentSection, RouteWords
 from gateway.core.own_faults import run_each_logging
 from gateway.core.parts import Part
 from gateway.core.targets import Target
@@ -36,15 +36,15 @@ class Scaras(Extension):
     move_records = (ScaraMove,)
     event_types = tuple(move_types("scara", "/scaras/{scara_id}", ScaraMove))
     sections = (
-        Section(
+        DocumentSection(
             "scaras", "SCARA robots of two or three bodies: coordinates, geometry and kinematics.", "backups"
         ),
-        Section(
+        DocumentSection(
             "scara moves",
             "Lines, paths, and moves along the arm: all axes start with one command.",
             "backups",
         ),
-        Section("scara paths", "The paths that the bodies of a SCARA robot keep.", "backups"),
+        DocumentSection("scara paths", "The paths that the bodies of a SCARA robot keep.", "backups"),
     )
     words: ClassVar = {
         "/scaras/{scara_id}": RouteWords(
