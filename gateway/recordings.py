@@ -465,7 +465,7 @@ class Exchanges:
 
 
 def _begin(part: Path, manifest: form.Manifest) -> None:
-    part.parent.mkdir(mode=0o700, exist_ok=True)
+    part.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     for folder in (part, part / "lines", part / "before"):
         folder.mkdir(mode=0o700)
     for line_id in manifest.lines:

@@ -29,7 +29,7 @@ _UNREACHED: Final = ("offline", "down")
 
 
 class PlaceThen(BaseModel):
-    """Where a body, a unit of a robot or a SCARA robot was, by its last move before the moment."""
+    """Where a motor, or the axes of a unit, stood by the last move before the moment."""
 
     target: str = Field(description="line1.3F, r1/units/1 or wafer.")
     state: Literal["moving", "standing"]

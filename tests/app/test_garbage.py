@@ -2,6 +2,7 @@
 
 import gc
 import weakref
+from typing import Any
 
 from app.garbage import THRESHOLDS, short_collections
 
@@ -30,6 +31,24 @@ def test_so_many_objects_are_looked_through_at_most_before_they_are_set_aside() 
                 longest = max(longest, len(gc.get_objects()))
         young, middle, old = THRESHOLDS
         assert longest <= (young + 1) * (middle + 2) * (old + 2)
+
+
+def test_what_was_there_at_the_start_puts_no_collection_off() -> None:
+    full: list[int] = []
+
+    def note(phase: str, info: dict[str, Any]) -> None:
+        if phase == "start" and info["generation"] == 2:
+            full.append(len(kept))
+
+    at_the_start = [[number] for number in range(400_000)]
+    gc.collect()
+    kept: list[object] = []
+    with short_collections():
+        gc.callbacks.append(note)
+        kept += ([number] for number in range(50_000))
+        gc.callbacks.remove(note)
+    assert len(at_the_start) == 400_000
+    assert full[0] <= 25_000
 
 
 def test_what_was_set_aside_is_freed_when_it_is_dropped() -> None:
