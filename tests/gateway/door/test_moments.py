@@ -36,7 +36,8 @@ async def test_a_motor_is_on_its_way_in_the_middle_of_its_move(tmp_path: Path) -
         middle = move.sent_at + (move.ended_at - move.sent_at) / 2
         state, position = place(await get_moment(plant, at=middle))
         assert state == "moving"
-        assert position == pytest.approx((move.start_position or 0) + 25_000, abs=50)  # of what a turn of the loop takes
+        a_turn_of_the_loop = 50
+        assert position == pytest.approx((move.start_position or 0) + 25_000, abs=a_turn_of_the_loop)
         assert (await get_moment(plant, at=move.created_at - timedelta(days=1))).places == []
 
 
