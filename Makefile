@@ -17,7 +17,7 @@ export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help serve plant test prove fuzz bench format documents clients console screenshots site release chromium peers lock
+.PHONY: help serve plant test seeds prove fuzz bench format documents clients console screenshots site release chromium peers lock
 
 help: ## Show the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 11
@@ -45,6 +45,9 @@ test: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES) $(PE
 	$(BIN)/lint-imports --no-cache
 	$(BIN)/mypy & $(BIN)/pytest -n 0 --collect-only -qq -m "not prove" >/dev/null; wait $$!
 	$(call tested,not prove)
+
+seeds: $(VENV)/.development ## Run a thousand seeds of the fault simulator for each family, in virtual time
+	$(BIN)/pytest -n 3 -m prove tests/fault_simulator tests/third_family
 
 prove: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES) $(PEERS)/$(PACKAGES) chromium peers ## Run the long tests: every seed, kill and page, and the installation
 	$(call tested,prove)

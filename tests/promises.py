@@ -19,6 +19,7 @@ _HEAD = """\
 # Tests
 
     make test     # format, style, types, dependency rules and the quick tests: a few minutes
+    make seeds    # a thousand seeds of the fault simulator for each family, in virtual time: a few minutes more
     make prove    # the long tests: every seed, every kill, every page in a browser, the installation
     make bench    # measurements, each beside its yardstick; no test asserts a time
 
@@ -26,7 +27,7 @@ Tests run in virtual time wherever that is possible; ptys, sockets, files, proce
 where the product meets them. They stand below `tests/` in the folders of what they test. A test or a module
 with the mark `prove` is left to `make prove`. Where a test has many seeds, `make test` runs those that the
 checked-out commit draws (`tests/drawing.py`), and `make prove` the others: 60 of 1,000 for the fault
-simulator. To run one file with all its seeds:
+simulator, all of which `make seeds` runs, too. To run one file with all its seeds:
 
     .venv/bin/pytest tests/fault_simulator
 
