@@ -19,7 +19,7 @@ _HEAD = """\
 # Tests
 
     make test     # format, style, types, dependency rules and the quick tests: a few minutes
-    make seeds    # a thousand seeds of the fault simulator for each family, in virtual time: a few minutes more
+    make seeds    # a thousand seeds of the fault simulator for each family: a few minutes
     make prove    # the long tests: every seed, every kill, every page in a browser, the installation
     make bench    # measurements, each beside its yardstick; no test asserts a time
 
