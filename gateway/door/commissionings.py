@@ -12,6 +12,7 @@ from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.door.configuration import AT_ONCE, Reloaded, ReloadRequest, with_settings
 from gateway.plant import Plant
+from protocols.wording import as_given
 
 ROWS: Final = Rows("configuration")
 
@@ -77,4 +78,4 @@ def _find(plant: Plant, record_id: str) -> Commissioning:
     for record in found:
         if record is not None:
             return record
-    raise NotFound(f"There is no commissioning {record_id}, or it is no longer kept.")
+    raise NotFound(f"There is no commissioning {as_given(record_id)}, or it is no longer kept.")
