@@ -386,6 +386,8 @@ class Command(Spoken, Generic[R_co]):
     retry: ClassVar[Retry] = Retry.NEVER
     effect: ClassVar[Effect] = Effect.MOTION
     """Rows whose retry class leaves several effects name theirs."""
+    for_questions: ClassVar[bool] = False
+    """Whether it only chooses what later commands are about: by itself it moves and sets nothing."""
     starts: ClassVar[bool] = True
     """Of a motion: it begins at once, and the controller shows its end. A program only may move something."""
     echo: ClassVar[tuple[str, ...]] = ()

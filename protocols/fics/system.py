@@ -1,7 +1,7 @@
 """Which unit is spoken to, how it answers, and what system it is (C-HOST manual 2-1, 2-36, 2-37)."""
 
 from enum import IntEnum
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
@@ -37,6 +37,8 @@ class SelectUnit(
 
     The selection holds for moves, settings and positions alike; it is not repeated in any answer.
     """
+
+    for_questions: ClassVar[bool] = True
 
     unit: Unit = Field(description="Number of the unit, from 1.")
 

@@ -147,7 +147,18 @@ class Intents(Generic[X]):
 
     def must_come_first(self, exchange: X) -> bool:
         """Whether it has to be durable before the exchange may wait for its turn."""
-        return exchange.lane is Lane.COMMAND and _has_effect(exchange)
+        wanted = exchange.lane is Lane.COMMAND and _has_effect(exchange)
+        return wanted and not self._only_asks(exchange)
+
+    def _only_asks(self, exchange: X) -> bool:
+        """Whether it serves a question alone: those go on, and stops are proved, without a journal."""
+        if not exchange.command.for_questions or self._present() is not None:
+            return False
+        try:
+            self._book.require()
+        except JournalUnavailable:
+            return True
+        return False
 
     def hold(self, exchange: X, admit: Callable[[X], None]) -> None:
         """Hold an exchange back until its intent is durable; the order in which they came is kept.

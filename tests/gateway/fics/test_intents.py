@@ -7,6 +7,7 @@ import pytest
 
 from gateway.core.errors import PowerCycled
 from gateway.core.journal.intents import Intents
+from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.move_record import MoveStatus
 from gateway.fics.errors import NotHomed
 from protocols.fics.homing import HomeRobot
@@ -118,3 +119,27 @@ async def test_a_move_that_is_refused_after_its_unit_was_selected_leaves_no_open
         assert intended(book) == ["UNT 2", "LMA 5"]
         assert list(book.outcomes().values()) == ["answered", "not_sent"]
         assert rig.heard("LMA") == []
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_without_a_disk_each_unit_is_asked_and_its_stop_proved_and_nothing_else_is_selected(
+    mode: int,
+) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with kept_rig(mode) as (rig, book):
+            await rig.move(HomeRobot())
+            book.trouble = "no space left"
+            for unit in (SECOND, 1, SECOND):
+                assert await rig.robot.unit(unit).position("user")
+            report = await rig.robot.stop("decelerate")
+            assert report.state == "confirmed", report
+            before = len(rig.cable.written)
+            for unit in (1, SECOND):
+                with pytest.raises(JournalUnavailable, match="nothing was sent"):
+                    await start(rig, AWAY, unit)
+                with pytest.raises(JournalUnavailable, match="nothing was sent"):
+                    await rig.robot.ask(SLOWER, unit)
+            assert [it for it in rig.cable.frames(before) if it.startswith(("UNT ", "LMI", "VAO "))] == []
+
+    story()
