@@ -4597,7 +4597,7 @@ class PersonOfShift(TypedDict):
 
 
 class PlaceThen(TypedDict):
-    """Where a body, a unit of a robot or a SCARA robot was, by its last move before the moment."""
+    """Where a motor, or the axes of a unit, stood by the last move before the moment."""
 
     target: str
     """line1.3F, r1/units/1 or wafer."""

@@ -14367,7 +14367,7 @@ export interface components {
         };
         /**
          * PlaceThen
-         * @description Where a body, a unit of a robot or a SCARA robot was, by its last move before the moment.
+         * @description Where a motor, or the axes of a unit, stood by the last move before the moment.
          */
         PlaceThen: {
             /**
