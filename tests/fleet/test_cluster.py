@@ -10,9 +10,10 @@ from shutil import which
 
 import pytest
 
+from benchmarks.processes import free_port
 from tests.e2e.processes import until
 from tests.fleet.histories import Load
-from tests.fleet.plants import Engine, free_port, needs_engine
+from tests.fleet.plants import Engine, needs_engine
 from tests.fleet.test_histories import EVENTS_PER_S, GATEWAYS, Crowd, ip
 
 pytestmark = [needs_engine, pytest.mark.prove, pytest.mark.long]

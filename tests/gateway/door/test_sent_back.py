@@ -13,6 +13,7 @@ from gateway.core.records import SentBack
 from gateway.door import Door, operations
 from simulator.demo import GEOMETRY, SPEEDS
 from tests.fics_plants import FicsRig, fics_rig
+from tests.gateway.rorze_scara.cell import SCARA
 from tests.plants import Rig, in_virtual_time, rig
 
 ROWS: Final = {row.name: row for row in operations()}
@@ -23,16 +24,6 @@ WRITES: Final = [
     if row.verb in ("PUT", "PATCH") and row.path in READS and row.http_only is None and row.media is None
 ]
 """Every document: what GET gives at a path, PUT or PATCH takes there. Tables as text are tested apart."""
-SCARA: Final = """
-[[scaras]]
-id = "wafer"
-line = "line1"
-group = "8A"
-members = ["02", "03", "04"]
-arm_um = 215000
-finger_um = 330000
-pulses_per_turn = [121791.045, 60000.0, 100000.0]
-"""
 OPTIONS: Final = (
     'units = { unit = "mm", pulses_per_unit = 100.0 }, inputs = { 8 = "index" }, outputs = { 3 = "brake" }'
 )
