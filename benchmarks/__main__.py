@@ -38,7 +38,7 @@ from benchmarks.figures import Figure, table
 
 
 class Benchmark(StrEnum):
-    """What can be measured."""
+    """A measurement that can be chosen with `--only`."""
 
     START = "start"
     LINE_USE = "line-use"

@@ -21,13 +21,13 @@ FRAME_END = b"\r"
 
 
 class Asked(BaseModel):
-    """What a request has in its body."""
+    """Content of a request."""
 
     retries: int
 
 
 class Answer(BaseModel):
-    """What a request is answered."""
+    """Content of an answer."""
 
     body_id: str
     reply: str

@@ -37,7 +37,7 @@ INSTRUCTIONS = 2000
 TARGET = Target("ratio", ">=", 0.95)
 WIRE_PERCENT = 100.0
 LEAST_S = 0.5
-"""Of each turn: some frames have gone by then."""
+"""Seconds that each turn lasts at least, so that some frames are sent."""
 QUIET_S = 0.3
 """A line that says nothing for this time has no reply of an earlier program under way."""
 NO_REPLY_S = 5.0
@@ -51,7 +51,7 @@ bodies = [{{{{id = "{BODY}"}}}}]
 
 
 async def run(seconds: float) -> list[Figure]:
-    """Measure for so many seconds, half of them with the yardstick; 3600 let each come to its end."""
+    """Measure for `seconds`, half of them with the yardstick; 3600 let each transfer end."""
     gc.freeze()  # as the gateway does
     logging.getLogger("gateway").setLevel(logging.ERROR)
     works: dict[str, Callable[[Plant, Body], Awaitable[object]]] = {

@@ -1,6 +1,7 @@
 """A full line, 120 bodies at 9600 baud on a pty, on a machine with other work to do.
 
-What health takes of the line at the start and at rest, how long stops take, and false alarms.
+Measures the share of the line that health checks take at the start and at rest, the time of stops, and false
+alarms.
 """
 
 import asyncio
@@ -24,12 +25,12 @@ from benchmarks.stop_latency import FAR, FILL_S, teach_speeds
 MEMBERS = 15
 START_S = 20.0
 MARKS_S = 60.0
-"""What is asked anew takes half of the line: first all bodies are looked at, then marks are written."""
+"""Seconds after which all bodies have been looked at and their marks written, with half of the line."""
 REST_S = 20.0
 MOVES_S = 1.0
 TRIES = 5
 BUSY_LOOPS = 3
-"""So many programs that do nothing but take the processor."""
+"""Programs that do nothing but take the processor."""
 FIRST_GROUP = 0x80
 SPIN = "while True: pass"
 GROUPS = [
@@ -43,7 +44,7 @@ PLANT_GROUPS = "".join(
 
 
 class Setting(NamedTuple):
-    """What the configuration declares, and how long stops may take with it."""
+    """A configuration, and the longest that stops may take with it."""
 
     name: str
     keys: str
@@ -60,7 +61,7 @@ SETTINGS = (
 
 
 class Run(NamedTuple):
-    """What one run has shown."""
+    """The results of one run."""
 
     start_percent: float
     rest_percent: float

@@ -1,4 +1,4 @@
-"""What it costs the gateway and a browser to show 120 bodies in the console, each five times a second."""
+"""The cost, to the gateway and to a browser, of showing 120 bodies in the console five times a second."""
 
 import asyncio
 import shutil

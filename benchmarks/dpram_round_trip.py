@@ -1,4 +1,4 @@
-"""What a message and its answer take through a dual-port RAM, and what an idle one costs, beside TCP."""
+"""The time of a message and its answer through a dual-port RAM, and the cost of an idle one, beside TCP."""
 
 import asyncio
 from contextlib import AsyncExitStack

@@ -1,7 +1,7 @@
-"""What events cost that many clients follow: a message to one of them, and the moves that bring them about.
+"""The cost of events that many clients follow: of a message to one of them, and of the moves behind it.
 
 The yardstick of a message is a bare broadcast of the same frames in the same process; that of the moves is
-the same gateway while nobody follows.
+the same gateway without followers.
 """
 
 import asyncio

@@ -1,4 +1,4 @@
-"""What a benchmark tells: a figure beside its yardstick and its target, and the table of them."""
+"""The results of benchmarks: figures beside their yardsticks and targets, and the table of them."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -9,14 +9,14 @@ from typing import Literal
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """What a figure should reach: `of` the ratio to its yardstick, or of the figure itself."""
+    """A bound for a figure: `of` its ratio to the yardstick, or of the figure itself."""
 
     of: Literal["ratio", "figure"]
     sign: Literal[">=", "<="]
     bound: float
 
     def reached_by(self, value: float) -> bool:
-        """Whether the value is on the right side of the bound."""
+        """Say whether the value is on the right side of the bound."""
         return value >= self.bound if self.sign == ">=" else value <= self.bound
 
 
@@ -40,7 +40,7 @@ class Figure:
 
     @property
     def reached(self) -> bool:
-        """Whether the median reaches the target."""
+        """True if the median reaches the target."""
         return self.target.reached_by(median(self.ratios if self.target.of == "ratio" else self.measured))
 
 

@@ -99,7 +99,7 @@ async def run(seconds: float) -> list[Figure]:
 
 
 def _sync_ms() -> float:
-    """What the disk takes for as much as a command's intent has, written and synchronised by nobody else."""
+    """Median time of the disk, in ms, to write and sync as much as an intent, with no other writer."""
     taken: list[float] = []
     with TemporaryDirectory() as folder, Path(folder, "bare").open("wb", buffering=0) as file:
         for _ in range(SYNCS):

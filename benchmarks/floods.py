@@ -21,7 +21,7 @@ import uvloop
 
 BLOCK_BYTES: Final = 262_144
 PAUSE_S: Final = 0.05
-"""Between the bytes of who is slow, and between attempts to come in where nobody is let in."""
+"""Seconds between the bytes of a slow client, and between attempts to sign in that are refused."""
 HOLDERS: Final = 40
 """Connections that are kept open, or opened again, at once."""
 ASKERS: Final = 8
@@ -33,7 +33,7 @@ CLOSE: Final = re.compile(rb"\x88[\x02-\x7d](\x03[\xe8-\xff])", re.DOTALL)
 
 Keys = Mapping[str, str]
 Told = Counter[int]
-"""How often each status was answered, and each code closed a WebSocket."""
+"""Number of answers by status, and of closed WebSockets by code."""
 Flood = Callable[[int, Keys, Told], Awaitable[None]]
 
 _VIEWER, _OPERATOR, _ADMIN, _STRANGER = "viewer", "operator", "admin", ""

@@ -30,7 +30,7 @@ def post(path: str, content: object) -> bytes:
 
 
 def is_complete(response: bytes) -> bool:
-    """Whether a response has come as a whole.
+    """Say whether a response has arrived as a whole.
 
     :raises RuntimeError: it says that the request failed.
     """
@@ -142,7 +142,7 @@ def _answered(clients: list[Client]) -> int:
 
 
 async def requests_per_s(port: int, clients: int, requests: list[bytes], seconds: float) -> float:
-    """Ask on many connections at once, with the requests spread over them, until somebody is answered."""
+    """Answers a second on many connections at once, with the requests spread over them."""
     loop = asyncio.get_running_loop()
     asking = [Client(_from(requests, first)) for first in range(clients)]
     for client in asking:

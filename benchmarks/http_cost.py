@@ -1,6 +1,6 @@
-"""What requests cost the gateway's processor, beside what a bare FastAPI application takes for its own.
+"""The processor time of requests, beside that of a bare FastAPI application.
 
-Processor time, unlike a rate, does not hang on what else the machine does.
+Processor time, unlike a rate, does not depend on the machine's other work.
 """
 
 import asyncio

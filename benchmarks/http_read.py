@@ -1,4 +1,4 @@
-"""What an HTTP read costs that goes to the controllers and back, beside a bare FastAPI application's."""
+"""The cost of an HTTP read that goes to the controllers and back, beside a bare FastAPI application's."""
 
 import asyncio
 from collections.abc import AsyncIterator

@@ -1,6 +1,6 @@
-"""What a checked key costs the gateway's processor at each read of what it knows.
+"""The processor time of checking a key, at each read of a value that the gateway knows already.
 
-The yardstick is the same gateway, open to everybody on its machine.
+The yardstick is the same gateway without access control.
 """
 
 from asyncio.subprocess import Process

@@ -38,7 +38,7 @@ WARM_UP = 10
 
 
 async def run(seconds: float) -> list[Figure]:
-    """Measure each speed for so many seconds, half of them with the yardstick."""
+    """Measure each speed for `seconds`, half of them with the yardstick."""
     gc.freeze()  # as the gateway does
     logging.getLogger("gateway").setLevel(logging.ERROR)  # a line that a turn has closed is no news
     return [await _line_use(baud, seconds / ROUNDS / 2) for baud in SPEEDS]

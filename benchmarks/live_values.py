@@ -1,4 +1,4 @@
-"""What it costs the gateway to tell one client where 120 bodies stand, five times a second."""
+"""The processor time of telling one client the positions of 120 bodies, five times a second."""
 
 import asyncio
 from asyncio.subprocess import Process
@@ -29,7 +29,7 @@ async def run(seconds: float) -> list[Figure]:
 
 
 async def _rounds(seconds: float) -> list[tuple[float, float, float]]:
-    """Percent of a processor while nobody watches and while somebody does, and the values a second."""
+    """Percent of a processor without a client and with one, and the values a second that it gets."""
     with set_apart() as apart:
         async with gateway_on_line(BODIES, apart, SWEEP_GROUPS) as (process, web):
             await asyncio.sleep(SETTLE_S)

@@ -1,4 +1,4 @@
-"""What a move costs the gateway over HTTP, at first and after many, and the memory that moves leave."""
+"""The cost of a move over HTTP, at first and after many moves, and the memory that moves leave."""
 
 import asyncio
 from asyncio.subprocess import Process

@@ -1,4 +1,4 @@
-"""What a bridge to MQTT adds: to an event, to a stop, and to the stops of everybody else.
+"""The delay that a bridge to MQTT adds to an event, to a stop, and to the stops of other clients.
 
 The yardsticks are the gateway's own WebSocket and its HTTP, in the same run; the broker is a mosquitto.
 """
@@ -43,7 +43,7 @@ MOVE = {"kind": "relative", "direction": "cw", "distance": {"value": 10, "unit":
 ROUNDS = 4
 """Without a bridge and beside one, in turn."""
 ELSEWHERE = 5
-"""How nice a bridge and its broker are that stand on another machine: they hold up no one who measures."""
+"""Niceness of the bridge and its broker, which stand for another machine: the gateway goes first."""
 WAYS = ("p50", 0.5), ("p99", 0.99)
 
 

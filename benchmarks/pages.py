@@ -1,7 +1,7 @@
-"""What the pages cost: how long a request of theirs holds the gateway's loop, and how soon they are there.
+"""The cost of the console's pages: how long a request holds the gateway's loop, how soon pages appear.
 
 Every page is opened in a real browser, on a gateway whose event ring is full; then bodies are stopped while
-documents are fetched flat out. The yardstick is the same gateway with nobody there, or its shortest answer.
+documents are fetched flat out. The yardstick is the same gateway without clients, or its shortest answer.
 """
 
 import asyncio
@@ -23,7 +23,7 @@ CONSOLE = (
 DOCUMENTS = ("docs", "docs/resources", "docs/all")
 FETCHED = ("documents", "commands", "metrics")
 CHECK_S = 1.0
-"""How long somebody looks at a page."""
+"""Seconds for which each page stays open."""
 ROUNDS = 3
 QUIET_SHARE = 0.25
 PAINTED = """() => new Promise((done) => {
@@ -33,7 +33,7 @@ PAINTED = """() => new Promise((done) => {
 
 
 async def run(seconds: float) -> list[Figure]:
-    """Open every page; then stop bodies again and again, first alone and then among those who fetch."""
+    """Open every page; then stop bodies, first alone and then while clients fetch documents."""
     async with AsyncExitStack() as stack:
         browser = await browser_in(stack)
         watched = full_gateway(program="benchmarks.watched_loop")

@@ -133,7 +133,7 @@ def _quiet(command: Sequence[str]) -> list[str]:
 
 
 async def _refilled_s(engine: str, count: int) -> float:
-    """How long the stream takes to be whole, when a gateway has so many events that it does not have."""
+    """Seconds until the stream is whole, after a gateway came with `count` events that the stream lacks."""
     from fleet.engine import connected, ensure, stream_settings
     from fleet.settings import PlantEngine
 
@@ -227,7 +227,7 @@ async def plant_in(stack: AsyncExitStack, folder: Path, engine: str) -> str:
 
 
 async def all_are_online(plant: str, count: int = GATEWAYS) -> None:
-    """Wait until a plant process hears so many gateways."""
+    """Wait until a plant process hears `count` gateways."""
     async with httpx.AsyncClient() as http:
         while (await http.get(f"{plant}/readyz")).json()["gateways"]["online"] < count:  # noqa: ASYNC110
             await asyncio.sleep(0.2)
@@ -255,7 +255,7 @@ async def _first_bytes_ms(plant: str, lines: Sequence[Stopped]) -> list[float]:
 
 
 async def _alone_ms(urls: Sequence[str], lines: Sequence[Stopped]) -> list[float]:
-    """The same of one gateway at a time, asked by HTTP without a plant: the yardstick."""
+    """Time from the stop of one gateway over HTTP, without a plant, to the line, in ms: the yardstick."""
     taken = []
     async with httpx.AsyncClient(timeout=30) as http:
         for url, line in zip(urls, lines, strict=True):

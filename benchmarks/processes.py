@@ -15,7 +15,7 @@ START_S = 100.0
 """A program that has not started by then on a busy machine never will."""
 END_S = 60.0
 PORTS = range(20_000, 32_000)
-"""Of these the system gives none to who wants any: a program may come back to its own."""
+"""Ports from which the system gives none by itself: a program that restarts finds its own one free."""
 
 _SCHEDULED = 2
 """The kind of clock, in its number, that counts what the scheduler gave a process (Linux)."""
@@ -112,7 +112,7 @@ async def running(*program: str, nice: int = 0) -> AsyncIterator[Process]:
 
 
 async def accepts(port: int) -> bool:
-    """Whether somebody listens at a port of this machine."""
+    """Say whether a program listens at a port of this machine."""
     try:
         _, writer = await asyncio.open_connection("127.0.0.1", port)
     except OSError:
@@ -133,7 +133,7 @@ def resident_mib(process: int) -> float:
 
 
 def free_port() -> int:
-    """Find a TCP port that nobody uses now, nor soon."""
+    """Find a TCP port that no program uses now, nor soon."""
     while True:
         port = SystemRandom().choice(PORTS)
         with socket.socket() as listener, suppress(OSError):

@@ -1,4 +1,4 @@
-"""What a start costs until `/readyz` says that the line can be used, and what it leaves in memory."""
+"""The time of a start until `/readyz` says that the line can be used, and the memory used then."""
 
 import asyncio
 import resource

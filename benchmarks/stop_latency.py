@@ -1,6 +1,6 @@
-"""How long a stop takes from its client's socket to the line, while others ask for all they can.
+"""The time of a stop from its client's socket to the line, while other clients ask for all they can.
 
-The yardstick is the same gateway, its event ring as full, with nobody else but a client that reads.
+The yardstick is the same gateway, its event ring as full, with no other client but one that reads.
 """
 
 import asyncio
@@ -27,13 +27,13 @@ from simulator.rorze.line import build_line
 
 BODIES = list(range(8))
 MOVERS = BODIES[:6]
-"""They are moved and stopped; the others are read."""
+"""Bodies that are moved and stopped; the others are read."""
 HOSTILE = ("documents", "commands", "metrics", "giant-heads", "slow-heads")
 FILL_S = 240.0
-"""What has not happened by then never will."""
+"""Seconds after which an event ring that is not full never will be."""
 RECHECK_S = 0.1
 QUIET_SHARE = 0.25
-"""The part of the seconds in which nobody else asks."""
+"""Share of the seconds in which no other client asks."""
 LEAST_STOPS = 3
 P999_MS = 20.0
 MAX_MS = 50.0

@@ -51,7 +51,7 @@ class Subscriber(asyncio.Protocol):
 
 
 async def subscribe(port: int, count: int, *, reads: bool = True) -> list[Subscriber]:
-    """Open so many connections, one after the other; give them when all are open."""
+    """Open `count` connections, one after the other; give them when all are open."""
     clients = [Subscriber(reads=reads) for _ in range(count)]
     for client in clients:
         await open_for(client, port)

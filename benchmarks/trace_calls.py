@@ -37,9 +37,9 @@ class CallTrace:
 
     def __init__(self) -> None:
         self.files: list[str] = []
-        """That of each call, in turn."""
+        """The file of each call, in turn."""
         self.written: Counter[int] = Counter()
-        """How often each command was written out, by its identity."""
+        """Number of times that each command was written out, by its identity."""
         self._commands: list[FicsCommand[Any]] = []
         """Kept alive, so that no identity comes twice."""
 
@@ -55,7 +55,7 @@ class CallTrace:
         return Counter((one, other) for one, other in pairwise(self.files) if one != other)
 
     def passes_above_the_line(self) -> Counter[tuple[str, str]]:
-        """The same, where all that carries an exchange counts as one file."""
+        """Count the changes of file as `passes` does; all files that carry an exchange count as one."""
         files = ["the line" if LINE.match(file) else file for file in self.files]
         return Counter((one, other) for one, other in pairwise(files) if one != other)
 
@@ -72,12 +72,12 @@ class CallTrace:
 
 
 def _is_resumed(frame: FrameType) -> bool:
-    """Whether a coroutine goes on after it was waiting, which is no call."""
+    """True if a coroutine goes on after a wait, which is no call."""
     return bool(frame.f_code.co_flags & CO_COROUTINE) and frame.f_lasti > FIRST_INSTRUCTIONS
 
 
 def _is_of_the_simulator(frame: FrameType) -> bool:
-    """Whether the simulator speaks the protocol, not the gateway."""
+    """True if the simulator speaks the protocol, not the gateway."""
     caller = frame.f_back
     while caller is not None and not caller.f_code.co_filename.startswith(str(ROOT / "simulator")):
         if caller.f_code.co_filename.startswith(GATEWAY):

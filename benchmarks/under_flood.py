@@ -1,9 +1,9 @@
-"""What a gateway does while one client floods it: its loop, its stops and its jogs, bodies and a robot.
+"""The gateway's loop, stops and jogs, of bodies and a robot, while one client floods it.
 
 `python -m benchmarks.under_flood SECONDS KIND...` pours each kind, and prints what it found as JSON. The
 gateway, its simulated lines and the operator share one event loop in one process, whose waiting for a
-processor is known exactly: so a busy machine is told from a gateway that is held. The flooder is a process
-of its own. The yardstick is the same without a flood.
+processor is known exactly: so a busy machine is told from a gateway that is held. The flooder is a process of
+its own. The yardstick is the same run without a flood.
 """
 
 import asyncio
@@ -45,7 +45,7 @@ BEAT_S: Final = 0.1
 HEARTBEAT_S: Final = 0.5
 STOP_PAUSE_S: Final = 0.02
 TURN_S: Final = 0.002
-"""How often somebody looks whether the loop turns."""
+"""Seconds between looks at whether the loop turns."""
 LONG_MS: Final = 5.0
 """Shorter turns are not noted."""
 READY_S: Final = 60.0
@@ -74,9 +74,9 @@ _KEYS: Final = tuple(Role(name) for name in ("viewer", "operator", "admin"))
 LONGEST_MS: Final = 20.0
 """The loop is held by one turn no longer."""
 STOP_MS: Final = 20.0
-"""A stop takes so much longer than without a flood."""
+"""Milliseconds by which a stop may take longer than without a flood."""
 BEAT_MS: Final = 50.0
-"""A heartbeat is answered, and the dead man's switch stops a jog, so much later than at once."""
+"""Milliseconds within which a heartbeat is answered, and by which the dead man's switch may be late."""
 
 
 @dataclass
@@ -88,15 +88,15 @@ class Measured:
     beats_ms: list[float] = field(default_factory=list)
     """From a heartbeat to its answer."""
     holds_ms: list[float] = field(default_factory=list)
-    """How long the loop was held by one turn, where that was long."""
+    """Milliseconds for which one turn held the loop, where that was long."""
     silences_ms: list[float] = field(default_factory=list)
     """From the last heartbeat of a jog to the command that ends it."""
     told: dict[int, int] = field(default_factory=dict)
-    """How often the flood was answered with each status; a WebSocket, with which code it was closed."""
+    """Number of answers to the flood by status; of a WebSocket, by the code that closed it."""
     failures: list[str] = field(default_factory=list)
-    """What was answered wrongly, or not at all."""
+    """Wrong answers and missing ones, in words."""
     stretch: float = 1.0
-    """How many times as long all that took: on a busy machine the flooder goes on while the gateway waits."""
+    """Ratio of real time to the time the process could run: the flooder goes on while the gateway waits."""
 
     def faults(self, alone: "Measured") -> list[str]:
         """All that the flood has brought about, in words; `alone` is the same without one."""
@@ -124,9 +124,9 @@ class Found:
     alone: Measured
     floods: dict[str, Measured]
     faults: dict[str, list[str]]
-    """Of those kinds that failed each time."""
+    """Faults by kind of flood, of the kinds that failed each time."""
     times: int
-    """How often one was poured, in all."""
+    """Floods poured in all."""
     sockets: tuple[int, int]
     """Open before and after them."""
     resident_mib: tuple[float, float]
@@ -140,7 +140,7 @@ def p99(values: Sequence[float]) -> float:
 
 
 async def poured(seconds: float, kinds: Sequence[str]) -> Found:
-    """Pour each kind for so many seconds in a process of its own, and tell what it found.
+    """Pour each kind for `seconds` in a process of its own, and give what it found.
 
     :raises RuntimeError: it ended without an answer; its error stands above.
     """
@@ -248,9 +248,9 @@ class Stand:
         return found
 
     async def rest(self, sockets: int) -> tuple[float, float]:
-        """What floods have left behind: the share of a processor that is used, and MiB.
+        """Measure after the floods: the share of a processor that is still used, and the memory in MiB.
 
-        So many sockets may be open before it is looked at.
+        Waits first until no more than `sockets` are open.
         """
         until = monotonic() + REST_S
         while open_sockets() > sockets and monotonic() < until:  # noqa: ASYNC110  # nobody tells of it

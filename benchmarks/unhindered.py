@@ -22,7 +22,7 @@ class Span:
         return 1000 * max(self._unhindered_s(), self._own_s())
 
     def stretch(self) -> float:
-        """How many times as long it took on this machine, in which others could do so much more."""
+        """Ratio of real time to the time that the process could run."""
         return 1000 * (monotonic() - self._begun_at) / max(self.ms(), 1.0)
 
     def worked_ms(self) -> float:

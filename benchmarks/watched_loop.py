@@ -15,7 +15,7 @@ LEAST_MS = 2.0
 
 
 class WatchedHub(FullHub):
-    """A full event hub, with somebody who looks at the clock whenever the loop is free."""
+    """A full event hub with a task that looks at the clock whenever the loop is free."""
 
     def __init__(self) -> None:
         super().__init__()

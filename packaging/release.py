@@ -1,4 +1,4 @@
-"""What people are given: `make release` puts it into dist/, built without network, with its checksums."""
+"""Files of a release: `make release` puts them into dist/, built without network, with their checksums."""
 
 import re
 import shutil
@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[1]
 DIST = ROOT / "dist"
 BILL = ROOT / "packaging" / "motion-gateway.cdx.json"
 RECIPES = ("Dockerfile", "packaging/compose.yaml", "requirements.txt")
-"""What an image, and an installation with the tested versions, are made by."""
+"""Recipes for an image, and for an installation with the tested versions."""
 
 
 def version() -> str:

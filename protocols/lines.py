@@ -37,5 +37,5 @@ class Lines:
         return lines
 
     def pending(self) -> int:
-        """Bytes after the last CR; none of a line that has grown too long, for nobody waits for its end."""
+        """Bytes after the last CR; 0 for a line that has grown too long, whose end is not waited for."""
         return 0 if self._cut else len(self._begun)

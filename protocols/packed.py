@@ -1,4 +1,4 @@
-"""A codec of binary protocols: the fields of a row one behind the other, each in so many bytes."""
+"""A codec of binary protocols: the fields of a row one behind the other, each in a fixed number of bytes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

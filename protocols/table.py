@@ -1,4 +1,4 @@
-"""What a command row is: one typed class per controller command, its wire form included, and no behaviour."""
+"""Command rows: one typed class per controller command, with its wire form and no behaviour."""
 
 import re
 from abc import ABC, abstractmethod
@@ -67,7 +67,7 @@ class Effect(StrEnum):
 
 
 _EFFECTS = {Retry.READ: Effect.READ, Retry.SETTING: Effect.SETTING, Retry.STOP: Effect.STOP}
-"""What a row does that names no effect: its retry class leaves only one."""
+"""Effect of a row that names none: these retry classes leave only one."""
 
 
 class Wire:
@@ -318,7 +318,7 @@ class Spoken(BaseModel):
 
     @classmethod
     def may_be_empty(cls) -> bool:
-        """Whether it can be written without any parameter."""
+        """Say whether the command can be written without any parameter."""
         return frozenset() in cls._writer
 
     def written(self) -> str:
@@ -387,9 +387,9 @@ class Command(Spoken, Generic[R_co]):
     effect: ClassVar[Effect] = Effect.MOTION
     """Rows whose retry class leaves several effects name theirs."""
     for_questions: ClassVar[bool] = False
-    """Whether it only chooses what later commands are about: by itself it moves and sets nothing."""
+    """True if the command only chooses the subject of later commands; it moves and sets nothing."""
     starts: ClassVar[bool] = True
-    """Of a motion: it begins at once, and the controller shows its end. A program only may move something."""
+    """True for a motion with an end that the controller shows; false to change one, and for programs."""
     echo: ClassVar[tuple[str, ...]] = ()
     """Fields that the reply repeats and that must be equal."""
     example: ClassVar[tuple[Any, ...]] = ()
@@ -407,7 +407,7 @@ class Command(Spoken, Generic[R_co]):
 
     @classmethod
     def reply_type(cls) -> type[Reply]:
-        """What is answered: the R of `Command[R]`."""
+        """Type of the reply: the R of `Command[R]`."""
         if cls._reply_type is None:
             raise TypeError(f"{cls.__name__} does not say what is answered")
         return cls._reply_type
@@ -424,7 +424,7 @@ class Command(Spoken, Generic[R_co]):
 
     @classmethod
     def starts_motion(cls) -> bool:
-        """Whether it sets a motor moving, to an end that the controller shows."""
+        """Say whether the command sets a motor moving, to an end that the controller shows."""
         return cls.effect is Effect.MOTION and cls.starts
 
     @classmethod
@@ -449,7 +449,7 @@ class Command(Spoken, Generic[R_co]):
         return self.retry
 
     def may_repeat(self) -> bool:
-        """Whether the gateway may repeat it."""
+        """Say whether the gateway may repeat the command after a missing reply."""
         return self.retry is Retry.READ and self.retry_class() is Retry.READ
 
     def read_reply(self, text: str | bytes) -> R_co:

@@ -1,4 +1,4 @@
-"""What pydantic finds wrong, in this project's words: its own never reach a user."""
+"""The faults that pydantic finds, in this project's words: pydantic's own words never reach a user."""
 
 import re
 from collections.abc import Collection, Mapping
@@ -12,7 +12,7 @@ MOST_SHOWN = 40
 """Characters of what was given that a sentence repeats."""
 _PLAIN: Final = re.compile(rf"[\w./-]{{1,{MOST_SHOWN}}}", re.ASCII)
 _SIMILAR: Final = 0.65
-"""What is less like a name than this was not meant by it: `bodies` is 0.6 like `mode`."""
+"""Least similarity of a word to the name it was meant for: `bodies` is 0.6 like `mode`, and was not."""
 
 _WHOLE: Final = "must be a whole number"
 _NUMBER: Final = "must be a number"
@@ -59,7 +59,7 @@ _KNOWN: Final = frozenset(get_args(ErrorType))
 
 
 def sentence(fault: ErrorDetails, words: Mapping[str, str] | None = None) -> str:
-    """What is expected, and what was given where that says more; `words` go before those of this module."""
+    """Say what is expected, and what was given where that helps; `words` go before those of this module."""
     expected, given = expectation(fault, words), shown(fault["input"])
     if given is None or fault["type"] in _SAYS_ENOUGH:
         return expected + _meant_by(fault)
@@ -81,7 +81,7 @@ _OWN_SENTENCES: Final = frozenset({"value_error", "assertion_error", "string_pat
 
 
 def expectation(fault: ErrorDetails, words: Mapping[str, str] | None = None) -> str:
-    """What is expected."""
+    """Say what is expected."""
     kind, context = fault["type"], fault.get("ctx", {})
     if isinstance(context.get("error"), ValueError | AssertionError):
         return str(context["error"])
@@ -114,12 +114,12 @@ def shown(given: object) -> str | None:
 
 
 def as_given(name: str) -> str:
-    """Write a name that nobody knows: in quotes where it is blank, or its end could not be seen."""
+    """Write an unknown name: in quotes where it is blank, or its end could not be seen."""
     return name if _PLAIN.fullmatch(name) else str(shown(name))
 
 
 def unknown(name: str, known: Collection[str], listed: Collection[str] | None = None) -> str:
-    """Say of a name that nobody knows which was meant, or which there are: of very many those `listed`."""
+    """Say which name an unknown one was meant to be, or which names there are: of very many, `listed`."""
     similar = get_close_matches(name, known, n=1, cutoff=_SIMILAR) or _another_number(name, known)
     if similar:
         return f"did you mean {similar[0]}?"
@@ -132,5 +132,5 @@ def _another_number(name: str, known: Collection[str]) -> list[str]:
 
 
 def plain_number(value: float, decimals: int) -> str:
-    """A number with up to so many decimals, never with an exponent."""
+    """Write a number with up to `decimals` decimals, never with an exponent."""
     return f"{value:.{decimals}f}".rstrip("0").rstrip(".")

@@ -16,7 +16,7 @@ _BRACED = re.compile(r"\\\{[\w\\ ]+\\\}")
 
 
 def subject_fits(row: EventType, subject: str) -> bool:
-    """Whether a subject has the form of its type's."""
+    """Say whether a subject has the form of its type's."""
     forms = (re.escape(form) for form in row.subject.split(" or "))
     return any(re.fullmatch(_BRACED.sub("[^/]+", form), subject) for form in forms)
 

@@ -1,4 +1,4 @@
-"""What every test shares: asyncio as the backend, checked events, property tests that bear a busy machine."""
+"""The common part of all tests: asyncio as the backend, checked events, property tests for busy machines."""
 
 import gc
 import os
@@ -74,7 +74,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 
 def pytest_collection_finish() -> None:
-    """What is there now stays: it is never looked through for garbage; what comes, seldom."""
+    """Exclude all present objects from garbage collection, and collect new ones seldom."""
     gc.freeze()
     gc.set_threshold(*SELDOM)
     gc.enable()

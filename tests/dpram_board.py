@@ -34,7 +34,7 @@ class Wiring:
 
     @property
     def length(self) -> int:
-        """Of a file that holds it, in bytes."""
+        """Length of a file that holds the RAM, in bytes."""
         return self.map * mmap.PAGESIZE + self.offset + SIZE * self.stride
 
     def places(self, where: slice) -> slice:

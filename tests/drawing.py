@@ -36,7 +36,7 @@ def drawn(cases: Iterable[Any], most: int, of: str) -> list[Any]:
 
 
 def fresh(count: int, of: str) -> list[int]:
-    """So many seeds of 10,000, others with each commit: together the commits try all."""
+    """Draw `count` seeds of 10,000, others with each commit: together the commits try all."""
     return sorted(Random(f"{commit()} {of}").sample(range(10_000), count))
 
 
@@ -48,6 +48,6 @@ def runs_of(source: str) -> set[str]:
 
 
 def may_choose(marks: str, file: Path) -> bool:
-    """Whether `pytest -m` with such an expression may choose a test of a file."""
+    """Say whether `pytest -m` with such an expression may choose a test of a file."""
     run = {"prove": "prove", "not prove": "test"}.get(marks)
     return run is None or run in runs_of(file.read_text("utf-8"))

@@ -73,7 +73,7 @@ Story = Callable[[Strike], Coroutine[Any, Any, None]]
 
 @cache
 def _may_fail(code: CodeType) -> bool:
-    """Whether faults are drawn in a function; a generator is also called to throw it away."""
+    """Say whether faults are drawn in a function; a generator is also called to throw it away."""
     file = code.co_filename
     ours = file.startswith(_FOLDERS) and file not in _SURVIVORS
     return ours and not code.co_flags & (CO_GENERATOR | CO_ASYNC_GENERATOR)

@@ -40,16 +40,16 @@ class Cable(SimulatedCable):
     def __init__(self, machine: SimulatedFics, baud: int | None = None) -> None:
         super().__init__(machine, baud)
         self.lost_command = self.lost_answer = ""
-        """What begins so is lost on its way, every time."""
+        """Beginning of the texts that are lost on the way, every time."""
         self.lost_once = ""
-        """What begins so is lost on its way to the robot, the next time."""
+        """Beginning of the text that is lost on its way to the robot, the next time."""
         self._awaited: tuple[str, asyncio.Future[None]] | None = None
         self._arrived = 0
         self._then: dict[int, Callable[[], object]] = {}
         self.damaged: dict[str, str] = {}
-        """What arrives in the place of a command."""
+        """Text that arrives in the place of a command."""
         self.misread: dict[str, str] = {}
-        """What arrives in the place of an answer, the next time it comes."""
+        """Text that arrives in the place of an answer, the next time it comes."""
         self.copies: list[bytes] = []
         """Come right before the next answers, one before each."""
         self.stuck = False
@@ -63,7 +63,7 @@ class Cable(SimulatedCable):
         await self._awaited[1]
 
     def after(self, frames: int, deed: Callable[[], object]) -> None:
-        """Do something when so many more frames have arrived, and their answers are on their way."""
+        """Do something when `frames` more frames have arrived, and their answers are on the way."""
         if frames:
             self._then[self._arrived + frames] = deed
         else:
@@ -101,7 +101,7 @@ class Cable(SimulatedCable):
         return int(self.stuck)
 
     def say(self, text: str) -> None:
-        """Let a line come that nobody has asked for."""
+        """Let a line come without a question."""
         super()._deliver(text.encode("ascii") + b"\r")
 
     def turn(self) -> None:
@@ -140,7 +140,7 @@ class FicsRig:
         self.cable.turn()
 
     def edit(self, on: bool) -> None:
-        """Let somebody edit at the teaching terminal, state (b), or leave it."""
+        """Begin or end editing at the teaching terminal, state (b)."""
         self.touch(lambda fics, _: setattr(fics, "editing", on))
 
     def power_cycle(self) -> None:
@@ -158,7 +158,7 @@ class FicsRig:
     def fail(
         self, fault: Fault, direction: Direction, frames: int = 1, delay_s: float = 0.1, after: int = 0
     ) -> None:
-        """Let a fault hit the next frames, `after` so many have passed."""
+        """Let a fault hit the next frames, after `after` others have passed."""
         self.machine.faults.set(
             Switch(fault, direction, next_frames=frames, delay_s=delay_s, pass_frames=after)
         )
@@ -187,7 +187,7 @@ class FicsRig:
         return await self.plant.robot_moves.wait(started.id, 600.0)
 
     def events(self, prefix: str = "") -> list[Event]:
-        """What has been published so far."""
+        """Events published so far."""
         hub = self.plant.events
         return [it for n in range(hub.first, hub.last + 1) if (it := hub.event(n)).type.startswith(prefix)]
 

@@ -16,10 +16,10 @@ class ModelBook:
         self.takes_s = takes_s
         self.trouble: str | None = None
         self.durable: list[tuple[float, Write]] = []
-        """What was waited for, and since when a loss of power cannot undo it."""
+        """Writes that were waited for, and the times since which a loss of power cannot undo them."""
         self.noted: list[Write] = []
         self.waits = 0
-        """How often somebody has waited for it."""
+        """Number of waits for a write."""
         self._waiting: deque[tuple[Sequence[Write], asyncio.Future[None]]] = deque()
         self._writer: asyncio.Task[None] | None = None
 
@@ -67,7 +67,7 @@ class ModelBook:
         return [(at, _named(entry)) for at, entry in self.durable if _is(entry, "INSERT INTO intents")]
 
     def stops(self) -> list[dict[str, Any]]:
-        """What was written down afterwards."""
+        """Stops, written down after they were sent."""
         return [_named(entry) for entry in self.noted if _is(entry, "INSERT INTO intents")]
 
     def written(self) -> list[object]:
@@ -75,7 +75,7 @@ class ModelBook:
         return [entry.values[1] for entry in self.noted if _is(entry, "UPDATE intents SET written_at")]
 
     def outcomes(self) -> dict[object, object]:
-        """What became of each intent."""
+        """Outcome of each intent."""
         return {entry.values[3]: entry.values[1] for entry in self.noted if "outcome" in entry.sql}
 
 

@@ -10,7 +10,7 @@ Place = tuple[Any, str]
 
 
 def fail_once(monkeypatch: pytest.MonkeyPatch, place: Place, calls: int = 1) -> list[str]:
-    """Let a call of a function, by default the next, raise what nobody has foreseen; the list notes it."""
+    """Let a call of a function, by default the next, raise an exception that the code does not foresee."""
     owner, name = place
     good: Callable[..., Any] = getattr(owner, name)
     failed: list[str] = []
@@ -28,7 +28,7 @@ def fail_once(monkeypatch: pytest.MonkeyPatch, place: Place, calls: int = 1) -> 
 
 
 def fail_always(monkeypatch: pytest.MonkeyPatch, place: Place) -> None:
-    """Let every call of a function raise what nobody has foreseen."""
+    """Let every call of a function raise an exception that the code does not foresee."""
 
     def bad(*_: Any, **__: Any) -> Any:
         raise ZeroDivisionError

@@ -144,7 +144,7 @@ class Rig:
 
     @property
     def truth(self) -> TruthLog:
-        """What really happened on the first line."""
+        """The simulator's truth log of the first line."""
         return self.machine.truth
 
     def body(self, address: str = "3F") -> Body:
@@ -164,7 +164,7 @@ class Rig:
         self.wire.turn()
 
     def events(self, prefix: str = "") -> list[Event]:
-        """What has been published so far."""
+        """Events published so far."""
         hub = self.plant.events
         return [it for n in range(hub.first, hub.last + 1) if (it := hub.event(n)).type.startswith(prefix)]
 
@@ -249,7 +249,7 @@ async def rig(
 
 
 def is_known(body: Body) -> bool:
-    """Whether the gateway knows what the body does, and will notice a loss of its power."""
+    """Say whether the gateway knows what the body does, and will notice a loss of its power."""
     power = body.power
     return body.position is not None and (power.mark is not None or power.taken or not power.comment)
 

@@ -12,7 +12,7 @@ from tests.drawing import runs_of
 ROOT: Final = Path(__file__).parents[1]
 PROMISED: Final = Path(__file__).with_name("promised.txt")
 _SOURCES: Final = re.compile(r"\s*\((?:[^()]*`(?:gateway|api|tests)/[^()]*|decisions? [\d, ]+)\)")
-"""What a promise says of its code, tests and decisions."""
+"""References of a promise to its code, tests and decisions."""
 _NEXT_SENTENCE: Final = re.compile(r"(?<=[.:;]) +(?=[A-Z`])")
 _SHOWN: Final = 110
 _HEAD = """\
@@ -92,7 +92,7 @@ def _sentences(paragraph: str) -> list[str]:
 
 
 def held() -> list[Held]:
-    """What is written in the list of the tests."""
+    """Promises and their tests, from the list."""
     _, _, text = PROMISED.read_text("utf-8").partition("\n\n")
     found: list[Held] = []
     for line in filter(None, text.splitlines()):

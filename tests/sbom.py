@@ -25,7 +25,7 @@ IN_PAGES: Final = (
     "uplot",
     "uqr",
 )
-"""What the console's sources import; the rest of its packages builds and checks them."""
+"""Packages that the console's sources import; the rest of its packages builds and checks them."""
 _PINNED: Final = re.compile(r"(?m)^([A-Za-z0-9._-]+)==([^\s;\\]+)")
 _FOLDER: Final = "node_modules/"
 

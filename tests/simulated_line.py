@@ -11,7 +11,7 @@ T = TypeVar("T")
 
 
 class Machine(Protocol):
-    """What is at the far end."""
+    """The machine at the far end."""
 
     def receive(self, data: bytes, now: float) -> None: ...
 

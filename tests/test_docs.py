@@ -1,4 +1,4 @@
-"""What the documentation names is there: links, files, targets of make, commands and their options."""
+"""The names in the documentation exist: links, files, targets of make, commands and their options."""
 
 import re
 from pathlib import Path

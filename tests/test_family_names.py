@@ -1,4 +1,4 @@
-"""What all families share names none of them: no import, no word of its texts, no row of its data."""
+"""The parts that all families share name none of them: no import, no word of a text, no row of data."""
 
 import re
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ import pytest
 ROOT: Final = Path(__file__).parents[1]
 SHARED: Final = ("api", "gateway/core", "gateway/door")
 NAMES: Final = re.compile(r"rorze|fics|\bRC-?4|scara|dynax|C-?HOST", re.IGNORECASE)
-"""Of the families, of their extensions, of makers and of what they make."""
+"""Names of families, of their extensions, of makers and of their products."""
 KINDS: Final = (".py", ".toml", ".json", ".html")
 
 

@@ -1,4 +1,4 @@
-"""What a reader has to know of the house: api sees the door alone, and a small feature few files."""
+"""Limits of what a reader has to know: api sees the door alone, and a small feature few files."""
 
 import tomllib
 from pathlib import Path

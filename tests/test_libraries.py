@@ -162,7 +162,7 @@ def test_no_class_of_ours_touches_private_members_of_a_class_of_a_library() -> N
 
 
 def test_every_dependency_has_an_upper_bound() -> None:
-    """What is installed next year by these bounds still starts."""
+    """An installation of next year, by these bounds, still starts."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     asked = [
         *project["dependencies"],

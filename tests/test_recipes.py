@@ -26,7 +26,7 @@ LINES = 24
 
 
 class Call(NamedTuple):
-    """What is typed, and the answer as the page has it."""
+    """A command as typed, and its answer as the page has it."""
 
     typed: str
     answer: list[str]

@@ -1,4 +1,4 @@
-"""What tests ask a plant without HTTP: by the name of the operation, as every front end does."""
+"""Requests of tests to a plant without HTTP: by the name of the operation, as every front end does."""
 
 from typing import Any, Final
 

@@ -11,13 +11,13 @@ from recordings.virtual_loop import Inline
 T = TypeVar("T")
 
 THREADS_S = 5.0
-"""What runs in a thread of its own takes real time; with nothing else to do, it has this time."""
+"""Seconds of real time for work in a thread, while there is nothing else to do."""
 
 
 LONGEST_S = inf
 """A story that lasts longer has failed."""
 MOST_TURNS: float = inf
-"""A story that goes round so often at one instant has failed."""
+"""Turns at one instant after which a story has failed."""
 
 
 class NeverEnds(Exception):

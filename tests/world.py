@@ -24,7 +24,7 @@ from tests.plants import Wire, configuration
 from tests.tested_plant import TestedPlant
 
 DISK_S = 0.005
-"""What a commit takes."""
+"""Seconds that a commit takes."""
 
 
 class Immediate(Journal):

@@ -1,4 +1,4 @@
-"""What a transport is: it moves bytes and knows no commands."""
+"""The interface of a transport: it moves bytes and knows no commands."""
 
 from abc import ABC, abstractmethod
 from typing import Protocol
@@ -16,7 +16,7 @@ class TransportUnavailable(TransportError):
 
 
 class TransportLost(TransportError):
-    """The port has gone: unplugged or closed by the far end. What was written last may not have arrived."""
+    """The port has gone: unplugged, or closed by the far end. Bytes written last may not have arrived."""
 
 
 class TransportRefused(TransportError):
@@ -30,7 +30,7 @@ class Receiver(Protocol):
         """One or more bytes have arrived."""
 
     def connection_lost(self, error: TransportLost) -> None:
-        """The port has gone, and nobody closed it; called once per opening at most, never after `close`."""
+        """Called when the port has gone without `close`; once per opening at most, never after `close`."""
 
 
 class Transport(ABC):
@@ -46,7 +46,7 @@ class Transport(ABC):
 
     @property
     def is_bridged(self) -> bool:
-        """Whether a box at the far end passes the bytes on, at a speed that this port does not know."""
+        """Say whether a box at the far end passes the bytes on, at a speed that this port does not know."""
         return False
 
     @property
@@ -79,5 +79,5 @@ class Transport(ABC):
     async def close(self) -> None:
         """Close at once. Unsent bytes are dropped and not sent by a later opening; closing twice is harmless.
 
-        What the far end is taking at this very moment may still arrive: nobody may call it not sent.
+        Bytes that the far end is taking at this moment may still arrive, so they do not count as unsent.
         """

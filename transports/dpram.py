@@ -66,8 +66,8 @@ _REASONS = {
 class DpramPort(Transport):
     """`dpram:///dev/uio0?map=1&offset=0x400`: a UIO device, a PCI resource file or a plain file, locked.
 
-    What is written travels as messages of at most 254 bytes, each with its CR; C-HOST manual 1-4. Where the
-    RAM lies in the mapping, and by which accesses it is reached, is told by the options of `Place`.
+    Writes travel as messages of at most 254 bytes, each with its CR; C-HOST manual 1-4. The options of
+    `Place` tell where the RAM lies in the mapping, and by which accesses it is reached.
     """
 
     def __init__(self, address: Address) -> None:
@@ -90,8 +90,8 @@ class DpramPort(Transport):
     async def open(self, receiver: Receiver) -> None:
         """Map the memory, empty both its sides and begin to poll; an open port is refused.
 
-        A reply that lies there is an answer to somebody else's question: it is thrown away. A message to Fics
-        that lies there is the last program's, and is taken back as `close` does.
+        A reply that lies there answers another program's question: it is thrown away. A message to Fics that
+        lies there is the last program's, and is taken back as `close` does.
         """
         if self._live_session() is not None:
             raise TransportUnavailable(f"{self.address} is open already; nothing was sent.")
@@ -138,9 +138,9 @@ class Place:
     """Where the RAM lies in the mapping, and by which accesses it is reached."""
 
     map: int
-    """Of a UIO device, 0-4."""
+    """Number of the UIO device's mapping, 0-4."""
     offset: int
-    """Of the first byte of the RAM, in bytes of the mapping."""
+    """Offset of the first byte of the RAM in the mapping, in bytes."""
     stride: int
     """From one byte of the RAM to the next, in bytes of the mapping: 1, 2, 4 or 8."""
     width: int

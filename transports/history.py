@@ -6,7 +6,7 @@ from collections import deque
 from typing import Any, Generic, NamedTuple, TypeVar
 
 BLOCK = 64
-"""Records that are packed together: it takes about 0.1 ms, once in so many records."""
+"""Records that are packed together; packing a block takes about 0.1 ms."""
 LEVEL = 1
 
 R = TypeVar("R", bound=tuple[Any, ...])
@@ -28,7 +28,7 @@ class Piece(NamedTuple, Generic[R]):
 
 
 class History(Generic[R]):
-    """Keeps the newest records, oldest first, within so many bytes.
+    """Keeps the newest records, oldest first, within `most_bytes`.
 
     A record is a tuple of numbers and texts; the first two are its wall time and the time of the clock that
     never jumps, in nanoseconds.
@@ -40,7 +40,7 @@ class History(Generic[R]):
         self._bytes = 0
         self._newest: list[R] = []
         self.recorded = 0
-        """How many records there were, with those that are forgotten: the number of the newest."""
+        """Number of the newest record, and so of all records there were, forgotten ones included."""
 
     def append(self, record: R) -> None:
         """Keep one more record, for which the oldest may go."""

@@ -33,10 +33,10 @@ class _Spec(ctypes.Structure):
 
 
 class Nudge:
-    """Expects a reply as long after a frame as the last reply to the same frame came, and wakes up before it.
+    """Expects a reply as long after a frame as the last one to that frame took, and wakes the loop for it.
 
-    When it comes at another time, only a wake-up is wasted. Where the system has no such timers,
-    nobody is woken.
+    If it comes at another time, only a wake-up is wasted. Where the system has no such timers, the
+    loop is not woken.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
@@ -59,7 +59,7 @@ class Nudge:
             self._set(wait_s)
 
     def close(self) -> None:
-        """Wake nobody any more; closing twice is harmless."""
+        """Stop waking the loop; closing twice is harmless."""
         timer, self._timer = self._timer, None
         if timer is not None:
             self._loop.remove_reader(timer)

@@ -37,9 +37,9 @@ class Recorder:
         self.opening: list[Record] = []
         self.clocks = clocks
         self.sender: Sender = NOBODY
-        """Who writes, and because of which request; set right before each write."""
+        """The caller whose frame is written, and the id of its request; set right before each write."""
         self.recorded = 0
-        """How many records there were, with those that are forgotten: the number of the newest."""
+        """Number of the newest record, and so of all records there were, forgotten ones included."""
 
     @property
     def dropped(self) -> int:
@@ -65,20 +65,20 @@ class Recorder:
             self._file.put(record)
 
     def records(self, since: datetime | None = None) -> list[Record]:
-        """What memory holds, oldest first: of that what is not before `since` (an aware time)."""
+        """Records in memory, oldest first, since `since` (an aware time) if it is given."""
         if since is None:
             return list(self._records)
         earliest = wall_ns(since)
         return [record for record in self._records if record[0] >= earliest]
 
     def after(self, number: int) -> tuple[int, list[Record]]:
-        """What memory holds of the records after a number, and the number of the first of them."""
+        """Records in memory after a number, behind the number of the first of them."""
         first = max(number, self.recorded - len(self._records)) + 1
         skipped = len(self._records) - (self.recorded - first + 1)
         return first, list(islice(self._records, skipped, None))
 
     def entries(self, last: int | None = None, since: datetime | None = None) -> list[TraceEntry]:
-        """What memory holds, oldest first: of the `last` entries those not before `since` (an aware time).
+        """Entries in memory, oldest first: of the `last` ones those since `since` (an aware time).
 
         Formatting takes microseconds an entry: ask for thousands in a thread.
         """
@@ -102,7 +102,7 @@ class Recorded(Transport):
         self._recorder = recorder
         self._receiver: Receiver | None = None
         self._fails = False
-        """Whether a record was lost by a fault; told once."""
+        """True once a record was lost by a fault, so that the loss is logged once."""
 
     def _note(self, kind: Kind, data: bytes = b"") -> None:
         """Record it; a line goes on without its records where a fault of our own keeps them away."""

@@ -140,7 +140,7 @@ class _Port(serial.Serial):
             self.nudge.close()
 
     def _is_readable(self) -> bool:
-        """Whether the device still claims to have bytes, which it does for ever once it is unplugged."""
+        """Say whether the device claims to have bytes, which it does for ever once it is unplugged."""
         poll = select.poll()
         poll.register(self.fileno(), select.POLLIN)
         return bool(poll.poll(0))

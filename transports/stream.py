@@ -1,4 +1,4 @@
-"""What serial and TCP ports share: a byte stream that the event loop reads and writes."""
+"""A byte stream that the event loop reads and writes: the common part of serial and TCP ports."""
 
 import asyncio
 from abc import abstractmethod
@@ -59,7 +59,7 @@ class StreamTransport(Transport):
 
     @abstractmethod
     async def _connect(self) -> tuple[asyncio.Transport, Session]:
-        """Open the port; its session tells nobody yet.
+        """Open the port; its session reports to no receiver yet.
 
         :raises TransportUnavailable: it cannot be opened.
         """

@@ -74,7 +74,7 @@ class _TcpSession(Session):
         _set_options(_socket_of(self._channel))
 
     def eof_received(self) -> bool:
-        """Drop unsent bytes: nobody is there to take them, and waiting for that would hide the loss."""
+        """Drop unsent bytes: the far end no longer takes them, and waiting for it would hide the loss."""
         self._channel.abort()
         return True
 

@@ -1,4 +1,4 @@
-"""What a trace entry is, and how its bytes are written as text."""
+"""Trace entries, and their bytes as text."""
 
 import re
 from datetime import UTC, datetime, timedelta
@@ -9,7 +9,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSeriali
 Kind = Literal["rx", "tx", "opened", "lost", "closed"]
 
 Sender = tuple[str | None, str | None]
-"""Who has something written, and the id of the request that asks for it; None where nobody tells."""
+"""The caller of a frame, and the id of its request; None where it is not told."""
 NOBODY: Final[Sender] = (None, None)
 
 # A trace entry as it is kept, not formatted before somebody asks: wall ns, monotonic ns, kind, data, sender.
@@ -54,10 +54,10 @@ EscapedBytes = Annotated[
 
 
 class TraceEntry(BaseModel):
-    """What happened on a port at one moment: bytes were received or sent, or it opened, was lost or closed.
+    """An event at a port: bytes were received or sent, or the port opened, was lost or closed.
 
-    `at` is UTC wall time, which jumps when the clock is set; `monotonic_ns` never does. Only what was sent
-    has a caller, and a request if there was one.
+    `at` is UTC wall time, which jumps when the clock is set; `monotonic_ns` never does. Only sent bytes have
+    a caller, and a request if there was one.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")

@@ -1,1 +1,1 @@
-"""Who may do what: keys, roles and scopes, sessions and tickets; nothing here knows HTTP."""
+"""Access control: keys, roles and scopes, sessions and tickets; nothing here knows HTTP."""

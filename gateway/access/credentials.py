@@ -1,4 +1,4 @@
-"""What somebody shows to be let in: a key, or a token of an OpenID provider."""
+"""Credentials that let a caller in: a key, or a token of an OpenID provider."""
 
 import time
 from collections.abc import Callable
@@ -8,7 +8,7 @@ from gateway.access.grants import Grant
 from gateway.access.keys import Key, KeyStore
 
 KEY: Final = "mg_"
-"""What every key begins with."""
+"""Prefix of every key."""
 
 
 class TokenVerifier(Protocol):
@@ -61,13 +61,13 @@ class Credentials:
         return grant
 
     def knows(self, grant: Grant) -> bool:
-        """Whether nothing is known against what was found good a moment ago."""
+        """Say whether a credential that was good a moment ago is still good, without reading the key file."""
         if grant.key is not None:
             return self.keys is not None and self.keys.knows(grant.key)
         return self.holds(grant)
 
     def holds(self, grant: Grant) -> bool:
-        """Whether what was found good before still is."""
+        """Say whether a credential that was good before still is; reads the key file if it has changed."""
         if grant.key is not None:
             return self.keys is not None and self.keys.has(grant.key)
         return grant.expires is not None and self._clock() < grant.expires

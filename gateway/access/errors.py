@@ -1,4 +1,4 @@
-"""Why somebody is refused."""
+"""Refusals of access control."""
 
 from gateway.core.errors import GatewayError, NotSent
 
@@ -10,7 +10,7 @@ class NotAuthenticated(GatewayError):
 
 
 class NothingShown(NotAuthenticated):
-    """No credential is shown, or a session that is over: somebody comes for the first time, or comes late."""
+    """The request shows no credential, as at a first visit, or a session that is over."""
 
 
 class CookieAlone(NotAuthenticated):

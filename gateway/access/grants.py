@@ -1,4 +1,4 @@
-"""What a credential that was found good stands for, and what is lent on it: sessions and tickets."""
+"""Grants: the caller behind a verified credential, and the sessions and tickets lent on it."""
 
 import secrets
 from collections import Counter, OrderedDict
@@ -24,17 +24,17 @@ LONGEST_S: Final = 12 * 3600.0
 TICKET_S: Final = 10.0
 """A ticket is valid for this time, and once."""
 PENDANT_S: Final = 60.0
-"""The same of a ticket that begins the session of a pendant: time to hold a phone before the code."""
+"""Seconds for which a ticket for a pendant's session is good: time to hold a phone before the code."""
 MOST_SESSIONS: Final = 1000
 SESSIONS_PER_KEY: Final = 20
 MOST_TICKETS: Final = 1000
 TICKETS_PER_KEY: Final = 100
-"""Those of the same key make room for new ones first, then those of the key that has the most."""
+"""Tickets of each key at once: its own oldest makes room first, then that of the key with the most."""
 
 
 @dataclass(frozen=True)
 class Grant:
-    """Who somebody is, because of what."""
+    """A caller who was let in, and the credential that proved it."""
 
     principal: Principal
     key: Key | None = None
@@ -77,10 +77,10 @@ class _Lent:
 
 
 class Sessions:
-    """Browsers that have signed in, by random ids that nobody can guess; a restart ends them all.
+    """Sessions of signed-in browsers, by random ids that cannot be guessed. A restart ends them all.
 
-    One that has made room for another lets nobody in any more, and still stops until it would have ended: a
-    page that does not know it yet loses no stop.
+    A session that has made room for another lets its browser in no more, but still takes stops until it
+    would have ended: a page that does not know it yet loses no stop.
     """
 
     def __init__(self, clock: Callable[[], float] = monotonic) -> None:
@@ -112,7 +112,7 @@ class Sessions:
         return proof
 
     def proves(self, session: str, proof: str) -> bool:
-        """Whether this is the second secret of a session; without one nothing is."""
+        """Say whether `proof` is the second secret of a session; a session without one proves nothing."""
         lent = self._sessions.get(session)
         return lent is not None and bool(lent.proof) and compare_digest(lent.proof, _hash_of(proof))
 
@@ -137,7 +137,7 @@ class Sessions:
         return self.grant_of(session)
 
     def lasts(self, session: str) -> bool:
-        """Whether a session has neither been ended nor is too long; an event stream may go on in it."""
+        """Say whether a session is open: not ended, not past its longest time. Event streams go on in it."""
         lent = self._sessions.get(session)
         return lent is not None and self._clock() - lent.since <= LONGEST_S
 
@@ -159,7 +159,7 @@ class Sessions:
         return [named[session] for session in found]
 
     def all(self) -> Sequence[SessionInfo]:
-        """Those that last, the one that was used last first."""
+        """Sessions that are still open, the one used most recently first."""
         now = self._clock()
         return [self._told(it, lent) for it, lent in reversed(self._sessions.items()) if lent.lasts_at(now)]
 
@@ -186,7 +186,7 @@ def _hash_of(proof: str) -> bytes:
 
 
 def handle_of(session: str) -> str:
-    """Name a session, so that nobody gets into it."""
+    """Name a session for lists and logs; the name does not open it."""
     return sha256(session.encode()).hexdigest()[:16]
 
 

@@ -38,7 +38,7 @@ LONGEST_S: Final = 10 * 365 * 86_400.0
 """No key that ends lasts longer."""
 DAY_S: Final = 86_400.0
 OVERLAP_S: Final = 7 * DAY_S
-"""How long a key that was rotated is good beside the new one, if nothing else is said."""
+"""Default time for which a rotated key stays good beside the new one, in seconds."""
 State = Literal["good", "expired", "revoked", "waiting"]
 _OTHERS_MAY_WRITE: Final = 0o022
 
@@ -48,7 +48,7 @@ class KeyFault(ValueError):
 
 
 class KeyWordFault(KeyFault):
-    """What is asked for is no name, no scope or no time."""
+    """The name, scope or time that was asked for is not valid."""
 
 
 class KeyFileFault(KeyFault):
@@ -56,16 +56,16 @@ class KeyFileFault(KeyFault):
 
 
 class KeyPolicy(BaseModel):
-    """What holds for the keys of a data directory: the gateway writes it down for the command line."""
+    """The rules for the keys of a data directory, written down by the gateway for the command line."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     lifetime_s: float | None = 365 * DAY_S
-    """How long a key is good of which nothing else is said; None means for ever."""
+    """Seconds for which a key is good if its creator names no time; None means for ever."""
     warning_s: float = 30 * DAY_S
-    """How long before its end it is warned of."""
+    """Seconds before its end at which a key is warned of."""
     four_eyes: bool = False
-    """Whether a key of an admin takes a second admin, as soon as there are two."""
+    """True if a second admin has to approve the key of an admin, as soon as there are two."""
 
 
 class KeyInfo(Record):
@@ -92,7 +92,7 @@ class KeyInfo(Record):
 
 
 class Key(BaseModel):
-    """What is kept of a key: enough to know it again, and not to make it."""
+    """A stored key: enough to recognise it, not enough to make it."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -112,7 +112,7 @@ class Key(BaseModel):
     approved_by: str | None = None
 
     def is_good_at(self, now: float) -> bool:
-        """Whether it can be used."""
+        """Say whether the key can be used at `now`."""
         return self.state_at(now) == "good"
 
     def state_at(self, now: float) -> State:
@@ -124,7 +124,7 @@ class Key(BaseModel):
         return "waiting" if self.needs_approval and self.approved_by is None else "good"
 
     def told_at(self, now: float, used: float | None, *, ends_soon: bool) -> KeyInfo:
-        """What is no secret of it."""
+        """Give the part of the key that is no secret."""
         return KeyInfo(
             name=self.name,
             role=self.role,
@@ -177,7 +177,7 @@ def _new(
 
 
 def _kept(key: Key) -> dict[str, JsonValue]:
-    """What is written of a key; earlier versions do not know the words of a second admin."""
+    """Give the JSON that is stored of a key; earlier versions do not know the fields of a second admin."""
     unused = {name for name in ("made_by", "needs_approval", "approved_by") if not getattr(key, name)}
     return key.model_dump(mode="json", exclude=unused)
 
@@ -238,18 +238,18 @@ class KeyStore:
         return found[-1]
 
     def has(self, key: Key) -> bool:
-        """Whether a key that was verified before can still be used."""
+        """Say whether a key that was verified before is good; reads the key file if it has changed."""
         self._look()
         known = self._keys.get(key.prefix)
         return (known is key or known == key) and key.is_good_at(self._clock())
 
     def knows(self, key: Key) -> bool:
-        """Whether it is as it was when the file was last looked at, and can be used."""
+        """Say whether the key is unchanged since the file was last read, and can be used."""
         return self._keys.get(key.prefix) is key and key.is_good_at(self._clock())
 
     @property
     def is_empty(self) -> bool:
-        """Whether there is no key that can be used."""
+        """True if there is no key that can be used."""
         self._look()
         now = self._clock()
         return not any(key.is_good_at(now) for key in self._keys.values())
@@ -270,7 +270,7 @@ class KeyStore:
         return self._read().keys
 
     def infos(self) -> Sequence[KeyInfo]:
-        """The same, without what is secret of them."""
+        """All keys without their secrets."""
         uses, now, before = {**self.uses(), **self._used}, self._clock(), self.policy().warning_s
         keys = self.all()
         newest = {key.name: key for key in keys}
@@ -287,7 +287,7 @@ class KeyStore:
         ]
 
     def policy(self) -> KeyPolicy:
-        """What holds for the keys; the usual, until a gateway has served from this directory.
+        """The rules for the keys: the defaults until a gateway has served from this directory.
 
         :raises KeyFileFault: it cannot be read.
         """
@@ -360,10 +360,10 @@ class KeyStore:
         return token
 
     def _wants_two(self, keys: Sequence[Key], now: float, by: str | None) -> bool:
-        """Whether keys of admins take two: of fewer than two admins none could be the second.
+        """Say whether the key of an admin needs a second admin: it does if two admins could approve.
 
-        Of an admin, who may have ended the keys of all others, those count that were ever good; at the
-        machine, by nobody, those that are.
+        If an admin asks, who may have ended the keys of all others, every admin counts whose key was ever
+        good. At the machine, where `by` is None, those count whose keys are good now.
         """
         admins = {
             it.name

@@ -10,11 +10,11 @@ from typing import Final
 from gateway.access.errors import LimitReached
 
 MOST_KNOWN: Final = 10_000
-"""So many are counted at once."""
+"""Keys and addresses whose use is counted at once."""
 
 
 class Use(Enum):
-    """What a request takes up."""
+    """A kind of use that is limited."""
 
     REQUEST = auto()
     MOVE = auto()
@@ -23,7 +23,7 @@ class Use(Enum):
 
 @dataclass(frozen=True)
 class KeyLimits:
-    """What one key may have."""
+    """The limits of one key."""
 
     subscribers: int = 50
     """Event streams at once."""
@@ -49,7 +49,7 @@ class _Usage:
 
 
 class Usages:
-    """What each key takes up now."""
+    """Present use of each key."""
 
     def __init__(self, limits: KeyLimits, clock: Callable[[], float] = monotonic) -> None:
         self._limits = limits
@@ -89,9 +89,9 @@ class Usages:
 
 
 class Rates:
-    """How often each of many may do something: so often at once, and then so often in a second.
+    """A rate limit for each caller: `at_once` calls together, and then `per_s` calls a second.
 
-    What could begin again with all of it is forgotten, so that their number is bounded by the rate.
+    A caller whose full allowance is back is forgotten, so that the rate bounds their number.
     """
 
     def __init__(self, at_once: int, per_s: float, clock: Callable[[], float] = monotonic) -> None:

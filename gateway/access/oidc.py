@@ -1,4 +1,4 @@
-"""Tokens of an OpenID provider: signed statements of who somebody is and which roles they have.
+"""Tokens of an OpenID provider: signed statements of a person's identity and roles.
 
 The provider's keys are fetched in the background and kept, so that no request, and no stop, waits for it.
 """
@@ -24,12 +24,12 @@ log = logging.getLogger(__name__)
 FETCH_S: Final = 3600.0
 """The keys are fetched again this often."""
 RETRY_S: Final = 10.0
-"""They are fetched this often at most, when a token names one that is not known, or after a failure."""
+"""Seconds between fetches of the keys, when a token names an unknown one or the last fetch failed."""
 TIMEOUT_S: Final = 10.0
 MOST_BYTES: Final = 262_144
 MOST_KEPT: Final = 1024
 LEEWAY_S: Final = 30
-"""By how much the clocks may differ."""
+"""Seconds by which the two clocks may differ."""
 MOST_TOKEN: Final = 12_000
 MOST_SUBJECT: Final = 255
 """No provider gives a longer one (OpenID Connect Core 2)."""
@@ -156,7 +156,7 @@ class OidcVerifier:
 
 
 def _written(subject: str, name: str) -> str:
-    """Write who somebody is so that it is no key's name: by the subject, and by the name where it differs.
+    """Write a person's identity so that no key has that name: the subject, and the name where it differs.
 
     The subject comes first: people can choose a name, and change it.
     """

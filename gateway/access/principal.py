@@ -12,14 +12,14 @@ from gateway.access.roles import Role
 
 @dataclass(frozen=True)
 class Principal:
-    """Somebody with a role, and where it holds."""
+    """A caller with a role, and the addresses where it holds."""
 
     name: str
     role: Role
     scope: frozenset[str] | None = None
     """Addresses of lines, bodies, groups and robots; None means everything."""
     id: str = ""
-    """What limits are counted by: a key's prefix, or the subject of an issuer."""
+    """Name under which limits count: a key's prefix, or the subject of an issuer."""
 
 
 EVERYBODY: Final = Principal("everybody", Role.ADMIN)
@@ -31,7 +31,7 @@ PRINCIPAL: ContextVar[Principal | None] = ContextVar("principal", default=None)
 def current() -> Principal:
     """Give the caller of the running code; tasks inherit it from the tasks that begin them.
 
-    :raises NotAuthenticated: nobody did.
+    :raises NotAuthenticated: the code runs for no caller.
     """
     principal = PRINCIPAL.get()
     if principal is None:
@@ -41,7 +41,7 @@ def current() -> Principal:
 
 @contextmanager
 def asking(principal: Principal) -> Iterator[None]:
-    """Act because somebody asked."""
+    """Run the block on behalf of a caller."""
     token = PRINCIPAL.set(principal)
     try:
         yield

@@ -13,7 +13,7 @@ from gateway.core.parts import Part
 from gateway.core.rights import Right
 
 MOST_KNOWN: Final = 10_000
-"""So many addresses, each in any case, are found at once when they come again."""
+"""Addresses, in each spelling of upper and lower case, that are remembered with what they mean."""
 
 
 class Territory:
@@ -27,7 +27,7 @@ class Territory:
         self._lines, self._registered = lines, registered
         self._covered: dict[frozenset[str], frozenset[str]] = {}
         self._single: dict[str, Sequence[Part]] = {}
-        """What addresses mean that are those of one part: of groups that changes."""
+        """Parts of addresses that mean one part; groups are looked up anew, since their members change."""
 
     def forget(self) -> None:
         """Read anew what addresses mean: other things are configured now."""
@@ -35,7 +35,7 @@ class Territory:
         self._single.clear()
 
     def require(self, principal: Principal, right: Right, *addresses: str) -> None:
-        """Refuse somebody who does not have the right on all of these; on none means on the whole plant.
+        """Refuse a caller who lacks the right on any of these addresses; no address means the whole plant.
 
         A stop takes no scope, and every role may: with any valid credential everything can be stopped.
 
@@ -64,7 +64,7 @@ class Territory:
 
     @staticmethod
     def require_right(principal: Principal, right: Right) -> None:
-        """Refuse somebody whose role does not have a right at all.
+        """Refuse a caller whose role lacks the right altogether.
 
         :raises NotPermitted: it does not; nothing was sent.
         """
@@ -72,7 +72,7 @@ class Territory:
             raise NotPermitted.worded("key.no-right", right=right, role=principal.role, name=principal.name)
 
     def covers(self, principal: Principal, address: str) -> bool:
-        """Whether all that an address means is in somebody's scope; what there is not is in none.
+        """Say whether a caller's scope includes all that an address means; an unknown address is in none.
 
         :raises Ambiguous: it fits several lines.
         """
@@ -97,7 +97,7 @@ class Territory:
         return [part.address for it in self._registered for part in it.parts_in_scope(name)]
 
     def parts(self, address: str) -> Sequence[Part]:
-        """What an address means: the members of a group, its line where there is no such group yet.
+        """Find the parts that an address means: members of a group, or the line of one that is not there yet.
 
         :raises Ambiguous: it fits several lines.
         """

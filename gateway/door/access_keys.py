@@ -181,7 +181,7 @@ async def _require(keys: KeyStore, name: str, state: State) -> None:
 
 
 def _managed(plant: Plant) -> KeyStore:
-    """The keys, where somebody needs one."""
+    """The store of keys, where the gateway asks for keys."""
     store = plant.credentials.keys
     if store is None:
         raise NotAllowed(

@@ -43,7 +43,7 @@ TICKETS_PER_S: Final = 20.0
 
 
 def not_good(kind: type[NotAuthenticated] = NotAuthenticated) -> NotAuthenticated:
-    """What is shown is no credential, or no longer."""
+    """The error for a credential that is not good, or is good no longer."""
     return kind.worded("key.not-good")
 
 
@@ -51,7 +51,7 @@ class AuthorizedRequest:
     """A request that may go on; within it the code acts in the name of the caller."""
 
     holds: Callable[[], bool] | None = None
-    """Of an event stream, which lasts: whether its credential is still good."""
+    """Says whether the credential is still good; only of event streams, which last."""
 
     def __enter__(self) -> None:
         """Begin."""
@@ -61,7 +61,7 @@ class AuthorizedRequest:
 
 
 class CallersPassage(AuthorizedRequest):
-    """A request of somebody."""
+    """A request on behalf of a caller."""
 
     def __init__(self, principal: Principal, origin: Origin) -> None:
         self._principal, self.origin = principal, origin
@@ -78,7 +78,7 @@ class CallersPassage(AuthorizedRequest):
 
 
 class _Counted(CallersPassage):
-    """A request of a key, which may have so many."""
+    """A request of a key, counted against the key's limit."""
 
     def __init__(self, principal: Principal, origin: Origin, usages: Usages, use: Use) -> None:
         super().__init__(principal, origin)
@@ -94,7 +94,7 @@ class _Counted(CallersPassage):
 
 
 class AccessCheck:
-    """Who may come in, with what; with mode `open` everybody may."""
+    """Access control: lets callers in by their credentials; with mode `open` every caller may come in."""
 
     def __init__(self, plant: Plant) -> None:
         settings = plant.config.access
@@ -115,12 +115,12 @@ class AccessCheck:
             KeyLimits(settings.subscribers_per_key, settings.requests_per_key, settings.moves_per_key_and_s)
         )
         self._good_ones: dict[bytes, Grant] = {}
-        """By what was shown and was good a moment ago."""
+        """Grants by the credential shown, of those that were good a moment ago."""
         self._forget_at = 0.0
         self._security = plant.security
         self.sessions.on_end = self._session_ended
         self.sign_ins = Rates(SIGN_INS_AT_ONCE, SIGN_INS_PER_S)
-        """Of each key."""
+        """Rates of sign-ins by key."""
         self.wrong_sign_ins = Rates(WRONG_SIGN_INS_AT_ONCE, WRONG_SIGN_INS_PER_S)
         """From each network address."""
         self._tickets_given = Rates(TICKETS_AT_ONCE, TICKETS_PER_S)
@@ -143,11 +143,11 @@ class AccessCheck:
         return passage
 
     def sees(self, address: str) -> bool:
-        """Whether the caller may see this in a list."""
+        """Say whether the caller may see this address in a list."""
         return self.territory.covers(current(), address)
 
     def holds(self, grant: Grant) -> bool:
-        """Whether a grant is still good, and its session, if it has one."""
+        """Say whether a grant is still good, and its session, if it has one."""
         lasts = grant.session is None or self.sessions.lasts(grant.session)
         return self.credentials.holds(grant) and lasts
 
@@ -187,7 +187,7 @@ class AccessCheck:
     def note_refusal(
         self, target: str, error: NotAuthenticated | NotPermitted, name_of: Callable[[], str | None]
     ) -> None:
-        """Write a refusal into the security log, but for those who have shown nothing."""
+        """Write a refusal into the security log, unless the caller has shown no credential."""
         run_each_logging("the security log", partial(self._note, target, error, name_of))
 
     def _note(
@@ -201,7 +201,7 @@ class AccessCheck:
             self._security.note(entries.REQUEST_REFUSED, target, caller=name_of(), why=error.detail)
 
     def shown_at_sign_in(self, key: str) -> Grant | None:
-        """Find whose a key is that somebody with a browser shows."""
+        """Find the owner of a key that a browser shows at sign-in."""
         try:
             grant = self.credentials.verify(key)
         except NotPermitted:
@@ -214,7 +214,7 @@ class AccessCheck:
         return grant
 
     def sign_in(self, grant: Grant, address: str, former: str) -> str:
-        """Begin a session, and end the `former` one: its id may be one that somebody else has chosen."""
+        """Begin a session, and end the `former` one: its id may have been chosen by another person."""
         self.sessions.end(former)
         session = self.sessions.begin(grant, address)
         who = grant.principal

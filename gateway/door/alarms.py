@@ -58,7 +58,7 @@ async def reset_alarm(plant: Plant, alarm_id: str) -> Alarm:
 
 
 def listed(plant: Plant, *, standing: bool | None = None) -> Sequence[Alarm]:
-    """Those that stand, then those that were reset; each newest first."""
+    """List alarms that stand, then alarms that were reset; each newest first."""
     alarms = plant.alarms
     return [
         *([] if standing is False else boxed(alarms.standing(), partial(_line_of, plant))),
@@ -81,5 +81,5 @@ def _is_seen(plant: Plant, alarm: Alarm) -> bool:
 
 
 def _addresses_of(alarm: Alarm) -> list[str]:
-    """What it is about; the whole plant, if none is named."""
+    """Address of the part that an alarm is about; none means the whole plant."""
     return [] if alarm.subject == GATEWAY else [alarm.subject.rpartition("/")[2]]

@@ -1,4 +1,4 @@
-"""Who did what, and what became of it: everything with an effect, as the journal has it."""
+"""The audit trail: every action with an effect, its caller and its outcome, as the journal has it."""
 
 import asyncio
 import sqlite3
@@ -66,7 +66,7 @@ class AuditFilter:
     """Only those before the deed of this id."""
 
     def condition(self) -> tuple[str, list[Value]]:
-        """The same for the journal."""
+        """Give the condition in SQL, with its values."""
         parts: list[tuple[str, Value]] = []
         if self.caller is not None:
             parts.append(("instr(caller, ?) > 0", self.caller))
@@ -82,7 +82,7 @@ class AuditFilter:
 
 
 async def deeds(plant: Plant, wanted: AuditFilter, limit: int) -> Sequence[Deed]:
-    """Read so many deeds, the newest first. Nothing waits for that: the file is read beside its writer.
+    """Read up to `limit` actions, the newest first, beside the journal's writer, which does not wait for it.
 
     :raises NotFound: there is no journal.
     :raises JournalUnavailable: it cannot be read.

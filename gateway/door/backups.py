@@ -105,7 +105,7 @@ async def text(reading: ReadingOrder) -> str:
 
 
 class _Nobody:
-    """Nobody is told how far a reading has come."""
+    """A progress that is reported nowhere."""
 
     def expect(self, _: int | None) -> None:
         """Say nothing."""
@@ -206,7 +206,7 @@ class _Kind(NamedTuple):
     noun: str
     record: Any
     works: Callable[[Plant], Jobs[Any]] | None
-    """Those of the plant; None where the family has them."""
+    """Finds the records of the work in a plant; None where the family finds them."""
     right: Right
     cancelled: str
     told: Mapping[str, Any]

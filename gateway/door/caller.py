@@ -70,10 +70,10 @@ def needs(
 
 
 def require(plant: Plant, right: Right, *targets: object, leased: bool = True) -> None:
-    """Refuse a caller without the right on all of these, or without the lease that moving and setting takes.
+    """Refuse a caller who lacks the right on any of these, or the lease that moving and setting takes.
 
     :raises NotPermitted: the role or the scope does not allow it; nothing was sent.
-    :raises LeaseRefused: somebody else has a lease there, or the caller's is over; nothing was sent.
+    :raises LeaseRefused: another caller has a lease there, or the caller's is over; nothing was sent.
     """
     who = principal.current()
     if right is Right.STOP:  # any valid credential will do: nothing is looked at in which a fault could be
@@ -110,5 +110,5 @@ def address_of(target: str) -> str:
 
 
 def sees(plant: Plant, address: str) -> bool:
-    """Whether the caller may see this in a list: keys with a scope see what it covers."""
+    """Say whether the caller may see this address in a list: keys with a scope see what it covers."""
     return plant.territory.covers(principal.current(), address)

@@ -50,8 +50,8 @@ async def carry_out(
     `keyed` says that the caller relies on its being carried out once, where the operation wants to know that.
 
     :raises NotPermitted: the role or the scope does not allow it; nothing was sent.
-    :raises LeaseRefused: somebody else has a lease there; nothing was sent.
-    :raises GatewayError: it was not carried out, or nobody knows; the error says which.
+    :raises LeaseRefused: another caller has a lease there; nothing was sent.
+    :raises GatewayError: it was not carried out, or that cannot be known; the error says which.
     """
     before = ORIGIN.set(ORIGIN.get())
     try:
@@ -127,7 +127,7 @@ def _admit(plant: Plant, operation: Operation, values: Mapping[str, Any], *, lea
 
 
 def _named(operation: Operation, values: Mapping[str, Any]) -> Sequence[str]:
-    """What is asked about, by the path or by a part of the query that may name several."""
+    """Names of the parts that a request is about, from its path or a part of its query."""
     about = operation.target
     if about is None:
         return ()
@@ -138,16 +138,16 @@ def _named(operation: Operation, values: Mapping[str, Any]) -> Sequence[str]:
 
 
 def _only_asks(operation: Operation, values: Mapping[str, Any]) -> bool:
-    """Whether the request is not to be done, but to be worked out."""
+    """True if the request is to be checked or planned only, not carried out."""
     request = values.get(operation.request_name or "")
     return getattr(request, "validate_only", False) or getattr(request, "dry_run", False)
 
 
 @cache
 def _finders(operation: Operation) -> tuple[tuple[str, Finder], ...]:
-    """How what an operation is provided with is found.
+    """The functions that find the values an operation is provided with.
 
-    :raises TypeError: nobody knows how.
+    :raises TypeError: no function finds a value of that type.
     """
     ids = [name for name in names_in(operation.path) if name not in operation.parameters]
     provided = {name: kind for name, kind in operation.provided.items() if name not in (EXPECTS, KEYED)}

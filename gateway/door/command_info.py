@@ -9,7 +9,7 @@ from protocols.table import Command, Effect, Retry
 
 
 class CommandInfoBase(BaseModel):
-    """What all tables tell of a row."""
+    """The part of a command's description that all families share."""
 
     code: str = Field(description="Its three characters; empty where a macro's name takes their place.")
     name: str = Field(description="The last part of its route, .../commands/NAME.")
@@ -30,7 +30,7 @@ class CommandInfoBase(BaseModel):
 
 
 def shared(row: type[Command[Any]]) -> dict[str, Any]:
-    """What is told of a row of any table."""
+    """Describe a row in the words that all families share."""
     japanese, english = row.titles()
     return {
         "code": row.code,

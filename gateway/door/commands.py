@@ -90,7 +90,7 @@ def _operation(family: type[Family], place: TargetKind, row: Row) -> Operation:
 
 
 def _results(family: type[Family], place: TargetKind, row: Row) -> dict[str, Any]:
-    """What a row answers."""
+    """The result of a row, as arguments of its operation: an open session, a move, a stop or a reply."""
     if row in family.sessions:
         return {"result": family.sessions[row], "opens": True}
     if row.starts_motion():

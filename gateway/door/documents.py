@@ -1,4 +1,4 @@
-"""Documents and their tags: a change of what somebody has read is refused where it is otherwise now."""
+"""Documents and their tags: a change is refused if the document is no longer as its sender has read it."""
 
 from collections.abc import Callable
 from hashlib import sha256
@@ -10,7 +10,7 @@ from gateway.core.operation import Expectation
 from gateway.core.records import SentBack
 
 NOT_TAGGED: Final = {"steps", "flash", "last"}
-"""What a change took, what flash memory is known to hold, what was done last: no change expects that."""
+"""Fields without a part in the tag: a change's steps, what flash memory is known to hold, the last action."""
 
 
 def tag_of(document: BaseModel) -> str:
@@ -19,10 +19,10 @@ def tag_of(document: BaseModel) -> str:
 
 
 def expectation(change: object, require_tag: Callable[[str], None] | None = None) -> Expectation | None:
-    """What refuses a present state that the sender of a change does not know; None where any will do.
+    """The check that refuses a present state unknown to the sender of a change; None where any state will do.
 
-    `require_tag` refuses the tag of another document than was read. What is sent back as it was read, though
-    no change can set it, is not to contradict the present.
+    `require_tag` refuses the tag of another document than was read. Fields that are sent back as they were
+    read, though no change can set them, must not contradict the present.
     """
     told = change if isinstance(change, SentBack) and change.compared_whole and change.told else None
     if require_tag is None and told is None:

@@ -28,7 +28,7 @@ async def do(
 
     `wait_s` is how long the end of a move is waited for, `start_within_s` how long it may wait to be sent.
 
-    :raises GatewayError: it was not carried out, or nobody knows; the error says which.
+    :raises GatewayError: it was not carried out, or that cannot be known; the error says which.
     """
     require(plant, RIGHT_OF[command.effect], target)
     if command.effect is Effect.STOP:

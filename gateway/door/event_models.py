@@ -27,7 +27,7 @@ def _model_of(row: EventType) -> type[BaseModel]:
 
 
 class _OfTheTable:
-    """One of the types of events; their 200 models are made when somebody asks for their schema."""
+    """Any event of the table of types; their 200 models are made when their schema is first asked for."""
 
     @staticmethod
     def __get_pydantic_core_schema__(_source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:

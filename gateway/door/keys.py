@@ -41,7 +41,7 @@ class RequestKey(NamedTuple):
     """The caller, and what it asks for."""
     key: str
     digest: str
-    """Of all that makes it this request and no other."""
+    """Digest of all that distinguishes this request from others."""
 
     @property
     def caller(self) -> str:
@@ -50,7 +50,7 @@ class RequestKey(NamedTuple):
 
     @property
     def name(self) -> str:
-        """What its intents know it by."""
+        """The key under which the request's intents stand in the journal."""
         return f"{self.scope} {self.key}"
 
     def require_same(self, digest: str) -> None:
@@ -76,7 +76,7 @@ class LeftOpen(NamedTuple):
     """The gateway has ended before it answered, and this was begun."""
 
     moves: Sequence[MoveRecord]
-    """None where it was for something else: nobody knows what has become of that."""
+    """Moves that the request began; None if it asked for something else, whose outcome is unknown."""
     among: str = ""
     """The resources that the first of them is among."""
 
@@ -86,7 +86,7 @@ class LeftOpen(NamedTuple):
         return BegunMoves(f"/{self.among}/{first.body_id}", its_own, getattr(first, "group_id", None))
 
     def unknown(self) -> NoReply:
-        """What is told of anything else."""
+        """The error for an interrupted request that was no move."""
         return NoReply(
             "The gateway has ended while this request was under way, and nobody knows what has become of it; "
             "nothing is sent again.",
@@ -100,10 +100,10 @@ class Keys:
     def __init__(self, plant: Plant, journal: Journal) -> None:
         self._plant, self._journal = plant, journal
         self._begun: Counter[str] = Counter()
-        """How many each caller has begun since they were counted."""
+        """Requests that each caller has begun since the last count in the journal."""
 
     async def known(self, key: RequestKey) -> KeptAnswer | LeftOpen | None:
-        """What came of an earlier request with this key; None where nothing was sent for it.
+        """Find the outcome of an earlier request with this key; None where nothing was sent for it.
 
         :raises InvalidRequest: that was another request.
         :raises JournalUnavailable: the journal does not tell.
@@ -161,7 +161,7 @@ class Keys:
         return kept
 
     async def _was_sent(self, key: RequestKey) -> bool:
-        """Whether anything was sent for it; where nobody can say, it counts as sent."""
+        """Say whether anything was sent for the key; if the journal cannot be read, it counts as sent."""
         sql = "SELECT 1 FROM intents WHERE key = ? AND written_at IS NOT NULL LIMIT 1"
         try:
             return bool(await self._rows(sql, key.name))

@@ -34,7 +34,7 @@ COUNTED: Final = (
     *("duplicates", "echoes", "fences", "frames_sent", "garbage", "late_replies", "messages", "openings"),
     *("overtaken", "repeats", "replies", "set_ups_again", "strangers_in_groups", "strays", "timeouts"),
 )
-"""What happens on lines, and is counted there."""
+"""Counters of a line, as they are called in the metrics."""
 CONTENT_TYPE: Final = CONTENT_TYPE_LATEST
 WORKS: Final[Sequence[str]] = get_args(Work)
 

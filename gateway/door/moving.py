@@ -12,7 +12,7 @@ from gateway.plant import Plant
 from protocols.wording import as_given
 
 Limit = Annotated[int, Field(ge=1, le=1000)]
-"""How many of the newest are listed."""
+"""Number of records listed, the newest."""
 
 
 async def start(plant: Plant, target: Target, request: Any, wait_s: float = 0.0) -> Result | BaseModel:

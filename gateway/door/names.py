@@ -17,7 +17,7 @@ NAMES: Final[Mapping[str, Any]] = {
 COLLECTIONS: Final = tuple(f"/{name}" for kind in registered() for name in kind.collections)
 """The resources of what is on lines."""
 CALLED: Final = tuple(name for kind in registered() for name in kind.called or kind.collections)
-"""The same, as people call them."""
+"""Names of the kinds as people call them."""
 
 
 def listed(*names: str) -> str:

@@ -28,7 +28,7 @@ QUIET_S: Final = 60.0
 """A target is read after nothing of it has moved for this long."""
 LOOK_S: Final = 5.0
 TRIES_FOR_S: Final = 4 * 3600.0
-"""What moves longer than this after the hour is left out that night."""
+"""Seconds after the hour for which a moving part is waited for, before it is left out that night."""
 ORIGIN: Final = Origin("gateway: nightly backup")
 
 

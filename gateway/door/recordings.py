@@ -108,7 +108,7 @@ def _find(plant: Plant, recording_id: str) -> RecordingInfo:
 
 
 def _sees(plant: Plant, record: RecordingInfo) -> bool:
-    """Whether the caller may read all that is in it: of the whole plant only callers without a scope may."""
+    """Say whether the caller may read the whole recording; of a whole plant it takes a full scope."""
     if record.whole_plant:
         return current().scope is None
     return all(sees(plant, line_id) for line_id in record.lines)

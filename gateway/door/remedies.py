@@ -1,4 +1,4 @@
-"""What helps where a request has failed."""
+"""The calls that help after a request has failed."""
 
 import re
 from collections.abc import Sequence

@@ -75,7 +75,7 @@ class GroupReply(BaseModel):
 
 
 def told(result: Result, instance: str = "", *, japanese: bool = False) -> Any:
-    """What a client is told of a result: a model, or what is made of models; `instance` is what was asked."""
+    """Give the answer for a client: a model, or a structure of models; `instance` is the URL asked for."""
     match result:
         case CommandReplies():
             return {"replies": list(result.replies)} if result.listed else result.replies[0]

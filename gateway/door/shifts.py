@@ -1,4 +1,4 @@
-"""A shift on one page: what has moved, how it ended and for whom, as the journal has it."""
+"""A shift on one page: the moves, how each ended and its caller, as the journal has it."""
 
 import asyncio
 from collections.abc import Iterator, Sequence
@@ -24,7 +24,7 @@ LONGEST: Final = timedelta(days=31)
 _FIRST: Final = datetime.min.replace(tzinfo=UTC)
 M = TypeVar("M", bound=BaseModel)
 FAILED: Final = ("failed", "lost", "unknown", "rejected")
-"""The ends of moves that somebody has to look into; a stopped or cancelled one was wanted so."""
+"""Ends of moves that need a look; a stopped or cancelled move was wanted so."""
 
 _MOVES: Final = """
     SELECT id, target, at,

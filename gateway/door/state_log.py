@@ -21,7 +21,7 @@ from transports.recorder import clocks
 
 STATES_S: Final = 2.0
 LISTS: Final = ("/lines", *COLLECTIONS, "/alarms")
-"""What is noted: none of them asks a controller."""
+"""Lists that are noted in a recording: none of them asks a controller."""
 
 
 async def note_states(plant: Plant) -> None:

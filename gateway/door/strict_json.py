@@ -17,7 +17,7 @@ MAX_KEYS = 100
 """No object of a request has more keys; the largest has as many as a robot has settings."""
 
 MAX_ITEMS = 2_048
-"""No array or table of a request has more items: so many positions a body has."""
+"""Items of an array or table of a request, at most: as many positions as a body has."""
 
 INLINE_BYTES = 4_096
 """A longer body is read beside the event loop: that may take milliseconds."""
@@ -31,7 +31,7 @@ MOST_EXACT = 2**53
 
 
 class NoContent(RequestModel):
-    """What a request asks for at a route that takes no body."""
+    """The content of a request to a route that takes none."""
 
 
 class NotStrict(ValueError):

@@ -23,7 +23,7 @@ TOLD: Final = 5
 _BACKUPS: Final[Mapping[str, ModuleType]] = {
     family.collections[0]: module for family in FAMILIES.values() for module in doors("backups", family)
 }
-"""How backups are looked at for `signs`, by what they are of."""
+"""Modules with the `signs` of backups, by the kind of part that was backed up."""
 
 
 class Recognition:
@@ -32,7 +32,7 @@ class Recognition:
     def __init__(self, plant: Plant) -> None:
         self._plant = plant
         self._due: dict[str, str] = {}
-        """What is to be looked at, by its path: `body` or `robot`."""
+        """Parts to be looked at: the kind, `body` or `robot`, by the path."""
         plant.events.listeners.append(self._note)
 
     def _note(self, event: Event) -> None:

@@ -90,7 +90,7 @@ SECTIONS: Final = (
     of_http.RECORDINGS,
     nightly.TEXTS,
 )
-"""What takes more than one thing of a family: the plant with its names, leases, alarms and logs."""
+"""Operations that take more than one thing of a family: the plant with its names, leases, alarms and logs."""
 
 
 @cache
@@ -100,7 +100,7 @@ def operations() -> tuple[Operation, ...]:
 
 
 def operations_of(kinds: Iterable[type[Registered]]) -> Iterator[Operation]:
-    """Those of a plant with these families and extensions, in the order of the documents."""
+    """Operations of a plant with these families and extensions, in the order of the documents."""
     for rows in SECTIONS:
         yield from rows
     for kind in kinds:

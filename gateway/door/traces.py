@@ -22,7 +22,7 @@ MAX_TRACE_ENTRIES: Final = 10_000
 AT_ONCE: Final = 500
 """Records that are formatted, and told, in one go: some milliseconds beside the event loop."""
 CHECK_S: Final = 0.1
-"""How often it is looked for new records while somebody follows them."""
+"""Seconds between looks for new records while a client follows them."""
 
 
 TracedBodies = Annotated[
@@ -59,10 +59,10 @@ class Trace(BaseModel):
 
 
 class News(NamedTuple):
-    """What was recorded since it was last told."""
+    """Records since those that were told last."""
 
     number: int
-    """Of the last record that was looked at; all of a line are counted."""
+    """Number of the last record that was looked at; all records of a line are counted."""
     entries: list[TraceEntry]
     missed: int
     """Records that were forgotten before they could be told."""
@@ -71,7 +71,7 @@ class News(NamedTuple):
 def filter_of(
     plant: Plant, line_id: str, bodies: Sequence[str] | None, request_id: str | None
 ) -> TraceFilter:
-    """What lets records of a line pass.
+    """Build the filter for records of a line.
 
     :raises NotFound: there is no such line or body.
     :raises InvalidRequest: a body is on another line.

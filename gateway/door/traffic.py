@@ -1,4 +1,4 @@
-"""What is counted of requests: how long their answers took, and who is connected."""
+"""Counters of requests: the time of their answers, and the clients that are connected."""
 
 from typing import Final, Literal
 
@@ -19,9 +19,9 @@ class Traffic:
         """From the request to the head of its answer, by method and class of status."""
         self._took = {(method, int(its[0])): took for (method, its), took in self.took.items()}
         self.clients = dict.fromkeys(CLIENTS, 0)
-        """Who is connected now, by what for."""
+        """Clients connected now, by what they are connected for."""
 
     def note(self, method: str, status: int, took_s: float) -> None:
-        """Count an answer; methods that nobody serves are left out."""
+        """Count an answer; methods that no route serves are left out."""
         if (took := self._took.get((method, status // 100))) is not None:
             took.observe(took_s)

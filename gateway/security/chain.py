@@ -44,7 +44,7 @@ class Head(NamedTuple):
 
 
 class ChainVerdict(NamedTuple):
-    """Whether a chain holds."""
+    """The result of checking a chain."""
 
     head: Head
     """Its last entry."""
@@ -53,7 +53,7 @@ class ChainVerdict(NamedTuple):
     fault: str | None
     """The first entry that does not hold, and why; None where all do."""
     torn: bool
-    """Whether the last line was cut off while it was written: the next start takes it off."""
+    """True if the last line was cut off while it was written: the next start takes it off."""
 
 
 class Chain:
@@ -166,7 +166,7 @@ def content(data: Path) -> dict[str, bytes]:
 
 
 def newest(data: Path, limit: int, before: int | None = None) -> list[Entry]:
-    """Read so many entries, the newest first, of those before a number; lines that are none are left out."""
+    """Read up to `limit` entries before a number, the newest first; leave out lines that are none."""
     found: list[Entry] = []
     for file in reversed(_files(data / FOLDER)):
         with suppress(FileNotFoundError):  # it was old enough
@@ -256,7 +256,7 @@ def _entry_of(line: bytes) -> Entry | None:
 
 
 def _entries_of(text: bytes) -> Iterator[Entry]:
-    """Those of a file, the newest first."""
+    """Entries of a file, the newest first."""
     for line in reversed(text.split(b"\n")[:-1]):
         entry = _entry_of(line)
         if entry is not None:

@@ -39,9 +39,9 @@ class EntryType:
     data: frozenset[str] = frozenset()
     """The names of what else belongs to it."""
     folds: bool = True
-    """Whether many of one caller are counted in one entry: of all that needs no right to administer."""
+    """True if entries of one caller may be counted in one: for all that needs no right to administer."""
     is_refusal: bool = False
-    """Whether a burst of them is an alarm."""
+    """True if a burst of these entries raises an alarm."""
 
 
 def _row(name: str, when: str, *data: str, folds: bool = True, is_refusal: bool = False) -> EntryType:

@@ -1,6 +1,6 @@
 """Floods in the security log: the first entries of a caller stand singly, the rest are counted in one.
 
-So nothing is pushed out and no disk is filled by whoever repeats what needs no right to administer.
+A client that repeats what needs no right to administer therefore pushes nothing out and fills no disk.
 """
 
 from collections.abc import Iterator, Mapping
@@ -15,7 +15,7 @@ LONGEST_S: Final = 3600.0
 SINGLY: Final = 20
 """Entries of one caller at one address in a window that stand singly."""
 SINGLY_IN_ALL: Final = 100
-"""The same of all callers together."""
+"""Entries that stand singly in a window, of all callers together."""
 BUSY_WITH_REFUSALS: Final = 20
 MOST_SENDERS: Final = 20
 """Senders that are counted each for itself; all others are counted together."""
@@ -40,21 +40,21 @@ class Folding:
     """The window of one type of entries."""
 
     busy: int = SINGLY_IN_ALL
-    """After so many in a window the next is longer, too: refusals need no credential."""
+    """Entries in a window after which the next window is longer, too: refusals need no credential."""
     length_s: float = SHORTEST_S
     began_at: float = float("-inf")
     _singly: dict[Sender, int] = field(default_factory=dict)
     _counted: dict[Sender, Counted] = field(default_factory=dict)
     _is_flood: bool = False
-    """Whether something was counted in this window."""
+    """True if an entry was counted in this window."""
 
     @property
     def is_counting(self) -> bool:
-        """Whether something was counted that stands in no entry yet."""
+        """True if counted entries are not written yet."""
         return bool(self._counted)
 
     def is_over(self, now: float) -> bool:
-        """Whether the window has ended, by a clock of seconds."""
+        """Say whether the window has ended at `now`, in seconds."""
         return now >= self.began_at + self.length_s
 
     def begin(self, now: float) -> None:
@@ -66,7 +66,7 @@ class Folding:
         self._counted.clear()
 
     def stands_singly(self, sender: Sender, members: Mapping[str, Any]) -> bool:
-        """Whether an entry is to be written for itself; if not, it is counted."""
+        """Say whether an entry is written singly; if not, it is counted."""
         sender = sender[0], network_of(sender[1])
         singly = self._singly.get(sender, 0)
         if singly < self._room and sum(self._singly.values()) < SINGLY_IN_ALL:

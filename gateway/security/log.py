@@ -23,20 +23,20 @@ log = logging.getLogger(__name__)
 WRITTEN_WITHIN_S: Final = 1.0
 """An operation waits no longer for its entry."""
 CLOSED_WITHIN_S: Final = 2.0
-"""The same at the end of the gateway."""
+"""Seconds to wait for the disk at the end of the gateway."""
 AGAIN_S: Final = 5.0
-"""How soon a disk that took nothing is tried again."""
+"""Seconds until a disk that took nothing is tried again."""
 MOST_WAITING: Final = 10_000
 """Entries that wait for a disk; more are lost, and counted."""
 LONGEST_TARGET: Final = 256
 LONGEST_DATA: Final = 4096
-"""What is longer is cut, so that no entry is large."""
+"""Characters of an entry's data; longer data is cut, so that no entry is large."""
 FORGET_AFTER_S: Final = 3600.0
 FORGET_EVERY_S: Final = 86_400.0
 """One file a day of running is forgotten at most: a clock that jumps ahead takes no more."""
 BURST_S: Final = 60.0
 WINDOWS_LOOKED_AT_S: Final = 10.0
-"""How soon after the end of a window its counts are written."""
+"""Seconds between looks for windows that have ended, whose counts are then written."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ class SecurityLog:
             await asyncio.wait({self._writing}, timeout=WRITTEN_WITHIN_S)
 
     async def newest(self, limit: int, before: int | None = None) -> list[Entry]:
-        """Read so many entries, the newest first; what was counted and what waits is written before.
+        """Read up to `limit` entries, the newest first; counts and entries that wait are written before.
 
         :raises OSError: they cannot be read.
         """

@@ -31,7 +31,7 @@ _PRIORITY: Final = 13 * 8 + 5
 
 
 class SyslogSender:
-    """Sends lines in a thread of its own, in their order; nobody waits for it."""
+    """Sends lines in a thread of its own, in their order; no caller waits for it."""
 
     def __init__(
         self,

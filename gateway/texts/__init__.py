@@ -53,7 +53,7 @@ def entry(language: str, key: str) -> Any:
 
 
 def has(key: str) -> bool:
-    """Whether the catalogue knows a key."""
+    """Say whether the catalogue has a text for the key."""
     try:
         entry(LANGUAGES[0], key)
     except (KeyError, TypeError):

@@ -1,4 +1,4 @@
-"""What an error of the system is, as ERR and the details of ERD tell it (C-HOST manual 2-12, 2-13)."""
+"""System errors in words, from ERR and the details of ERD (C-HOST manual 2-12, 2-13)."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -9,7 +9,7 @@ from protocols.fics.errors import MESSAGE_ERRORS, FicsErrorRow, lookup
 from protocols.fics.notation import driver_error_text
 
 NOT_READY: Final = 0xFF
-"""What the details tell as the code of a driver that is not ready."""
+"""Driver code in the details of a driver that is not ready."""
 
 
 class ErrorSentence(NamedTuple):

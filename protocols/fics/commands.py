@@ -64,7 +64,7 @@ _OF_THE_ROBOT: Final = frozenset(
 
 
 def of_the_robot(row: Row) -> bool:
-    """Whether a row speaks to the robot as a whole, whichever unit is selected."""
+    """Say whether a row speaks to the robot as a whole, whichever unit is selected."""
     return row.__module__ in _OF_THE_ROBOT
 
 

@@ -1,4 +1,4 @@
-"""What the errors of C-HOST and of the Fics mean and what to do about each, in Japanese and English."""
+"""The errors of C-HOST and of the Fics, with their meanings and remedies in Japanese and English."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class FicsErrorRow:
     """One error: the manual's text, its English, and one next step in both languages."""
 
     code: str
-    """As it stands on the wire: `E05`, `183`."""
+    """The error as it stands on the wire: `E05`, `183`."""
     kind: FicsErrorKind
     ja: str
     en: str
@@ -156,7 +156,7 @@ _ROWS = (
 )
 
 ERRORS: Final[Mapping[str, FicsErrorRow]] = MappingProxyType({row.code: row for row in _ROWS})
-"""What ERR can answer, as far as the manual names it (C-HOST manual 2-12, 2-13)."""
+"""Errors that ERR can answer, as far as the manual names them (C-HOST manual 2-12, 2-13)."""
 
 
 def lookup(code: str) -> FicsErrorRow:

@@ -15,7 +15,7 @@ from protocols.table import Reply, WireFault
 
 Terminator = Literal["cr", "crlf"]
 TERMINATORS: Final[Mapping[Terminator, bytes]] = MappingProxyType({"cr": CR, "crlf": CR + b"\n"})
-"""How lines may end. The manual's figure is lost: CR is an assumption, and a reader takes either."""
+"""Line ends. The manual's figure is lost: CR is an assumption, and a reader takes either."""
 
 LONGEST_LINE = 512
 """Bytes of a line, in either direction; the dual-port RAM holds half of it (C-HOST manual 1-4)."""
@@ -130,7 +130,7 @@ class Ver3Reader(_Reader):
 
 @lru_cache(FRAMES_KEPT)
 def _frame(line: bytes, classify: Callable[[str, str | None], Frame]) -> Frame:
-    """What a line is; the payload is None after a bare name."""
+    """Classify a line; the payload is None after a bare name."""
     if len(line) > LONGEST_LINE:
         return Garbage(line, "a line too long for an answer")
     match = _REPLY.fullmatch(line.decode("ascii", "replace"))
@@ -161,7 +161,7 @@ def line_of(found: QueryAnswer | Completion | FicsRefusal | SystemFailure) -> by
 
 
 def _can_answer(name: str, payload: str) -> bool:
-    """Whether a query is answered like this."""
+    """Say whether the query of that name can have this payload as its answer."""
     reply = _REPLIES.get(name)
     if reply is None:
         return False
@@ -175,7 +175,7 @@ def _can_answer(name: str, payload: str) -> bool:
 def credit(
     command: FicsCommand[Any], found: Frame
 ) -> Reply | Completion | FicsRefusal | SystemFailure | None:
-    """What a frame means for a command that is outstanding; None if it is not for this command.
+    """Give the meaning of a frame for a command that is outstanding; None if it is not for this command.
 
     A query gets a reply; one with several gets a completion after the last. Any other command gets a
     completion. Both may get a refusal or a failure instead.

@@ -17,7 +17,7 @@ _STANDARD = """
 _OF_MOTOR_AXES = "MMI MMA MPS MAO MSO MST MSS MSP MSM"
 _END_OF_POSITIONS = "POE"
 RESERVED: Final = frozenset(f"{_STANDARD} {_OF_MOTOR_AXES} {_END_OF_POSITIONS}".split())
-"""What no macro can be named: the commands, and the end of a download of positions."""
+"""Names that no macro can have: those of commands, and the end of a download of positions."""
 
 
 def not_a_command(name: str) -> str:

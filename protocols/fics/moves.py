@@ -8,7 +8,7 @@ from protocols.table import Effect, Retry
 
 
 class AxesMove(RobotAction, args="{coordinates}", blocked="abc", effect=Effect.MOTION):
-    """What moves of given axes have in common; mm, pulse or degree as each axis is set up."""
+    """Base of the moves of given axes; mm, pulse or degree as each axis is set up."""
 
     coordinates: Coordinates = Field(description=PLACES)
 

@@ -38,7 +38,7 @@ PLACES = f"In mm, pulse or degree as each axis is set up. {AXES}"
 
 
 class Quantity(StrEnum):
-    """What a number measures; its unit depends on the axis system."""
+    """The quantity that a number measures; its unit depends on the axis system."""
 
     POSITION = "position"
     SPEED = "speed"
@@ -56,7 +56,7 @@ class AxisSystem(StrEnum):
         return self.value if quantity is Quantity.POSITION else _SPEED_UNITS[self]
 
     def can_hold(self, quantity: Quantity, value: float) -> bool:
-        """Whether the controller can take the number: pulses are whole."""
+        """Say whether the controller can take the number: pulses are whole."""
         whole = self is AxisSystem.PULSE and quantity is Quantity.POSITION
         return not whole or float(value).is_integer()
 
@@ -85,13 +85,13 @@ class FicsWhole(Wire):
 class Decimal(Wire):
     """A decimal number in its shortest form, but with `least` decimals; no longer than `width`.
 
-    What begins with the point is a fraction.
+    A number that begins with the point is a fraction.
     """
 
     least: int = 0
     width: int = 20
     signed: bool = False
-    """Whether a plus is written too."""
+    """True if a plus is written too."""
 
     pattern = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)"
 

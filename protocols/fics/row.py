@@ -108,7 +108,7 @@ class FicsCommand(Command[R_co], args=""):
         return f"{self.code} {parameters}" if self.code and parameters else self.code or parameters
 
     def reply_names(self) -> tuple[str, ...]:
-        """Those of a refusal, of an answer, and of what ends several."""
+        """Names that a reply can have: of a refusal, of an answer, and of the line that ends several."""
         name = self.code or self.wire_name()
         return (name, self.answered_as, self.ends_with) if self.answered_as or self.ends_with else (name,)
 
@@ -118,18 +118,19 @@ class FicsCommand(Command[R_co], args=""):
 
     @classmethod
     def is_query(cls) -> bool:
-        """Whether it is answered with data, in both modes."""
+        """Say whether the command is answered with data, in both modes."""
         return cls.answered is WhenAnswered.ALWAYS
 
     @classmethod
     def is_told_apart(cls) -> bool:
-        """Whether its reply repeats all its parameters: replies to others of this row cannot be its own."""
+        """Say whether the reply repeats all parameters, so that no other command of the row can have it."""
         return bool(cls.echo) and set(cls.echo) == set(cls.model_fields)
 
     def rules_out(self, error: str) -> bool:
-        """Whether it cannot be refused so as it was written: something else has arrived (C-HOST manual 2-12).
+        """Say whether this error cannot be the answer to the command as written (C-HOST manual 2-12).
 
-        A row keeps the form of its page; a name that is no macro's has never been one.
+        The command must then have arrived changed. A row keeps the form of its page; a name that is no
+        macro's has never been one.
         """
         no_such_macro = error == NO_SUCH_MACRO and bool(self.code)
         out_of_range = error == OUT_OF_RANGE and (self.ranged or not self.model_fields_set)

@@ -28,7 +28,7 @@ class GetUserPosition(
 
 
 class MotionMode(IntEnum):
-    """What an axis is doing (C-HOST manual 2-10)."""
+    """The present motion of an axis (C-HOST manual 2-10)."""
 
     STANDING = 0
     JOG = 1

@@ -58,11 +58,11 @@ class AdjustmentDelay(Reply, args="{delay_10ms}"):
 
 
 class AdjustmentQuery(Question[R_co], modes="1", errors=OTHER_MODE):
-    """What the questions for an adjustment have in common."""
+    """Base of the questions for an adjustment."""
 
 
 class AdjustmentSetting(StepOutSetting, modes="1", errors=SETTING_ERRORS | OTHER_MODE):
-    """What the settings of an adjustment have in common."""
+    """Base of the settings of an adjustment."""
 
 
 # The pages of PAD, PAS, PJS and PKD have lost two columns; they are those of the other get and set commands.

@@ -1,4 +1,4 @@
-"""What the error codes of the RC-420 mean and what to do about each, in Japanese and English."""
+"""The error codes of the RC-420, with their meanings and remedies in Japanese and English."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -9,7 +9,7 @@ from protocols.rorze.row import RorzeCommand
 from protocols.table import Ack, Effect, Retry
 
 FLASH_S = 1.5
-"""What reading, writing or erasing the flash memory takes, before the reply."""
+"""Seconds until the reply when the flash memory is read, written or erased."""
 
 Store = Annotated[
     Literal["positions", "settings", "program"], Word(positions="Posp", settings="Init", program="Upgm")
@@ -25,7 +25,7 @@ class FlashCommand(
     retry=Retry.CONDITIONAL,
     effect=Effect.MAINTENANCE,
 ):
-    """What the commands to the flash memory have in common."""
+    """Base of the commands to the flash memory."""
 
 
 class EraseFlash(

@@ -96,21 +96,21 @@ AXIS = "Axis 0-9, of which 0-2 are used."
 
 
 class Interpolation(RorzeCommand[R_co], modes="02", moving=False, program=False, errors=NOT_MOVING | {0x4A}):
-    """What all interpolation commands have in common: not in encoder mode, at standstill, not in programs."""
+    """Base of all interpolation commands: not in encoder mode, at standstill, not in programs."""
 
 
 class InterpolationQuestion(Interpolation[R_co], errors=NOT_MOVING, retry=Retry.READ):
-    """What the questions without parameters have in common."""
+    """Base of the questions without parameters."""
 
 
 class InterpolationSetting(Interpolation[Ack], retry=Retry.SETTING):
-    """What the settings have in common."""
+    """Base of the settings."""
 
 
 class Preparation(
     Interpolation[Ack], errors=PREPARATION_ERRORS, retry=Retry.CONDITIONAL, effect=Effect.SETTING
 ):
-    """What the preparations of a move have in common: HPS must come before, and HMM starts the move."""
+    """Base of the preparations of a move: HPS must come before, and HMM starts the move."""
 
     pattern: Slot | None = None
 

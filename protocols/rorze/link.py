@@ -84,7 +84,7 @@ class StatusChanged:
 
 @dataclass(frozen=True, slots=True)
 class UnknownMessage:
-    """A frame from a special address that nobody asked for and nobody here knows; never dropped."""
+    """A frame from a special address without a question and of an unknown kind; never dropped."""
 
     address: int
     text: str
@@ -95,7 +95,7 @@ _PROGRAM_TEXT = re.compile(r">&7CUSD\[([0-6][0-9A-F]|7[0-7]):([ -~]*)\]")
 
 
 class ToldText(NamedTuple):
-    """What a body's user program tells."""
+    """Text that a body's user program sends."""
 
     body: int
     text: str
@@ -108,7 +108,7 @@ def program_text(message: UnknownMessage) -> ToldText | None:
 
 
 Message = MoveEnded | StatusChanged | UnknownMessage
-"""What comes unasked."""
+"""A frame that comes without a question."""
 Frame = Answer | Refusal | GroupAnswer | Message | Garbage
 
 _STARTS = tuple(f">{introducer}".encode() for introducer in INTRODUCERS)
@@ -180,7 +180,7 @@ class Request:
     text: str
 
     def too_long(self) -> bool:
-        """Whether it has more than 60 characters and must be refused with 23h."""
+        """Say whether the command has more than 60 characters and must be refused with 23h."""
         return len(self.text) + (2 if self.introducer == "&" else 1) > MAX_COMMAND_LENGTH
 
 

@@ -12,7 +12,7 @@ MEMBER_PATTERN = r"[0-6][0-9A-F]|7[0-7]"
 GROUP_PATTERN = r"8[0-9A-F]|9[0-9A-E]"
 
 MOST_MEMBERS = 17
-"""As many as fit in the 60 characters of a command (RC-420 manual 12)."""
+"""Members that fit in the 60 characters of a command (RC-420 manual 12)."""
 
 
 class BodyNumbers(Wire):
@@ -37,7 +37,7 @@ def no_repeats(members: list[str]) -> list[str]:
 
 
 class LinkSetUp(LinkMasterCommand[R_co], program=False, retry=Retry.SETTING, effect=Effect.MAINTENANCE):
-    """What the commands that set up the link have in common."""
+    """Base of the commands that set up the link."""
 
 
 Member = Annotated[str, Field(pattern=rf"^(?:{MEMBER_PATTERN})$")]

@@ -18,7 +18,7 @@ MOVE_ERRORS = frozenset({*range(0x40, 0x49), 0x4A, 0x50, 0x51, 0x52, 0x55, 0x5D,
 class RelativeMove(
     RorzeCommand[Ack], moving=False, errors=MOVE_ERRORS, retry=Retry.NEVER, effect=Effect.MOTION
 ):
-    """What the moves by a distance have in common."""
+    """Base of the moves by a distance."""
 
     distance: Distance | PositionRef | Endless = Field(
         description="Pulses to move, or the table entry that holds them; `endless` runs until stopped."
@@ -29,7 +29,7 @@ class RelativeMove(
 class AbsoluteMove(
     RorzeCommand[Ack], moving=False, errors=MOVE_ERRORS, retry=Retry.CONDITIONAL, effect=Effect.MOTION
 ):
-    """What the moves to a position have in common."""
+    """Base of the moves to a position."""
 
     position: Pulses | PositionRef = Field(
         description="Position to move to, or the table entry that holds it. Encoder mode counts its own."

@@ -16,7 +16,7 @@ HOMING_ERRORS = frozenset({*range(0x40, 0x49), 0x50, 0x51, 0x66})
 class OriginSearch(
     RorzeCommand[Ack], moving=False, errors=HOMING_ERRORS, retry=Retry.CONDITIONAL, effect=Effect.MOTION
 ):
-    """What the five methods of homing have in common."""
+    """Base of the five methods of homing."""
 
 
 class Home(OriginSearch, code="00M", example=("&3F00M", ">&3F00M")):

@@ -18,13 +18,13 @@ CLOSE_UM = 1e-6
 """Nearer than this, two places are one."""
 
 NUDGE_UM = 1e-3
-"""So far beside the origin the direction of a line through it is taken; no piece of a path is shorter."""
+"""Micrometres beside the origin at which the direction of a line through it is taken; no piece is shorter."""
 
 FINEST_UM = 1.0
 """Where an axis would have to jump, it turns as far while the path goes on by this much."""
 
 TOLERANCE_PULSES = 0.1
-"""By how much a straight stretch between two knots may miss an axis's true position."""
+"""Pulses by which a straight stretch between two knots may miss an axis's true position."""
 
 LEAST_HALVINGS = 2
 
@@ -52,7 +52,7 @@ class Segment(ABC):
 
     @abstractmethod
     def at(self, along: float) -> complex:
-        """The place after so many micrometres."""
+        """The place `along` micrometres from the start."""
 
     @abstractmethod
     def cuts(self) -> list[float]:
@@ -76,7 +76,7 @@ class StraightLine(Segment):
         return (self.end - self.start) / self.length
 
     def at(self, along: float) -> complex:
-        """The place after so many micrometres; the end itself at the end."""
+        """The place `along` micrometres from the start; the end itself at the end."""
         return self.end if along >= self.length else self.start + self._ahead * along
 
     def cuts(self) -> list[float]:
@@ -98,7 +98,7 @@ class Arc(Segment):
     length: float
 
     def at(self, along: float) -> complex:
-        """The place after so many micrometres."""
+        """The place `along` micrometres from the start."""
         return self.centre + self.arm * rect(1.0, self.turn * along / self.length)
 
     def cuts(self) -> list[float]:
@@ -172,7 +172,7 @@ class _Piece(NamedTuple):
 
     segment: Segment
     offset: float
-    """Of the segment, along the path."""
+    """Distance of the segment's start along the path, in micrometres."""
     first: float
     last: float
     """Along the segment."""
@@ -319,7 +319,7 @@ def _refined(
 
 
 def _join(first: Knot, *between_and_last: Knot) -> bool:
-    """Whether a straight line from the first to the last, of even steps, comes near those between."""
+    """Say whether a straight line from the first to the last, in even steps, comes near the knots between."""
     *between, last = between_and_last
     step = (last.pulses - first.pulses) / len(between_and_last)
     return all(

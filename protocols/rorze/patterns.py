@@ -17,7 +17,7 @@ PATTERN_ERRORS = frozenset({*range(0x40, 0x49), 0x4A, 0x50})
 
 
 class PatternCommand(RorzeCommand[R_co], moving=False, program=False, errors=PATTERN_ERRORS):
-    """What all pattern commands have in common: at standstill, not in programs."""
+    """Base of all pattern commands: at standstill, not in programs."""
 
 
 class SpeedChangePoint(Reply, args="F{begin},T{end},S{speed}|NoData"):

@@ -32,7 +32,7 @@ Divisor = Annotated[
 
 
 class EntryArithmetic(RorzeCommand[Ack], errors=ENTRY_ERRORS, retry=Retry.NEVER, effect=Effect.SETTING):
-    """What the four operations on an entry have in common."""
+    """Base of the four operations on an entry."""
 
     entry: PositionRef
 

@@ -14,7 +14,7 @@ from operator import attrgetter
 from typing import Literal, NamedTuple, Self
 
 TICK_S = 0.00086
-"""How long the controller holds one speed while it counts a ramp's pulses.
+"""Seconds for which the controller holds one speed while it counts a ramp's pulses.
 
 An assumption: the manual does not give it. Every length from 0.8556 to 0.8630 ms makes all four pulse counts
 of RC-420 manual 13.3.5 come out.
@@ -65,7 +65,7 @@ class SpeedParameters:
             raise ProfileError(0x46, f"OA {self.rising} % and OB {self.falling} % exceed 100 %; lower one.")
 
     def capped(self, top: int) -> Self:
-        """The same shape with no speed above `top` pps."""
+        """Give this shape with no speed above `top` pps."""
         return replace(self, low=min(self.low, top), high=min(self.high, top))
 
 
@@ -199,11 +199,11 @@ class Profile:
         return None if self.end_s is None else self.end_s - self.start_s
 
     def starting_at(self, start_s: float) -> "Profile":
-        """The same move on a clock that reads `start_s` at its start."""
+        """Give this move on a clock that reads `start_s` at its start."""
         return replace(self, curve=self.curve.shifted(start_s - self.start_s), start_s=start_s)
 
     def ended(self, at_s: float) -> bool:
-        """Whether the last pulse is out."""
+        """Say whether the last pulse is out."""
         return self.end_s is not None and at_s >= self.end_s
 
     def position(self, at_s: float) -> float:
@@ -225,7 +225,7 @@ class Profile:
         return 0.0 if self.ended(at_s) else self.curve.at(at_s).speed
 
     def braking(self, at_s: float) -> bool:
-        """Whether the deceleration that ends the move has begun."""
+        """Say whether the deceleration that ends the move has begun."""
         return self.curve.at(at_s).position >= self.brake_at
 
     def diverted(
@@ -437,7 +437,7 @@ def _counted(ramp: Curve) -> int:
 
 
 def _speed_sum(phase: Phase, ticks: int) -> float:
-    """The sum of the speeds at so many ticks from a phase's start: a slow ramp has too many to go through."""
+    """Sum of the speeds at `ticks` ticks from a phase's start, in closed form: a slow ramp has very many."""
     linear, square = ticks * (ticks - 1) / 2, ticks * (ticks - 1) * (2 * ticks - 1) / 6
     return (
         ticks * phase.speed + linear * TICK_S * phase.acceleration + square * TICK_S * TICK_S * phase.jerk / 2

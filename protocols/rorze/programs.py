@@ -54,11 +54,11 @@ class ShortHex(Wire):
 
 
 class ProgramCommand(RorzeCommand[R_co], program=False):
-    """What all commands about the user program have in common: not in the program itself."""
+    """Base of all commands about the user program: not allowed in the program itself."""
 
 
 class ProgramQuestion(ProgramCommand[R_co], retry=Retry.READ):
-    """What the questions have in common."""
+    """Base of the questions."""
 
 
 class PlaceCommand(ProgramCommand[R_co]):
@@ -74,12 +74,12 @@ class PlaceQuery(PlaceCommand[R_co], errors=frozenset({0x4A, 0x5B}), retry=Retry
     """A question for what stands at a place; without one, at the place after that of the last question."""
 
     def may_repeat(self) -> bool:
-        """Whether a place is given: without one, every question steps on."""
+        """Say whether the gateway may repeat it: not without a place, for then each question steps on."""
         return super().may_repeat() and (self.label, self.address) != (None, None)
 
     @property
     def instruction(self) -> str | None:
-        """What stands at a label: the label, which the reply thereby repeats; otherwise nobody knows."""
+        """The instruction at the place, if it is known: a label, which the reply thereby repeats."""
         return None if self.label is None else f"*{self.label}"
 
 

@@ -77,15 +77,16 @@ class RorzeCommand(Command[R_co]):
         return self.code + self.written()
 
     def rules_out(self, error: int | None) -> bool:
-        """Whether it cannot be refused so as it was written: something else has arrived (RC-420 manual 21).
+        """Say whether this error cannot be the answer to the command as written (RC-420 manual 21).
 
-        A row keeps the form of its page, which lists 4Ah and 5Dh where a value may be wrong nevertheless.
+        The command must then have arrived changed. A row keeps the form of its page, which lists 4Ah and 5Dh
+        where a value may be wrong nevertheless.
         """
         return error in OF_THE_FORM and error not in self.errors
 
     @cached_property
     def steps_index(self) -> bool:
-        """Whether it steps the position index, with `P[+]` or `P[-]` (RC-420 manual 13.4.3)."""
+        """True if the command steps the position index, with `P[+]` or `P[-]` (RC-420 manual 13.4.3)."""
         return any(map(_steps, self.__dict__.values()))
 
     def retry_class(self) -> Retry:
@@ -93,7 +94,7 @@ class RorzeCommand(Command[R_co]):
         return Retry.NEVER if self.steps_index else self.retry
 
     def is_only_question(self) -> bool:
-        """Whether every command of its code asks the same, and changes nothing: a read without parameters."""
+        """Say whether all commands of the code ask the same and change nothing: a read without parameters."""
         return self.retry is Retry.READ and not self.__pydantic_fields__
 
 

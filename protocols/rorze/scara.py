@@ -17,7 +17,7 @@ DIGITS = 6
 """Decimals of a pulse that count before it is cut: enough to get over the rounding of angles."""
 
 SLACK_UM = 1e-6
-"""By how much rounding may overstretch the arm."""
+"""Micrometres by which rounding may overstretch the arm."""
 
 
 class OutOfReach(ValueError):
@@ -52,7 +52,7 @@ class Mechanics(ABC):
     """Micrometres, as the finger."""
     finger: int
     pulses_per_turn: tuple[float, ...]
-    """Of its axes, from 0 on."""
+    """Pulses per turn of each axis, from axis 0 on."""
 
     axes: ClassVar[int]
 
@@ -83,9 +83,9 @@ class Mechanics(ABC):
         """
 
     def whole_pulses(self, place: FingerPlace) -> tuple[int, ...]:
-        """What HLS answers: cut towards zero.
+        """The pulses that HLS answers: cut towards zero.
 
-        :raises OutOfReach: there are none.
+        :raises OutOfReach: the arm cannot reach the place.
         """
         return self.cut(self.pulses(place))
 
@@ -143,7 +143,7 @@ class ThreeAxes(Mechanics):
         return 0
 
     def angles(self, pose: Pose) -> tuple[float, ...]:
-        """Of base, arm and finger."""
+        """Angles of base, arm and finger, in radians."""
         bend = self._bend(pose.reach)
         base = pose.heading - pi / 2 + bend
         return base, 2 * bend, base - 2 * bend - pose.finger
@@ -155,7 +155,10 @@ class ThreeAxes(Mechanics):
         return Pose(2 * self.link * sin(bend), base - bend + pi / 2, base - arm - wrist)
 
     def pulses(self, place: FingerPlace) -> tuple[float, ...]:
-        """Of the two ways to bend the elbow it takes that of the worked example, an assumption."""
+        """Pulses of the axes at a place.
+
+        The elbow bends as in the manual's worked example, which is an assumption.
+        """
         finger = radians(place.direction / 1000)
         wrist = self.guide(complex(place.x, place.y), finger)
         base, arm, turn = self.angles(Pose(-abs(wrist), phase(-wrist), finger))
@@ -178,7 +181,7 @@ class BeltLinked(Mechanics):
         return self.finger
 
     def angles(self, pose: Pose) -> tuple[float, ...]:
-        """Of turn and arm."""
+        """Angles of turn and arm, in radians."""
         return pose.heading, self._bend(pose.reach)
 
     def pose(self, pulses: Sequence[float]) -> Pose:

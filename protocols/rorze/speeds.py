@@ -14,13 +14,13 @@ Acceleration = Annotated[int, Field(ge=1, le=10_000_000), Number()]
 
 
 class SpeedQuery(Question[R_co], errors=frozenset({0x4A})):
-    """What the questions for a speed parameter have in common."""
+    """Base of the questions for a speed parameter."""
 
     speed_set: Slot | None = Field(None, description="Number of the set; left out: the standard set, 30.")
 
 
 class SpeedParameter(Setting, moving=False, errors=frozenset({0x4A, 0x50})):
-    """What the settings of a speed parameter have in common."""
+    """Base of the settings of a speed parameter."""
 
     speed_set: Slot | None = Field(None, description="Number of the set; left out: the standard set, 30.")
 

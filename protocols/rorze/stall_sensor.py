@@ -27,7 +27,7 @@ SETTING_ERRORS = MOVING_ERRORS | {0x4A}
 
 
 class StepOutSetting(Setting, moving=False, errors=SETTING_ERRORS):
-    """What the settings of step-out detection and of the encoder have in common."""
+    """Base of the settings of step-out detection and of the encoder."""
 
 
 INTERVAL = "Period of the dogs, from ON edge to ON edge, in pulses, 100-65535; checked every half of it."

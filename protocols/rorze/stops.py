@@ -15,7 +15,7 @@ SPEED_CHANGE_ERRORS = frozenset({0x56, 0x5C})
 class MoveChange(
     RorzeCommand[Ack], errors=SPEED_CHANGE_ERRORS, retry=Retry.NEVER, effect=Effect.MOTION, starts=False
 ):
-    """What the changes of a running move have in common: not while homing or interpolating."""
+    """Base of the changes of a running move: not while homing or interpolating."""
 
 
 class Accelerate(MoveChange, code="5AS", example=("&3F5AS", ">&3F5AS")):

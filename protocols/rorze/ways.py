@@ -21,7 +21,7 @@ It raises `OutOfReach` or `PathFault` where there is none.
 Points = Mapping[int, PathPoint]
 """The via points of a path, by their numbers."""
 Turns = Mapping[int, float]
-"""By how much axes turn, each by its own clock."""
+"""Turns in radians by axis, each in the sense of rotation in which the axis counts."""
 
 
 def by(distance: complex) -> Way:

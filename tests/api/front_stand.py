@@ -21,9 +21,9 @@ from gateway.core.events import EventHub
 
 HOST = b"host: 127.0.0.1\r\n"
 SOON_S = 0.05
-"""What should not happen has not happened within this time."""
+"""Seconds to wait before a thing that should not happen counts as not happened."""
 PATIENCE_S = 60.0
-"""What has not happened by then on a busy machine never will."""
+"""Seconds after which, on a busy machine too, a thing that has not happened never will."""
 
 
 class Application:
@@ -38,7 +38,7 @@ class Application:
         self.left: list[str] = []
         self.go = asyncio.Event()
         self.hub: EventHub | None = None
-        """Whose events a WebSocket follows."""
+        """The events that a WebSocket follows."""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "websocket":
@@ -69,7 +69,7 @@ class Application:
         await send({"type": "http.response.body", "body": answer})
 
     async def _follow(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Send events, which nobody may read, until the client has left."""
+        """Send events, which the client may leave unread, until it has left."""
         await receive()
         await send({"type": "websocket.accept", "subprotocol": next(iter(scope["subprotocols"]), None)})
         self.begun.append("websocket")
@@ -140,7 +140,7 @@ class Client:
 
 @dataclass
 class Front:
-    """What a story needs."""
+    """The server of a story, and its application."""
 
     app: Application
     http: type[HttpProtocol]
@@ -208,7 +208,7 @@ async def build_front(limits: ConnectionLimits, connections: int) -> AsyncIterat
 
 
 def on_front(connections: int = 100, **limits: float) -> Callable[[Story], Callable[..., None]]:
-    """Turn a story about a server into a test; `limits` are small, so that nobody waits for long."""
+    """Turn a story about a server into a test; `limits` are small, so that the test waits for little."""
 
     def as_test(story: Story) -> Callable[..., None]:
         def test(caplog: pytest.LogCaptureFixture) -> None:

@@ -48,7 +48,7 @@ class Stand:
         return self.ports["arm"]
 
     def frames(self) -> list[str]:
-        """What was written to the line arm, without the poison of its opening."""
+        """Frames that were written to the line arm, without the bytes that clear it at its opening."""
         return [frame.decode("ascii").rstrip("\r") for frame in self.port.written if frame[:1] == b"&"]
 
     def moved(self) -> list[str]:
@@ -140,7 +140,7 @@ class Served(Protocol):
 
 
 class _Reading(asyncio.Event):
-    """Whether a client reads; the outlet of its events is told when it reads on."""
+    """Set while a client reads; calls `on_set` when the client reads on."""
 
     on_set: Callable[[], None] = staticmethod(lambda: None)
 

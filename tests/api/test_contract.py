@@ -58,7 +58,7 @@ protocol = "fics"
 robot = {{ id = "r1", units = [{SCARA}, {CARTESIAN}] }}
 """
 NAMES: Final = {"body_id": "3F", "group_id": "80", "line_id": "line1", "robot_id": "r1"}
-"""What is there; one case in three asks for something else."""
+"""Names of parts that exist; one case in three asks for other names."""
 NOTHING_WAS_SENT: Final = 503
 
 
@@ -150,9 +150,7 @@ def gateway(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Gateway]:
 
 
 def strategies(gateway: Gateway) -> Iterator[Any]:
-    """What is asked: of each operation what its description allows, about what there is and about anything,
-    and what it does not allow.
-    """
+    """Requests to each operation: valid by its description, about known parts and any others, and invalid."""
     from schemathesis import GenerationMode
 
     document = gateway.app.openapi()

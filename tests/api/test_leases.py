@@ -30,7 +30,7 @@ def in_virtual_time(place: Stand | Cell) -> None:
 async def leased(
     place: Stand | Cell, scope: str, header: Mapping[str, str] = NO_KEY, ttl_s: float = 10.0
 ) -> dict[str, Any]:
-    """Take a lease that nobody else has; gives it with the header that shows it."""
+    """Take a lease that no other caller has; give it with the header that shows it."""
     answer = await place.post("/leases", {"scope": scope, "ttl_s": ttl_s}, **header)
     assert answer.status_code == 201, answer.text
     taken = dict(answer.json())

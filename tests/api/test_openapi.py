@@ -216,7 +216,7 @@ def test_every_value_has_its_unit_in_its_name_beside_it_or_in_its_description() 
 
 
 def is_number(schema: dict[str, Any]) -> bool:
-    """Whether a schema is of numbers, or of lists or tables of them."""
+    """Say whether a schema is of numbers, or of lists or tables of them."""
     inner = [schema.get("items"), schema.get("additionalProperties"), *schema.get("anyOf", ())]
     return schema.get("type") in ("number", "integer") or any(
         is_number(it) for it in inner if isinstance(it, dict)

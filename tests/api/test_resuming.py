@@ -20,7 +20,7 @@ from tests.tested_plant import TestedPlant
 from tests.world import World
 
 LIVES, CLIENTS, CYCLES = 25, 8, 5
-"""Each client breaks off and resumes so often in each life: 1,000 times in all."""
+"""Lives of the gateway, its clients, and times that each client breaks off and resumes in each life."""
 MOST_READ = 40
 """Events between two breaks."""
 BURSTS = (1, 1, 1, 2, 30)

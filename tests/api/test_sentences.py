@@ -1,4 +1,4 @@
-"""What is said to a wrong request, whichever it is: sentences that end once and have one mark at a place."""
+"""Answers to all sorts of wrong requests: sentences that end once and have one mark at a place."""
 
 import re
 from collections.abc import Iterator

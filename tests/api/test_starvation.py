@@ -27,7 +27,7 @@ from tests.virtual_time import VirtualLoop, run_virtual
 from tests.world import World
 
 SLICE_S: Final = 0.004
-"""What the others take between two turns of the loop: a slice of a fair scheduler, an assumption."""
+"""Seconds that other processes take between two turns of the loop: a slice of a fair scheduler, assumed."""
 LONGEST_S: Final = 0.05
 """From the request of a stop to its first byte."""
 READERS: Final = 12

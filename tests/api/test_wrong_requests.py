@@ -1,6 +1,6 @@
 """Each way in which a request can be wrong, at every operation of the door: refused in words, nothing sent.
 
-Who may ask for what stands in `access/test_matrix.py`.
+The rights of callers are in `access/test_matrix.py`.
 """
 
 import json
@@ -79,7 +79,7 @@ class Wrong(NamedTuple):
     status: int
     says: str
     at_least: int
-    """So many requests are tried."""
+    """Requests that are tried, at the least."""
     query: str = ""
     names: dict[str, str] = NAMES
 
@@ -133,7 +133,7 @@ WAYS: Final = {
         200,
     ),
 }
-"""How a request can be wrong."""
+"""Ways in which a request can be wrong."""
 
 
 @pytest.mark.parametrize("way", WAYS)

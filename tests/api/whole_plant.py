@@ -37,7 +37,7 @@ THERE: Final = {
     "line_id": "arm",
     "robot_id": "r1",
 }
-"""What the paths of the routes may name."""
+"""Names that the paths of routes may have."""
 
 
 def whole_plant(**tables: Mapping[str, object]) -> Plant:

@@ -60,7 +60,7 @@ class FakeGateway:
 
 
 def interrupted_at(monkeypatch: pytest.MonkeyPatch, pauses: int) -> list[float]:
-    """Press Ctrl-C in the last of so many pauses; give their seconds, which come to be there."""
+    """Press Ctrl-C in pause number `pauses`; give the list to which the seconds of each pause are added."""
     slept: list[float] = []
 
     def sleep(seconds: float) -> None:

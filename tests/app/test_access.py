@@ -1,4 +1,4 @@
-"""What has to be there before the gateway lets anybody in."""
+"""Conditions that the gateway checks before it serves callers."""
 
 import asyncio
 import logging

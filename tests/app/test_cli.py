@@ -24,7 +24,7 @@ from protocols.rorze.row import FIRST_GROUP
 from tests.app.fake_gateway import always, move
 
 OWN = {"serve", "init", "keys", "journal", "data", "audit", "bridge", "commission", "plant"}
-"""They ask no gateway: they are one or stand beside it, look after its files, or take minutes."""
+"""Commands that ask no gateway: they are one or stand beside it, look after its files, or take minutes."""
 HEAVY = {"asyncio", "httpx", "importlib.metadata", "logging", "pydantic", "rich", "sqlite3", "uvicorn"}
 
 
@@ -70,7 +70,7 @@ def test_a_move_that_was_begun_and_cannot_be_printed_is_not_called_refused(
 
 @pytest.mark.parametrize("name", sorted({place.partition(":")[0] for place in COMMANDS.values()} - OWN))
 def test_a_call_loads_nothing_that_takes_long(name: str) -> None:
-    """What asks a running gateway is at its port in a fraction of a second."""
+    """A command that asks a running gateway is at its port in a fraction of a second."""
     program = f"import sys, app.cli, app.commands.{name}; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)  # noqa: S603
     assert HEAVY.isdisjoint(done.stdout.split())

@@ -1,4 +1,4 @@
-"""What the shell completes."""
+"""Completion of the command line in a shell."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from tests.app.fake_gateway import FakeGateway, always, plant
 
 
 def completed(monkeypatch: pytest.MonkeyPatch, gateway: FakeGateway, *words: str) -> list[str]:
-    """What bash is told for the last of some words."""
+    """Completions that bash gets for the last of some words."""
     line = " ".join(("motion-gateway", *words))
     environment = {"COMP_WORDS": line, "COMP_CWORD": str(len(words)), "_TYPER_COMPLETE_TESTING": "1"}
     said = gateway.run(monkeypatch, _ROOT_COMPLETE="complete_bash", **environment)

@@ -1,4 +1,4 @@
-"""What the demo alone can do: to be broken, and mended."""
+"""Faults that the demo alone can play, and mend."""
 
 from pathlib import Path
 

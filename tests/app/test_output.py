@@ -1,4 +1,4 @@
-"""What commands print."""
+"""Output of commands."""
 
 from app.output import json_text, table
 

@@ -88,7 +88,7 @@ FIRST: Final[dict[str, list[Request]]] = {
     r"/robots/.*(/move-|step-axis|start-jog|run-macro|/runs )": [HOMED, AT_HAND],
     r"/robots/.*/moves position|/move-to-position ": [TAUGHT],
 }
-"""What has to be done before, by what matches the examples that need it: their documentation says so."""
+"""Requests that go before, by a pattern of the examples that need them, as their documentation says."""
 
 NEEDS_A_FILE: Final = ("/lines", "/lines/{line_id}/bodies", "/system/reload")
 NEEDS_KEYS: Final = ("/access/keys", "/access/keys/{name}/rotate")

@@ -1,4 +1,4 @@
-"""What the service manager hears: readiness, the end, and signs of life that only working lines give."""
+"""Messages to the service manager: ready, ending, and signs of life, which only working lines give."""
 
 import asyncio
 import itertools
@@ -14,7 +14,7 @@ from tests.fics_plants import fics_rig
 from tests.plants import Rig, in_virtual_time, rig
 
 WATCHDOG_S = 60.0
-"""As in packaging/motion-gateway.service."""
+"""Seconds of `WatchdogSec`, as in packaging/motion-gateway.service."""
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""What a word on the command line means."""
+"""Targets that a word on the command line can mean."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""What goes over a line, in words."""
+"""The traffic of a line, in words."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""What a robot's first move costs: each command is written out once, and few calls go to another file."""
+"""The calls of a robot's first move: each command is written out once, and few calls go to another file."""
 
 import pytest
 

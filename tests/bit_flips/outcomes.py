@@ -1,4 +1,4 @@
-"""What becomes of a command, and of its reply, when one bit of it is flipped on the way."""
+"""Outcomes of a command, and of its reply, when one bit of it is flipped on the way."""
 
 import re
 from abc import ABC, abstractmethod
@@ -29,35 +29,35 @@ _NUMBER = re.compile(r"[+-]?\d+(?:\.\d*)?")
 
 
 class Sent(StrEnum):
-    """What the far end makes of a command with a flipped bit; the later, the worse."""
+    """The far end's reading of a command with a flipped bit; the later, the worse."""
 
     SAME = "the same"
-    """What was flipped means nothing."""
+    """The flipped bit means nothing."""
     NOTHING = "nothing"
-    """It hears no command, or one that it refuses or does not end."""
+    """The far end hears no command, or one that it refuses or does not end."""
     OTHER_TARGET = "another body"
     """Another body has a command. The one that was meant is silent: nothing is credited."""
     OTHER_COMMAND = "another command"
     """Another command is done, and its reply bears another name: nothing is credited."""
     SEEN = "another value, seen"
-    """The same command with other parameters, and its reply shows it: nothing is credited."""
+    """A command with other parameters, as its reply shows: the reply is not credited."""
     OTHER_VALUE = "another value"
-    """The same command with other parameters. Its reply is that of the command that was meant."""
+    """A command with other parameters, whose reply is that of the command that was meant."""
 
 
 class Heard(StrEnum):
-    """What the gateway makes of a reply with a flipped bit."""
+    """The gateway's reading of a reply with a flipped bit."""
 
     NOTHING = "nothing"
-    """It is not credited: a fence follows, and the outcome is found out or unknown."""
+    """Not credited: a fence follows, and the outcome is found out or unknown."""
     REFUSAL = "a refusal"
-    """It has become a refusal of the command."""
+    """Read as a refusal of the command."""
     OTHER_VALUE = "another value"
-    """It has become another reply that the command could have had."""
+    """Read as another reply that the command could have had."""
 
 
 class Outcome(NamedTuple):
-    """Of one flip."""
+    """The outcome of one flip."""
 
     flipped: bytes
     kind: Sent | Heard
@@ -66,7 +66,7 @@ class Outcome(NamedTuple):
 
 
 class Done(NamedTuple):
-    """What the far end does, and what it answers."""
+    """An action of the far end, with its answer."""
 
     kind: Sent
     command: Command[Any]
@@ -92,7 +92,7 @@ class Row(ABC):
 
     @abstractmethod
     def _requests(self, stream: bytes) -> Iterator[Done]:
-        """What the far end hears, and does."""
+        """Commands that the far end hears and carries out."""
 
     @abstractmethod
     def comes_back(self, reply: bytes) -> Heard:
@@ -115,7 +115,7 @@ class Row(ABC):
         return Outcome(flipped, worst, any(command.effect is Effect.MOTION for command in wrong))
 
     def _credited(self, frames: Sequence[Any], exchange: Exchange[Any, Any, Any]) -> Any:
-        """What the exchange takes for its reply."""
+        """The outcome that the exchange takes for its reply; None if it takes none."""
         outcomes = (exchange.credit(frame, 0.0) for frame in frames)
         return next((outcome for outcome in outcomes if outcome is not None), None)
 
@@ -124,7 +124,7 @@ class RorzeRow(Row):
     """A command of a body, or of the link master."""
 
     FENCE, ITS_REPLY = b"&3F3NDP[1234]\r", b">&3F3NDP[1234],+000000001\r"
-    """What is said next on the line: a frame that has lost its end runs into it."""
+    """The next frame on the line, and its reply: a frame that has lost its end runs into it."""
 
     def __init__(self, row: type[RorzeCommand[Any]]) -> None:
         command, reply = _longest(row)

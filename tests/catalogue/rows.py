@@ -796,4 +796,4 @@ ROWS: Final = {
 and its computer. A: HTTP and WebSockets. J: the disk and the journal."""
 
 SIZES: Final = {"S": 30, "L": 13, "C": 20, "H": 17, "G": 12, "A": 19, "J": 13}
-"""How many faults each part has."""
+"""Number of faults in each part."""

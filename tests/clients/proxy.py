@@ -14,7 +14,7 @@ class Cable:
         self._ends: list[socket.socket] = []
         self.plugged = True
         self.answers = bytearray()
-        """What has come back from the gateway."""
+        """Bytes that have come back from the gateway."""
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.url = f"http://127.0.0.1:{self._listener.getsockname()[1]}"
         threading.Thread(target=self._accept, daemon=True).start()

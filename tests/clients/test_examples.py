@@ -1,4 +1,4 @@
-"""The dashboards of `examples/` show a move that somebody else makes; what the clients' READMEs show runs."""
+"""The dashboards of `examples/` show another client's move; the clients' READMEs run as they are printed."""
 
 import os
 import re
@@ -154,7 +154,7 @@ def program_of_the_page() -> str:
 
 
 class Learnt(dict[str, str]):
-    """What a page writes for what only an answer tells, such as ID."""
+    """Values that only an answer tells, such as ID, by the placeholder that a page has for them."""
 
     def note(self, answer: str) -> None:
         """Note what an answer tells."""
@@ -163,7 +163,7 @@ class Learnt(dict[str, str]):
                 self[shown] = f"/{found[1]}/" if shown[0] == "/" else found[1]
 
     def filled_in(self, step: str) -> str:
-        """A command as somebody sends it who has read the answers."""
+        """Fill the values of earlier answers into a command, as a reader would."""
         for shown, told in self.items():
             step = step.replace(shown, told)
         return step

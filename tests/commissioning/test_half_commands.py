@@ -1,4 +1,4 @@
-"""A robot that executes what was cut off when the port is opened anew: nobody is told what is not so.
+"""A robot that executes a command cut off by a new opening of the port: the gateway tells nothing false.
 
 No setting makes the gateway right there (`half-robot-command` contradicts it); it has to be honest.
 """
@@ -33,7 +33,7 @@ def lengths(command: FicsCommand[Any]) -> list[int]:
 
 
 async def cut_off(rig: FicsRig, command: FicsCommand[Any], length: int) -> None:
-    """Let so many bytes of a command arrive, pull the cable, and plug it in again."""
+    """Let `length` bytes of a command arrive, pull the cable, and plug it in again."""
     cable, frame, unplugged = rig.cable, command.text().encode("ascii") + b"\r", asyncio.Event()
     write = cable.write
 

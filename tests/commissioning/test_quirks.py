@@ -17,20 +17,20 @@ from tests.commissioning.benches import CONFIG, MAKES, Machine, all_allowed, com
 from tests.plants import in_virtual_time
 
 NEVER_TOLD = {"label-answers", "lasting-errors", "dpram-map", "dpram-times", "jog-mode"}
-"""What a line that is as assumed does not show: there is no label, no error, no RAM; and nothing jogs."""
+"""Quirks that a line without labels, errors and RAM, on which nothing jogs, does not show."""
 
 
 class Case(NamedTuple):
-    """What is found of one quirk."""
+    """The finding for one quirk."""
 
     line_id: str
     slug: str
     result: Result
     proposed: Mapping[str, Any] = {}
     prepare: Callable[[Any], None] | None = None
-    """What the machine has to be like for the quirk to show."""
+    """Brings the machine into the state in which the quirk shows."""
     off_s: float = 1.0
-    """How long its power is off, where it is switched."""
+    """Seconds for which the power is off, where it is switched."""
 
 
 def with_label(line: Rc400Line) -> None:

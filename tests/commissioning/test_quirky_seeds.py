@@ -30,7 +30,7 @@ OF_TWO_LINES: Final = "silent-xid"
 """An old link master knows neither groups nor the bodies beyond 0F that the seeds have."""
 
 SLOW: Final = frozenset({"I14"})
-"""It does not get on: nobody answers in time, or reads wait."""
+"""The violation of a line that is too slow: answers come too late, or reads wait."""
 MAY: Final[Mapping[str, frozenset[str]]] = MappingProxyType(
     {
         "echo": SLOW,
@@ -48,9 +48,9 @@ MAY: Final[Mapping[str, frozenset[str]]] = MappingProxyType(
         "half-robot-command": frozenset({"I7"}),
     }
 )
-"""What seeds may find on a line whose quirk no change makes up for yet."""
+"""Violations that seeds may find on a line whose quirk no change makes up for yet."""
 STILL: Final[Mapping[str, frozenset[str]]] = MappingProxyType({"late-replies": SLOW, "turnaround": SLOW})
-"""What they may find with the change: a line on which each reply takes so long is slow."""
+"""Violations that they may find with the change: a line with such slow replies is slow."""
 
 ALL: Final = {(it.line_id, it.slug): it for it in (*CASES, *DEEDS)}
 
@@ -71,7 +71,7 @@ def seeds_of(case: Case) -> Iterator[int]:
 def violations(
     monkeypatch: pytest.MonkeyPatch, case: Case, seed: int, changes: Mapping[str, Any]
 ) -> set[str]:
-    """What a seed finds, by the names of the rules."""
+    """Violations that a seed finds, by the names of the rules."""
     draw = Seed._draw_family
 
     def drawn(self: Seed, number: int) -> Family:

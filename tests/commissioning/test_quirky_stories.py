@@ -27,7 +27,7 @@ from tests.gateway.test_drawn_faults import BODY_STORIES, ROBOT_STORIES
 from tests.virtual_time import run_virtual
 
 FEW: Final = 6
-"""So many are told in `make test`; the commit draws which."""
+"""Stories that run in `make test`; the commit draws them."""
 RIGHT: Final = {(it.line_id, it.slug): it for it in (*CASES, *DEEDS) if it.result is Result.DIFFERS}
 """The quirks of which a change, or nothing, makes the gateway right."""
 SLOW: Final = "each reply takes so long that moves are refused in time, and stops confirmed after it"

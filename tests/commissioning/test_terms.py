@@ -28,7 +28,7 @@ PROTOCOLS: dict[Any, str] = {rc400: "rorze", fics: "fics"}
 
 
 def effects(cable: SimulatedCable) -> set[Effect]:
-    """What the commands to an RC-400 did."""
+    """Effects of the commands that were sent to an RC-400."""
     requests = RequestReader().feed(b"".join(cable.written))
     return {
         COMMANDS[it.text[:3]].effect

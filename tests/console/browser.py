@@ -1,4 +1,4 @@
-"""The console as somebody sees it, and the plant behind it."""
+"""The console in a browser, and the plant behind it."""
 
 import shlex
 import shutil
@@ -31,7 +31,7 @@ from tests.open_access import OPEN
 
 CHROMIUM: Final = shutil.which("chromium") or shutil.which("chromium-browser")
 PATIENCE_MS: Final = 60_000
-"""What has not happened by then on a busy machine never will."""
+"""Milliseconds after which, on a busy machine too, a thing that has not happened never will."""
 SCAN_MS: Final = 240_000
 """The silence of each of 120 body numbers is waited for; backups and restores ask as much."""
 AXE: Final = CONSOLE / "node_modules" / "axe-core" / "axe.min.js"

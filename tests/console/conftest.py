@@ -78,7 +78,7 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 @pytest.fixture
 def open_console(browser: Browser) -> Iterator[Callable[..., Console]]:
-    """Open consoles; none may have said anything that nobody wanted to hear."""
+    """Open consoles; none may have reported a fault that the test does not expect."""
     pages: list[Page] = []
     faults: list[str] = []
 

@@ -21,7 +21,7 @@ MM: Final = {"unit": "mm"}
 
 
 class Picture(NamedTuple):
-    """A page as somebody sees it; `pressed` are the buttons that are pressed before."""
+    """A page as a user sees it; `pressed` are the buttons that are pressed before."""
 
     name: str
     path: str

@@ -27,7 +27,7 @@ def own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Plant]:
 
 @pytest.fixture
 def dying(own: Plant) -> Iterator[Plant]:
-    """The same, with everything switched on again at the end."""
+    """Give the plant, and switch everything on again at the end."""
     yield own
     own.robot.program.signal(signal.SIGCONT)
     own.gateway.program.signal(signal.SIGCONT)

@@ -13,7 +13,7 @@ pytestmark = pytest.mark.prove
 
 BUILT = ROOT / "api" / "console" / "built"
 MOST_BYTES = 250_000
-"""Of all files, packed."""
+"""Size of all files, compressed, in bytes."""
 
 
 def run(script: str, *arguments: str) -> None:

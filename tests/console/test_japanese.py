@@ -12,7 +12,7 @@ from tests.console.screenshots import LIFT, break_something, work
 pytestmark = pytest.mark.prove
 SETTLED_MS = 2_500
 NOTICED_MS = 8_000
-"""By then the gateway has seen what is broken."""
+"""Milliseconds after which the gateway has seen the fault."""
 PAGES = (
     *("#/plant", f"#/axis/{LIFT}", "#/robot/r1", "#/scara/wafer", f"#/positions/{LIFT}", "#/positions/r1"),
     *(f"#/motion/{LIFT}", f"#/program/{LIFT}", f"#/settings/{LIFT}", "#/settings/r1/units/1", "#/wire/line1"),
@@ -35,7 +35,7 @@ SHOWN = r"""() => {
   return found;
 }"""
 OF_THE_SYSTEM = re.compile("No space left on device")
-"""What an operating system says of a disk."""
+"""Words of an operating system about a disk."""
 ENGLISH = (
     re.compile(r"[A-Za-z]{2,}(?: [A-Za-z']{2,}){2,}"),  # three words one after the other
     re.compile(r"(?<![\w.])[a-z]+(?:_[a-z]+)+(?![\w.])"),  # the name of a member

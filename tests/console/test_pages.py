@@ -34,7 +34,7 @@ TITLES = {
 }
 FAR = 2_000_000
 READS: Final = re.compile("/curve|/commands/get-")
-"""What a page asks for with POST, and changes nothing."""
+"""Paths that a page reads with POST, and that change nothing."""
 
 
 def moves(plant: Plant, body: str = "3F") -> bool:

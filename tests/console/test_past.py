@@ -14,7 +14,7 @@ from tests.console.screenshots import LIFT, break_something
 pytestmark = pytest.mark.prove
 MM = {"unit": "mm"}
 APART_S = 2.0
-"""So long everything rests between two moves."""
+"""Seconds between two moves, in which everything rests."""
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def test_the_plant_is_shown_as_it_was(
     expect(alarm.first).to_be_visible()
 
     def go_to(seconds: float) -> None:
-        """Move the slider to so many seconds after the last move was sent."""
+        """Move the slider to `seconds` after the last move was sent."""
         wanted = round((sent_at.timestamp() + seconds) * 1000)
         slider.evaluate("(it, at) => { it.value = at; it.dispatchEvent(new Event('input')) }", wanted)
 

@@ -16,7 +16,7 @@ FAR = {"kind": "relative", "direction": "cw", "distance": {"value": 800, "unit":
 MOST_TAPS = 4
 """The alarm in the top row, its axis, the call that helps, and the step."""
 WITHIN_S = 20.0
-"""Of the operator's time, on a machine that does other things beside; a person reads as long again."""
+"""Seconds of the operator's time, on a machine with other work; a person reads as long again."""
 TARGET_PX = 40
 
 

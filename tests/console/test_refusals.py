@@ -1,4 +1,4 @@
-"""Nothing that somebody asks for is passed over: what was refused, or is not answered, is told."""
+"""Each action of a user has an answer: a refusal and a missing answer are shown."""
 
 import signal
 from collections.abc import Callable, Iterator

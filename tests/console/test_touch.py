@@ -83,7 +83,7 @@ ALL_PAGES = (
     *("#/motion/line1.00", "#/program/line1.00", "#/settings/line1.00", "#/events", "#/wire/line1"),
     *("#/wire/cell1", "#/system"),
 )
-"""Of the demo, which has one thing of each kind."""
+"""Pages of the demo, which has one thing of each kind."""
 READ = {"en": "Read", "ja": "読み出し"}
 """Pressed where it is: what it shows is wide, too."""
 

@@ -19,7 +19,7 @@ LONGEST_MOTION_S = 600.0
 
 
 class StoppedClock:
-    """A machine for which time only passes when somebody says so."""
+    """A machine whose time passes only when a test advances it."""
 
     def __init__(self, line: SimulatedFics) -> None:
         self.line = line

@@ -107,7 +107,7 @@ class ClockHost(Host):
         self._listen()
 
     def unheard(self) -> str:
-        """What has been said up to now that nobody has listened to."""
+        """Text said up to now that no question has read."""
         self._listen()
         heard, self._unread, self._heard = self._unread + self._heard, b"", b""
         return heard.decode()

@@ -8,7 +8,7 @@ from tests.contract.hosts import ClockHost
 
 
 async def _refused_as_unknown(code: str) -> bool:
-    """Whether a body of a robot without belts answers @49 to the first example of a command."""
+    """Say whether a body of a robot without belts answers @49 to the first example of a command."""
     host = ClockHost()
     return await host.ask("&3F" + COMMANDS[code].example[0][3:]) == f">&3F{code}@49"
 

@@ -122,7 +122,7 @@ class Program:
 
 
 def screen_without_errors(data: Sequence[str]) -> list[str]:
-    """What two rounds print when nothing goes wrong."""
+    """The output of two rounds without an error."""
     screen = []
     for number, commands in enumerate(((*data, *DOUSA), DOUSA), 1):
         for command in commands:

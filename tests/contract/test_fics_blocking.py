@@ -1,4 +1,4 @@
-"""What refuses which command: the tables of C-HOST manual 1-7 and 4-1, cell by cell, in both modes."""
+"""Refusals in each state: the tables of C-HOST manual 1-7 and 4-1, cell by cell, in both modes."""
 
 from collections.abc import Callable
 
@@ -89,7 +89,7 @@ TERMINAL_RUNS = {
     "homing": MotionMode.HOMING,
     "JOG": MotionMode.JOG,
 }
-"""What (a) can be, as ACD tells it."""
+"""Motion modes of state (a), as ACD tells them."""
 
 MOTIONS = {
     "JOG Z+": "cd",
@@ -122,7 +122,7 @@ def bench_in(mode: int) -> Bench:
 
 
 def refusal(bench: Bench, command: str) -> str:
-    """What a command is refused with, told by its reply in Ver.3 and by ERR in Ver.2; empty if it is not."""
+    """The error a command is refused with, told by its reply in Ver.3 and by ERR in Ver.2; empty if none."""
     name, mode = command[:3], bench.robot.mode
     heard = bench.ask(command.format(mode=mode))
     if mode == 2:
@@ -133,7 +133,7 @@ def refusal(bench: Bench, command: str) -> str:
 
 
 def expected(command: str, states: str) -> str:
-    """What a command is refused with in one of the states (a) to (d), or in (c) and (d) together."""
+    """The error expected in one of the states (a) to (d), or in (c) and (d) together; empty if none."""
     return "".join({ERRORS[state] for state in states if state in BLOCKED[command]})
 
 

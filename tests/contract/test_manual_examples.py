@@ -170,7 +170,7 @@ PREPARED: dict[str, str | Callable[[Host], Awaitable[None]]] = {
     **dict.fromkeys(("UPD00513,END", "UWDEND"), with_the_program(*TS, asked="UWD512")),
     "UWD": with_the_program(*TS, asked="UPD513"),
 }
-"""What has to be so before a reply (without its body number) can be given: commands, or a hand on the plant.
+"""State that a reply (without its body number) needs: commands, or a hand on the plant.
 
 The speeds behind the pulse counts of SED, SHD and SSD are not printed; these lead to them.
 """
@@ -187,7 +187,7 @@ FORMS = {
     "&01HLSX:200000,Y:100000": BELT_LINKED,
     "&01HLSX:P[103],Y:P[104]": f"{BELT_LINKED} {TABLED}",
 }
-"""What they need; of their replies only the form is right.
+"""Robots that commands need of whose replies only the form is right.
 
 No robot of the manual stands there, or the page prints ideal coordinates not those of whole pulses (13.10.7).
 """

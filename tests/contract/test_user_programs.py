@@ -28,14 +28,14 @@ class Programmer(ClockHost):
         self.wait(seconds)
 
     async def told(self, text: str) -> str:
-        """What follows the code in the reply to a command of the body."""
+        """The text after the code in the reply to a command of the body."""
         return (await self.ask(f"&{BODY:02X}{text}")).removeprefix(f">&{BODY:02X}{text[:3]}")
 
     async def value(self, memory: str) -> int:
         return int(await self.told(f"UDD{memory}"))
 
     async def result_of(self, source: str, seconds: float = A_WHILE_S) -> int:
-        """What a program that ends normally leaves in the result buffer."""
+        """The value that a program leaves in the result buffer when it has ended normally."""
         await self.run(f"{source}\nLD D199, RX\nEND", seconds)
         assert await self.told("URD") == "H00", source
         return await self.value("D199")
@@ -478,7 +478,7 @@ EFFECTS = [
     ("1+MZ\n5IS", "9MD", "H10"),
     ("1+MZ\n5SS", "9MD", "H10"),
 ]
-"""As printed, but for the brackets lost in OADD0, 1AMD0, 2-MD0 and OHS[D0]: OADS[D0], 1AMA[D0] and so on."""
+"""Commands as printed, but for the brackets lost in OADD0, 1AMD0, 2-MD0 and OHS[D0] (OADS[D0] ...)."""
 
 
 @pytest.mark.parametrize(("source", "asked", "reply"), EFFECTS)

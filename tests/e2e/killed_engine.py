@@ -53,7 +53,7 @@ ROBOT, UNIT = "/robots/r1", "/robots/r1/units/1"
 
 
 class Wish(NamedTuple):
-    """What is wanted once, and never again."""
+    """A command that a client sends once, and never again."""
 
     unique: str
     path: str

@@ -1,4 +1,4 @@
-"""What every program of a test needs is loaded and built here, once, before the first is started."""
+"""Imports and data that every program of a test needs, loaded once before the first is started."""
 
 import gc
 from pathlib import Path

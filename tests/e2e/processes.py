@@ -26,7 +26,7 @@ T = TypeVar("T")
 MOTION_GATEWAY = Path(sys.executable).with_name("motion-gateway")
 """The command as `make` installs it."""
 PATIENCE_S = 60.0
-"""What has not happened by then on a busy machine never will."""
+"""Seconds after which, on a busy machine too, a thing that has not happened never will."""
 LONGEST_WAIT_S = 60
 """The gateway lets no request wait longer."""
 START_PATIENCE_S = 100.0
@@ -60,11 +60,11 @@ class Program:
         return self._process.pid
 
     def runs(self) -> bool:
-        """Whether it has not ended."""
+        """True while the program runs."""
         return self._process.exitcode is None
 
     def words(self) -> str:
-        """What it has said so far."""
+        """The output of the program so far."""
         said = self.log.read_bytes() if self.log.exists() else b""
         return said[self._begin :].decode("utf-8", "replace")
 
@@ -187,7 +187,7 @@ class SimulatedLine:
         self._begin += len(self.truth())
 
     def truth(self, kind: str | None = None, body: str | None = None) -> list[Fact]:
-        """What has really happened; a line that is being written is left for the next time."""
+        """Facts of the simulator's truth log; a line that is being written is left for the next call."""
         lines = self._truth.read_text("utf-8").split("\n")[self._begin : -1]
         facts = [Fact.of(line) for line in lines]
         return [it for it in facts if kind in (None, it.kind) and body in (None, it.body)]
@@ -226,7 +226,7 @@ class SimulatedRobot:
         self._begin += len(self.truth())
 
     def truth(self, kind: str | None = None) -> list[Fact]:
-        """What has really happened; a line that is being written is left for the next time."""
+        """Facts of the simulator's truth log; a line that is being written is left for the next call."""
         lines = self._truth.read_text("utf-8").split("\n")[self._begin : -1]
         facts = [Fact.of(line) for line in lines]
         return [it for it in facts if kind in (None, it.kind)]

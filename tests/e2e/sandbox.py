@@ -33,7 +33,7 @@ def calls_of(name: str) -> set[str]:
 
 
 def allowed(unit: str) -> set[str]:
-    """What `SystemCallFilter=` leaves: the first line allows, those with ~ take away."""
+    """System calls that `SystemCallFilter=` leaves: the first line allows, those with ~ take away."""
     calls = calls_of("@default")
     for taken, sets in re.findall(r"(?m)^SystemCallFilter=(~?)(.*)$", unit):
         named = set[str]().union(*map(calls_of, sets.split()))

@@ -9,7 +9,7 @@ import pytest
 from tests.e2e.processes import BODIES, PATIENCE_S, Gateway, SimulatedLine, gateway_at, simulated_line, until
 
 MOVES = 6
-"""Of each body."""
+"""Moves of each body."""
 FAULTS = {"lost": 0.03, "garbled": 0.03, "noise": 0.03, "doubled": 0.03, "late": 0.02, "split": 0.03}
 OF_REPLIES = ("late",)
 """A request that comes behind later ones no host can tell from one that was lost."""

@@ -1,7 +1,7 @@
 """One client sends all it can, of every kind: stops, heartbeats and the dead man's switch hold their times.
 
-The machine may be as busy as it likes: no time counts for which the gateway waited for a processor, and what
-one kind did only once the machine did. What a flood does to the gateway it does each time.
+The machine may be as busy as it likes: no time counts for which the gateway waited for a processor, and a
+delay that one kind caused only once was the machine's. A flood's own effect on the gateway comes each time.
 """
 
 from random import Random
@@ -17,7 +17,7 @@ from tests.drawing import commit
 SECONDS: Final = 0.2
 """For which each kind is poured; with the silence that follows it takes a second."""
 QUICK: Final = 27
-"""So many kinds, drawn by the commit, are poured in `make test`."""
+"""Kinds of floods, drawn by the commit, that are poured in `make test`."""
 MOST_IDLE: Final = 0.5
 """The part of a processor that is left to the gateway's own questions afterwards, on a busy machine."""
 MOST_MIB: Final = 150.0
@@ -46,7 +46,7 @@ ANSWERS: Final = {
     "huge-frames trace-followers",
     1009: "frames-without-an-end",
 }
-"""How each kind is answered, or its WebSocket closed; connections that ask for nothing are not."""
+"""Kinds of floods by their answer or their WebSocket's code; connections without a request get none."""
 
 
 def drawn() -> list[str]:

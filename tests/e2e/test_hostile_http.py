@@ -1,4 +1,4 @@
-"""What no honest client sends: all of it is refused, and not one byte of it reaches the line."""
+"""Requests that no honest client sends: all are refused, and not one byte of them reaches the line."""
 
 import json
 import os
@@ -18,7 +18,7 @@ from websockets.sync.client import connect
 from tests.e2e.processes import PATIENCE_S, Gateway, SimulatedLine
 
 HOUSEKEEPING = {"9CD", "6PD", "9VD", "9VS", "EAD"}
-"""What the gateway itself says to its bodies from time to time."""
+"""Commands that the gateway itself sends to its bodies from time to time."""
 MOVE = '{"kind":"relative","direction":"cw","distance":{"value":VALUE,"unit":"pulse"}MORE}'
 
 
@@ -247,6 +247,6 @@ def cpu_s(pid: int) -> float:
 
 
 def test_no_answer_was_a_fault_of_the_gateway(gateway: Gateway) -> None:
-    """Whatever was sent before: it lives, it is ready, and its log has no traceback."""
+    """After all other tests of the file the gateway lives and is ready, and its log has no traceback."""
     assert gateway.http.get("/readyz").status_code == 200
     assert "Traceback" not in gateway.program.words()

@@ -1,4 +1,4 @@
-"""What people install: the wheel, the source, the service, the image; each as far as it can be had here.
+"""The ways of installation: the wheel, the source, the service, the image; each as far as it can be had here.
 
 The wheel is installed into an environment of its own, which sees the dependencies of this one alone.
 """
@@ -326,7 +326,7 @@ def test_every_rule_for_ports_is_one() -> None:
 
 @dataclass
 class Image:
-    """What the steps of a Dockerfile make, without an engine: its files, settings and installed packages."""
+    """The image that a Dockerfile's steps make, without an engine: files, settings, installed packages."""
 
     folder: Path
     base: str = ""

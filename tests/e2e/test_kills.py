@@ -21,10 +21,10 @@ pytestmark = pytest.mark.prove
 
 LIVES = 500
 CHAINS = 2
-"""Of lives, one after the other, each chain with a plant of its own: most of a life is waiting."""
+"""Chains of lives, each with a plant of its own, side by side: most of a life is waiting."""
 BODIES = "00,01,3F"
 IN_MOTION = LIVES // 15
-"""So many kills at least came while a body moved, and so many while the robot did."""
+"""Kills that came while a body moved, at the least, and as many while the robot did."""
 TIMES = "late_reply_s = 0.02\nreply_timeout_s = 0.1\npoll_interval_s = 0.05"
 
 
@@ -96,5 +96,5 @@ def _twice(texts: list[str]) -> list[str]:
 
 
 def _is_adopted(move: Any) -> bool:
-    """Whether the gateway was killed while it was under way."""
+    """Say whether the gateway was killed while the move was under way."""
     return any("restarted" in sentence for sentence in move["evidence"])

@@ -143,7 +143,7 @@ class Setter:
     path: str
     content: Callable[[int], Content]
     frame: Callable[[int], str]
-    """What is sent for each."""
+    """The frame that is sent for each request."""
     numbers: Iterator[int]
     answered: list[int] = field(default_factory=list)
 

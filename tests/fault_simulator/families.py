@@ -1,4 +1,4 @@
-"""What differs between the families: their plants, the wishes of clients, and what was done in truth."""
+"""The differences between the families: their plants, the wishes of clients, and the truth of actions."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Sequence
@@ -35,7 +35,7 @@ from tests.plants import configuration
 
 
 class Wish(NamedTuple):
-    """What a client wants of a target."""
+    """A command that a client sends to a target."""
 
     path: str
     command: AnyCommand
@@ -52,7 +52,7 @@ class Family(ABC):
     config: Config
     machine: Any
     targets: Sequence[str]
-    """What can be stopped."""
+    """Targets that can be stopped."""
 
     @abstractmethod
     def wish(self, dice: Random) -> Wish:
@@ -60,7 +60,7 @@ class Family(ABC):
 
     @abstractmethod
     def effect_of(self, frame: str) -> Effect:
-        """What a frame does."""
+        """The effect of a frame."""
 
     @abstractmethod
     def texts(self, written: str, /) -> Collection[str]:
@@ -68,7 +68,7 @@ class Family(ABC):
 
     @abstractmethod
     def carries(self, frame: str, command: AnyCommand) -> bool:
-        """Whether a frame is that of a command."""
+        """Say whether a frame carries a command."""
 
     @abstractmethod
     def reach(self, path: str, /) -> frozenset[str]:
@@ -76,15 +76,15 @@ class Family(ABC):
 
     @abstractmethod
     def has_done(self, fact: Fact, command: AnyCommand) -> bool:
-        """Whether something with the effect of a command was done."""
+        """Say whether a fact is an action with the effect of a command."""
 
     @abstractmethod
     def was_taken(self, fact: Fact, /) -> bool:
-        """Whether a controller has taken something for a command that it executes."""
+        """Say whether a fact is a command that a controller took, to execute it."""
 
     @abstractmethod
     def moving(self, subject: str, /) -> bool:
-        """Whether the motor of what an event is about is in motion."""
+        """Say whether the motor of an event's subject moves."""
 
     @abstractmethod
     def upset(self, cable: Cable, dice: Random, now: float) -> float:

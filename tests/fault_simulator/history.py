@@ -1,13 +1,12 @@
-"""What clients wanted and were told, held against what the simulators know to be true.
+"""The wishes of clients and the answers they got, compared with the truth of the simulators.
 
-The invariants have numbers: I1 at most once on the wire; I2 nothing with an effect without a durable
-intent; I3 nothing after a stop that was asked for before it; I4 replies are credited to what they answer;
-I5 what is told as not done was not done; I6 what is told as done was done once; I7 nothing is executed that
-was not written so, as a whole; I8 no frame begins in another; I9 events are numbered without a hole, and no
-move ends before it began; I10 a confirmed stop stands still; I11 no deadline follows the wall clock:
-without its jumps the same seed sends the same; I12 nothing that was sent is told to be repeatable; I13
-queues are bounded; I14 after the faults every line is well again; I15 no robot is said to have lost its
-power that never did.
+The invariants have numbers: I1 at most once on the wire; I2 nothing with an effect without a durable intent;
+I3 nothing after a stop that was asked for before it; I4 replies are credited to what they answer; I5 what is
+told as not done was not done; I6 what is told as done was done once; I7 nothing is executed that was not
+written so, as a whole; I8 no frame begins in another; I9 events are numbered without a hole, and no move ends
+before it began; I10 a confirmed stop stands still; I11 no deadline follows the wall clock: without its jumps
+the same seed sends the same; I12 nothing that was sent is told to be repeatable; I13 queues are bounded; I14
+after the faults every line is well again; I15 no robot is said to have lost its power that never did.
 """
 
 from collections import defaultdict
@@ -46,7 +45,7 @@ class Deed:
 
     @property
     def is_effective(self) -> bool:
-        """Whether it changes anything."""
+        """Say whether the command changes anything."""
         return self.command.effect is not Effect.READ
 
     def __str__(self) -> str:
@@ -67,7 +66,7 @@ class History:
     faults: int = 0
     crashes: int = 0
     upsets: int = 0
-    """How often power was taken from something."""
+    """Times that a machine lost its power."""
     _by_request: defaultdict[str | None, list[Written]] = field(default_factory=lambda: defaultdict(list))
     _last_number: dict[str, int] = field(default_factory=dict)
     _told_by_move: defaultdict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
@@ -205,6 +204,6 @@ def _is_damaged(fact: Fact) -> bool:
 
 
 def told_by(error: GatewayError) -> tuple[Told, GatewayError]:
-    """What a client learns from an error."""
+    """The outcome that a client learns from an error."""
     unknown = error.moved != "no" or isinstance(error, NoReply | GarbledReply | NotDone)
     return ("unknown" if unknown else "refused"), error

@@ -16,7 +16,7 @@ from gateway.core.journal.writes import Value, Write
 
 
 class _Shared(sqlite3.Connection):
-    """Of a disk and of those that are found after a kill: it is closed when the last of them has gone."""
+    """The database of a disk and of its copies after a kill: closed when the last of them has gone."""
 
     def __del__(self) -> None:
         self.close()
@@ -69,7 +69,7 @@ class ModelDisk:
         return self._connection.execute(sql, values).fetchall()
 
     def read_apart(self, sql: str, values: Sequence[Value] = ()) -> list[tuple[Any, ...]]:
-        """Read rows; nobody else reads."""
+        """Read rows; there is no other reader."""
         return self.rows(sql, values)
 
     def check(self) -> None:
@@ -96,7 +96,7 @@ class ModelDisk:
         return found
 
     def has_intent(self, request_id: str | None, frame: str) -> bool:
-        """Whether a loss of power now would leave the intent to write a frame for a request."""
+        """Say whether a loss of power now would leave the intent to write a frame for a request."""
         return (request_id, frame) in self._intents
 
 

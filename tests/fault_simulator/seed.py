@@ -36,7 +36,7 @@ from tests.simulation.test_faulty_line import InOrder
 from tests.virtual_time import run_virtual
 
 COMMANDS: Final = 200
-"""What clients want in one seed."""
+"""Commands that clients send in one seed."""
 CLIENTS: Final = 3
 BAUD: Final = 38_400
 LONGEST_S: Final = 2_000.0
@@ -55,7 +55,7 @@ MOMENTS: Final = {
 }
 """Where a gateway may be killed, and up to which of them; events without what they are about."""
 JUMPS_S: Final = (3_600.0, 400 * 86_400.0)
-"""By how much the wall clock jumps at most, forth or back."""
+"""Seconds by which the wall clock jumps at most, forth or back, often and seldom."""
 _WORST: Final = {
     Fault.LOST: (0.03, 0.03),
     Fault.GARBLED: (0.02, 0.02),
@@ -65,11 +65,11 @@ _WORST: Final = {
     Fault.NOISE: (0.0, 0.02),
     Fault.SPLIT: (0.02, 0.02),
 }
-"""How many of the requests and of the replies a fault hits at most."""
+"""Share of the requests, and of the replies, that a fault hits at most."""
 
 
 class Report(NamedTuple):
-    """What a seed has shown."""
+    """The results of a seed."""
 
     violations: list[str]
     wanted: int
@@ -78,7 +78,7 @@ class Report(NamedTuple):
     crashes: int
     told: Counter[str]
     digest: str
-    """Of all that went over the cable."""
+    """Digest of all that went over the cable."""
 
 
 class Seed:

@@ -60,7 +60,7 @@ class Switch(NamedTuple):
     seeds: Sequence[int] = range(60)
     """Where the fault simulator has to see it; robots are the odd pairs (2, 3, 6, 7, ...)."""
     by_replay: bool = False
-    """It shows in what the same seed sends without jumps of the wall clock."""
+    """True if only a comparison with a run without jumps of the wall clock shows the difference."""
 
 
 ROBOTS = [seed for seed in range(120) if seed % 4 > 1]

@@ -10,7 +10,7 @@ from tests.fault_simulator.seed import COMMANDS, run
 SEEDS = 1_000
 TOGETHER = 10
 DRAWN = 60
-"""So many of them run in `make test`."""
+"""Seeds that run in `make test`."""
 FAULTS_PER_SEED = 40
 CRASHES_PER_SEED = 2
 REPLAYED = range(20)

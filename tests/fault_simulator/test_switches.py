@@ -18,7 +18,7 @@ MOST_TURNS = 5_000
 
 
 def seen(seed: int, *, by_replay: bool = False) -> bool:
-    """Whether a seed shows that something is wrong."""
+    """Say whether a seed shows that something is wrong."""
     try:
         report = run(seed)
         return bool(report.violations) or (by_replay and report.digest != run(seed, jumps=False).digest)

@@ -1,4 +1,4 @@
-"""What outlives a gateway: the machine, its cable and the disk. Lives come and go, some of them killed."""
+"""The machine, its cable and the disk, which outlive a gateway. Lives come and go, some of them killed."""
 
 import asyncio
 from collections import defaultdict, deque
@@ -19,7 +19,7 @@ from transports.base import Receiver, Transport, TransportLost
 MEANT_FOR_RECOVERY_S = (0.1, 4.0)
 """From a kill to the next start."""
 CUT = 0.8
-"""So often a frame is cut off that is being written when the gateway is killed or the cable pulled."""
+"""Probability that a kill of the gateway, or a pulled cable, cuts off the frame that is being written."""
 
 
 class Written(NamedTuple):
@@ -29,7 +29,7 @@ class Written(NamedTuple):
     text: str
     life: int
     request_id: str | None
-    """Of the request that they were written for; None where the gateway asks for itself."""
+    """Id of the request that the bytes were written for; None where the gateway asks for itself."""
 
 
 class Cable(SimulatedCable):
@@ -41,22 +41,22 @@ class Cable(SimulatedCable):
         self.machine: Any = machine
         self.history: list[Written] = []
         self.frame: dict[int, Written] = {}
-        """By the running number that the machine gives each frame."""
+        """Frames by the running number that the machine gives each."""
         self.pieces: deque[tuple[int | None, int]] = deque()
-        """Of what is delivered: which frame each piece answers, and its length."""
+        """Pieces of what is delivered: the number of the frame that each answers, and its length."""
         self.coming: list[tuple[int | None, int]] = []
-        """The same, of what the machine has not handed over yet, and loses with its power."""
+        """Pieces that the machine has not handed over yet, and loses with its power."""
         self.ends: Callable[[bytes], bool] = lambda piece: piece.endswith(b"\r")
-        """Whether a reply ends with a piece of it."""
+        """Says whether a piece ends a reply."""
         self.answering: int | None = None
         """Which frame is answered by what is being delivered."""
         self.unended: frozenset[int] = frozenset()
-        """Those answered by what was delivered since the last CR, for a CR may be garbled."""
+        """Frames answered by what was delivered since the last CR, for a CR may be garbled."""
         self.tx_free_at = 0.0
         self.overlaps: list[str] = []
         self._on_the_way: deque[Written] = deque()
         self._cut: dict[Written, int] = {}
-        """So many bytes arrive of a frame that was cut off."""
+        """Bytes that arrive of each frame that was cut off."""
 
     def note(self, written: Written, length: int) -> None:
         """A frame begins; before the end of the last one it would be garbled by it."""
@@ -71,7 +71,7 @@ class Cable(SimulatedCable):
         self._turn()
 
     def cut(self) -> None:
-        """What is being written is cut off somewhere, most times: the far end has a part of a frame."""
+        """Cut off the frame that is being written, most times: the far end then has a part of it."""
         if self._on_the_way and self._dice.random() < CUT:
             written = self._on_the_way[-1]
             self._cut[written] = self._dice.randrange(len(written.text))
@@ -147,7 +147,7 @@ class Life:
     on_killed: Callable[[], object]
     killed: asyncio.Event = field(default_factory=asyncio.Event)
     dies_at: dict[str, int] = field(default_factory=dict)
-    """The moments at which it is killed: so many of this kind have passed."""
+    """Moments at which the gateway is killed: the count of each kind after which it is."""
     plant: TestedPlant = field(init=False)
     journal: VirtualJournal = field(init=False)
     _passed: defaultdict[str, int] = field(default_factory=lambda: defaultdict(int))

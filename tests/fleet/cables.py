@@ -1,4 +1,4 @@
-"""A cable between processes that can be cut: nothing passes, and nobody is told."""
+"""A cable between processes that can be cut: nothing passes, and neither end is told."""
 
 import asyncio
 import threading

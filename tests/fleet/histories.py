@@ -1,4 +1,4 @@
-"""What a history of a plant has to be: every event of a journal in the stream once, in order."""
+"""The required history of a plant: every event of a journal in the stream once, in order."""
 
 import threading
 from collections import Counter
@@ -11,7 +11,7 @@ from tests.fleet.plants import Member
 
 
 class Load(threading.Thread):
-    """Events at a rate: leases are taken and given back at the gateways in turn, whoever is there."""
+    """Events at a rate: leases are taken and given back in turn at the gateways that answer."""
 
     def __init__(self, gateways: Sequence[Member], per_s: float) -> None:
         super().__init__(daemon=True)

@@ -170,7 +170,7 @@ class PlantProcess:
                 return found, str(after)
 
     def has_up_to(self, gateway: Member) -> bool:
-        """Whether it has all events of a gateway."""
+        """Say whether the plant has all events of a gateway."""
         news, self._place = self.events(self._place)
         self._newest |= {it["gateway"]: it["cursor"] for it in news}
         return self._newest.get(gateway.name) == gateway.cursor()
@@ -190,7 +190,7 @@ class Plant:
 
 @contextmanager
 def plant_of(folder: Path, count: int = 2) -> Iterator[Plant]:
-    """Run an engine, so many gateways and a plant process, and end them with the block."""
+    """Run an engine, `count` gateways and a plant process, and end them with the block."""
     with ExitStack() as stack:
         engine = Engine(folder / "engine")
         stack.callback(engine.kill)

@@ -1,4 +1,4 @@
-"""ser2net as a terminal server that throws out whoever was connected before."""
+"""ser2net as a terminal server that closes the former connection when a new one comes."""
 
 import subprocess
 from pathlib import Path

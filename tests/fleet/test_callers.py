@@ -1,4 +1,4 @@
-"""Who may do what in a plant: each gateway decides by the caller's own key, for a stop by NATS as well."""
+"""Rights in a plant: each gateway decides by the caller's own key, for a stop by NATS as well."""
 
 import shutil
 import subprocess
@@ -50,7 +50,7 @@ class Guarded:
         return made.stdout.strip()
 
     def by_nats_alone(self) -> PlantProcess:
-        """A plant process that finds nobody at the addresses of the gateways."""
+        """Start a plant process with wrong addresses, so that it reaches the gateways by NATS alone."""
         nowhere = "".join(f'{it.name} = "http://127.0.0.1:1"\n' for it in self.gateways)
         (self._folder / "deaf").mkdir()
         deaf = PlantProcess(self._folder / "deaf", self._engine.url, f"[plant.gateways]\n{nowhere}{KEYS}")

@@ -21,7 +21,7 @@ FIRST = 8430
 
 
 def four_free_ports() -> int:
-    """The first of four that nobody has now."""
+    """The first of four consecutive ports that are free now."""
     for first in range(21_000, 31_000, 4):
         taken = []
         for port in range(first, first + 4):

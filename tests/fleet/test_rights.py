@@ -1,4 +1,4 @@
-"""TLS and least rights at the servers: what somebody can do who has stolen a gateway's credentials."""
+"""TLS and least rights at the servers: the power of a thief with a gateway's credentials."""
 
 import asyncio
 import re

@@ -41,7 +41,7 @@ class Pair:
         return gateway
 
     def states(self) -> tuple[Any, Any]:
-        """What the line is at both."""
+        """State of the line at both gateways."""
         return tuple(it.get("/lines/line1")["state"] for it in (self.old, self.spare))
 
 

@@ -19,7 +19,7 @@ pytestmark = [needs_engine, needs_ser2net, pytest.mark.prove, pytest.mark.long]
 
 TAKE_OVERS: Final = int(os.environ.get("TAKE_OVERS", "20"))
 CLEARING: Final = "!"
-"""What an opening begins with, to end whatever was half said; it is no frame."""
+"""Beginning of an opening, which ends a frame that was begun; it is no frame."""
 
 
 @pytest.fixture
@@ -37,7 +37,7 @@ def sent_by(gateway: Member) -> list[str]:
 
 
 def after_the_first_of(new: Sequence[str], arrived: Sequence[str]) -> list[str]:
-    """What has arrived at the controllers from the new owner's first frame on."""
+    """Frames that arrived at the controllers from the new owner's first frame on."""
     for begin in range(len(arrived)):
         if list(arrived[begin:]) == list(new)[: len(arrived) - begin]:
             return list(arrived[begin:])

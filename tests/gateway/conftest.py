@@ -1,4 +1,4 @@
-"""Operations are asked for in somebody's name: here in that of everybody."""
+"""Operations need a caller: here the caller of a gateway without access control."""
 
 from collections.abc import Iterator
 

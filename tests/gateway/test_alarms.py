@@ -42,7 +42,7 @@ from transports.base import Receiver, TransportLost
 OPERATOR: Final = Origin("operator")
 
 SEEN_S = 40.0
-"""By then a body that does not answer is known to be silent."""
+"""Seconds after which a body that does not answer is known to be silent."""
 
 
 def standing(plant: Plant) -> dict[str, Alarm]:
@@ -354,7 +354,7 @@ NEEDS_NOBODY: Final = {
         *("status.changed", "sensor.changed"),
     },
 }
-"""Good news; what is settled already, or told to those who asked; and what another alarm tells as well."""
+"""Events without an alarm: good news, settled matters, answers to a caller, and matters of another alarm."""
 ENDS_WELL: Final = {
     "move": {"queued", "sent", "started", "succeeded", "stopped", "rejected", "cancelled"},
     "stop": {"requested", "confirmed"},

@@ -1,4 +1,4 @@
-"""A fault of the gateway itself, at any place, leaves nobody waiting and no motor without its stop."""
+"""A fault of the gateway itself, at any place, leaves no caller waiting and no motor without its stop."""
 
 import asyncio
 import logging
@@ -304,9 +304,9 @@ STORIES = BODY_STORIES + ROBOT_STORIES
 
 
 OFTEN = 2
-"""In so many of the stories that call it `make prove` strikes each function; the commit draws in which."""
+"""Stories in which `make prove` strikes each function, of those that call it; the commit draws them."""
 FEW = 10
-"""So many functions of each story are struck in `make test`, each of them in no other story."""
+"""Functions of each story that are struck in `make test`, each of them in no other story."""
 Called = dict[CodeType, int]
 
 
@@ -323,7 +323,7 @@ def called() -> dict[Story, Called]:
 
 @cache
 def shares(often: int) -> dict[Story, Called]:
-    """Give each function to so many of the stories that call it, or to all, if they are fewer."""
+    """Give each function to `often` of the stories that call it, or to all, if they are fewer."""
     dealt: dict[Story, Called] = {story: {} for story in STORIES}
     for code in dict.fromkeys(code for calls in called().values() for code in calls):
         callers = [story for story in STORIES if code in called()[story]]
@@ -334,7 +334,7 @@ def shares(often: int) -> dict[Story, Called]:
 
 
 def few_of(story: Story) -> Called:
-    """What `make test` strikes."""
+    """Functions that `make test` strikes in a story."""
     share = shares(1)[story]
     return dict(Random(f"{commit()} {story.__name__}").sample(list(share.items()), min(FEW, len(share))))
 

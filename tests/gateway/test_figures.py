@@ -1,4 +1,4 @@
-"""What is counted of a plant: ends of moves by line, and how long stops took."""
+"""Counters of a plant: ends of moves by line, and the time of stops."""
 
 import asyncio
 

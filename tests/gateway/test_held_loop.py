@@ -128,7 +128,7 @@ def test_a_line_of_which_all_answered_meanwhile_is_not_down(holds: Holds) -> Non
 
 
 def test_a_jog_whose_heartbeats_lay_in_their_sockets_is_stopped_and_alarms_nobody(holds: Holds) -> None:
-    """A dead man's switch does not wait for the gateway: how old the heartbeat was nobody knows."""
+    """A dead man's switch does not wait for the gateway: the age of the heartbeat cannot be known."""
 
     @in_virtual_time
     async def story() -> None:

@@ -1,4 +1,4 @@
-"""With `latch` whatever goes wrong keeps what it is about from moving until somebody has seen to it."""
+"""With `latch` each alarm keeps its subject from moving until a person has reset it."""
 
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping
@@ -42,13 +42,13 @@ R = TypeVar("R", Rig, FicsRig)
 LATCH: Final = "latch = true"
 OPERATOR: Final = Origin("operator")
 SEEN_S = 100.0
-"""By then whatever is wrong is known."""
+"""Seconds after which every fault is known."""
 MOVE: Final = MoveClockwise(distance=500)
 JUMP: Final = MoveRelative(coordinates=[None, None, 1.0])
 
 
 async def nothing(_: object) -> None:
-    """What only happened at a moment is over."""
+    """Do nothing: an alarm about a moment is over at once."""
 
 
 class Story(NamedTuple, Generic[R]):

@@ -1,4 +1,4 @@
-"""A fault of the gateway itself, at any place, leaves nobody waiting and no motor without its stop."""
+"""A fault of the gateway itself, at any place, leaves no caller waiting and no motor without its stop."""
 
 import asyncio
 from contextlib import suppress

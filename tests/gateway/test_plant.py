@@ -517,7 +517,7 @@ async def test_a_pulled_cable_is_reported_and_everything_is_set_up_when_it_is_ba
 
 
 def tracing_plant(trace_file: Path, trace_entries: int) -> TestedPlant:
-    """A plant that nobody starts, with a trace in a file."""
+    """A plant that is not started, with a trace in a file."""
     options = f'trace_file = "{trace_file}"\ntrace_entries = {trace_entries}'
     config = parse(configuration(options=options), "test.toml")
     return TestedPlant(config, open_transport=lambda _: Wire(build_line((0x00, 0x01, 0x3F), 0.0)))

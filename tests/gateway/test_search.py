@@ -22,11 +22,11 @@ from transports.base import Receiver, TransportLost, TransportUnavailable
 
 BODIES = (0x00, 0x0A, 0x3F)
 ALLOWED = ("!", "&7FXID", "MOD\r", "VER\r", "UNT\r", "ACD\r")
-"""How everything begins that may be said, besides reads of position entries."""
+"""Beginnings of the frames that may be sent, besides reads of position entries."""
 
 
 class Deaf(Transport):
-    """A port at whose far end nobody understands a byte."""
+    """A port whose far end understands no byte."""
 
     def __init__(self, address: str, noise: bytes = b"") -> None:
         super().__init__(address)

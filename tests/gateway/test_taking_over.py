@@ -21,7 +21,7 @@ OWNERS = 'owners = ["stocker1", "spare1"]\n'
 
 
 def at_the_spare(world: World, folder: Path) -> World:
-    """The same line as another gateway has it, which has a data directory of its own."""
+    """This line at another gateway, which has a data directory of its own."""
     head, _, rest = world.text.partition("[[lines]]\n")
     return replace(world, folder=folder, text=f"{head}[[lines]]\n{OWNERS}{rest}{SPARE}")
 

@@ -135,7 +135,7 @@ def below(kind: type[Any]) -> Iterator[type[Any]]:
 
 
 def without_words(schema: Any) -> Any:
-    """What a record may hold; what is said of it may change."""
+    """The schema of a record without its descriptions, which may change."""
     if isinstance(schema, list):
         return [without_words(it) for it in schema]
     if not isinstance(schema, dict):

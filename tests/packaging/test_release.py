@@ -1,4 +1,4 @@
-"""What a release consists of: the changes of its version, and sums that can be checked."""
+"""The parts of a release: the changes of its version, and checksums."""
 
 import subprocess
 from importlib.util import module_from_spec, spec_from_file_location

@@ -1,4 +1,4 @@
-"""What each command does is a column of its row: nothing is guessed from a code or from a retry class."""
+"""The effect of each command is a column of its row: nothing is guessed from a code or from a retry class."""
 
 import pytest
 

@@ -14,7 +14,7 @@ STREAMS = st.lists(st.sampled_from([b"a", b"b", b"\n", b"\x00", CR])).map(b"".jo
 
 
 def lines_of(stream: bytes) -> list[bytes]:
-    """What should come of a stream: lines that end, and the beginnings of those that are too long."""
+    """Expected lines of a stream: those that end, and the beginnings of those that are too long."""
     *ended, begun = stream.split(CR)
     return [line[: LONGEST + 1] for line in ended] + ([begun[: LONGEST + 1]] if len(begun) > LONGEST else [])
 

@@ -1,4 +1,4 @@
-"""What pydantic finds, in plain words: each kind of its errors has a sentence of ours."""
+"""Faults that pydantic finds, in plain words: each kind of its errors has a sentence of this project."""
 
 from typing import Any, Literal, get_args
 

@@ -1,1 +1,1 @@
-"""What goes over the wire for a fixed script of requests: a change of structure changes no byte of it."""
+"""The bytes on the wire for a fixed script of requests: a change of structure changes none of them."""

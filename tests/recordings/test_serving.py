@@ -93,7 +93,7 @@ def test_states_and_traces_are_those_of_the_time(path: Path) -> None:
 
 
 def test_the_pages_have_what_they_ask_for(path: Path) -> None:
-    """A move is told as it was at the time, the recording itself can be read, and nobody has a lease."""
+    """A move is told as it was at the time, the recording itself can be read, and there are no leases."""
     file = path.read_bytes()
 
     async def story(playback: Playback, client: AsyncClient) -> None:

@@ -1,1 +1,1 @@
-"""What goes wrong in the demo, and the way back: stories, tests and a page of the documents."""
+"""Faults of the demo, and the way back: stories, tests and a page of the documents."""

@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 
 
 class Told(NamedTuple):
-    """What a page in Japanese says of a story."""
+    """The words of the Japanese page about a story."""
 
     title: str
     broken: str

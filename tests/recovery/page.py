@@ -82,7 +82,7 @@ JAPANESE_PANEL: Final = "すべての故障を終了"
 
 
 class _Known(dict[str, str]):
-    """What a sentence of an alarm says of a story; what only the event knows is left out."""
+    """Values that a story gives to a sentence of an alarm; those that only the event knows are left out."""
 
     def __missing__(self, key: str) -> str:
         return "…"

@@ -16,23 +16,23 @@ class Story(NamedTuple):
     target: str
     title: str
     broken: str
-    """What happens at the machine."""
+    """The event at the machine."""
     cause: str
-    """Of the alarm that tells it."""
+    """Cause of the alarm that tells it."""
     told: str
     """A part of the alarm's sentence."""
     taps: tuple[str, ...]
     """`END`, or the end of the path of a call that the alarm offers."""
     hand: str
-    """What a person does at the machine in place of `END`."""
+    """Action of a person at the machine, in place of `END`."""
     why: str
-    """What is left to know."""
+    """Explanation that is left to give."""
     moving: bool = False
-    """Whether it begins in the middle of a move."""
+    """True if the story begins in the middle of a move."""
 
     @property
     def is_told_when_mended(self) -> bool:
-        """Whether the gateway knows what it was only when the controller answers again."""
+        """True if the gateway knows the fault only when the controller answers again."""
         return self.cause.endswith("power_cycled")
 
     @property

@@ -13,7 +13,7 @@ from tests.recovery.stories import DISK, END, HOME, STORIES, Story
 from tests.virtual_time import run_virtual
 
 NOTICED_S = 15.0
-"""By then the gateway has seen what is broken, and that it is mended."""
+"""Seconds after which the gateway has seen the fault, or that it is mended."""
 MOST_TAPS = 3
 AWAY = {"kind": "relative", "direction": "cw", "distance": {"value": 50_000, "unit": "pulse"}, "pattern": 12}
 STEP = {"kind": "relative", "direction": "cw", "distance": {"value": 500, "unit": "pulse"}}
@@ -53,7 +53,7 @@ async def play(story: Story, player: "Player") -> None:
 
 
 class Player:
-    """Somebody at the console, by what it asks the gateway."""
+    """An operator at the console, as the gateway sees the requests."""
 
     def __init__(self, running: Demo, story: Story) -> None:
         self.http = running.client

@@ -58,7 +58,7 @@ class Wiring(ABC):
 
     machine: SimulatedFics
     address: str
-    """As it stands in the configuration."""
+    """Address of the line, as in the configuration."""
     open_transport: Callable[[str], Transport] = staticmethod(create)
     """Gives the gateway's end."""
 
@@ -154,7 +154,7 @@ class Cell:
     wiring: Wiring
     moves: list[RobotMove] = field(default_factory=list)
     changes: list[Any] = field(default_factory=list)
-    """What the gateway has confirmed of settings."""
+    """Settings that the gateway has confirmed."""
     clients: list["asyncio.Task[None]"] = field(default_factory=list)
 
     @property
@@ -272,7 +272,7 @@ class Case(NamedTuple):
     moment: str
     for_s: float
     power: bool
-    """Whether it is kept."""
+    """True if the power stays on."""
     homed: bool = True
 
 

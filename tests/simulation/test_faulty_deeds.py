@@ -81,7 +81,7 @@ class Deeds:
             assert rig.robot.line.state is LineState.READY
 
     async def _make_fit(self) -> None:
-        """What a person does: wait a little, acknowledge, reset."""
+        """Act as a person: wait a little, acknowledge, reset."""
         await asyncio.sleep(self._dice.uniform(0.1, 2.0))
         self._rig.robot.power.acknowledge()
         if self._rig.robot.latched_error is not None:

@@ -115,9 +115,9 @@ class NumberedWire(Wire):
     def __init__(self, machine: Rc400Line, baud: int) -> None:
         super().__init__(machine, baud)
         self.pieces: deque[tuple[int | None, int]] = deque()
-        """Of the output: which command each answers, and its length."""
+        """Pieces of the output: the command that each answers, and its length."""
         self.number_of: dict[int, tuple[int, bytes]] = {}
-        """By the identity of the frame's bytes, which is its exchange's own; the bytes are kept alive."""
+        """Numbers by the identity of the frame's bytes, which its exchange owns; the bytes are kept alive."""
         self.delivering: int | None = None
 
     def write(self, data: bytes) -> None:
@@ -135,7 +135,7 @@ class NumberedWire(Wire):
 
 @dataclass
 class Errand:
-    """A command somebody wanted, and everything that became of it."""
+    """A client's command, and everything that became of it."""
 
     command: RorzeCommand[Any]
     written_as: list[int] = field(default_factory=list)
@@ -144,12 +144,12 @@ class Errand:
 
 @dataclass
 class Report:
-    """What a simulation has shown."""
+    """The results of a simulation."""
 
     errands: list[Errand] = field(default_factory=list)
     miscredited: list[str] = field(default_factory=list)
     executed: Counter[int | None] = field(default_factory=Counter)
-    """How many motors each numbered frame has started, and how many settings it has made."""
+    """Motors started and settings made by each numbered frame."""
     counters: Counter[str] = field(default_factory=Counter)
     waiting: dict[str, int] = field(default_factory=dict)
     state: LineState = LineState.DOWN
@@ -283,7 +283,7 @@ def _changed_something(fact: Fact) -> bool:
 
 
 def believe(report: Report, commands: int) -> None:
-    """What was believed was true, nothing was done twice, and the line works."""
+    """All that was told was true, nothing was done twice, and the line works."""
     assert sum(bool(errand.written_as) for errand in report.errands) >= commands
     assert report.miscredited == []
     for errand in report.deeds:

@@ -68,7 +68,7 @@ class NumberedCable(Cable):
         super().__init__(machine, baud)
         self.pieces: deque[tuple[int | None, int]] = deque()
         self.number_of: dict[int, tuple[int, bytes]] = {}
-        """By the identity of the frame's bytes, which is its exchange's own; the bytes are kept alive."""
+        """Numbers by the identity of the frame's bytes, which its exchange owns; the bytes are kept alive."""
         self.delivering: int | None = None
 
     def write(self, data: bytes) -> None:
@@ -86,7 +86,7 @@ class NumberedCable(Cable):
 
 @dataclass
 class Errand:
-    """A move somebody wanted of a unit; no other has the same frame."""
+    """A client's move of a unit, with a frame that no other has."""
 
     unit: int
     frame: str
@@ -97,7 +97,7 @@ class Errand:
 
 @dataclass
 class Report:
-    """What a simulation has shown."""
+    """The results of a simulation."""
 
     errands: list[Errand] = field(default_factory=list)
     miscredited: list[str] = field(default_factory=list)
@@ -186,7 +186,7 @@ class Simulation:
         self.report.miscredited.append(f"{frame} answers {answered}, credited to {number}: {between}")
 
     def _same_question(self, before: int, now: int) -> bool:
-        """Whether only reads, and what opens a line, lie between two askings of the same."""
+        """Say whether only reads, and what opens a line, lie between two askings of one question."""
         if before > now:
             return False
         frames = self._frames()[before - 1 : now]
@@ -228,7 +228,7 @@ class Simulation:
             await asyncio.sleep(self._dice.uniform(0.0, 0.5))
 
     async def _make_fit(self) -> None:
-        """What a person does: acknowledge, reset, wait a little."""
+        """Act as a person: acknowledge, reset, wait a little."""
         await asyncio.sleep(self._dice.uniform(0.1, 1.0))
         if self._rig.robot.power_cycled:
             self._rig.robot.power.acknowledge()

@@ -36,7 +36,7 @@ BAD_WIRE = (
 
 
 def confirmed(reports: list[StopReport]) -> bool:
-    """Whether every stop has come to its end."""
+    """Say whether every stop has come to its end."""
     return all(report.state == "confirmed" for report in reports)
 
 

@@ -223,7 +223,7 @@ class Client(ABC):
 
 
 def had_no_way(move: Any) -> bool:
-    """Whether it stood at its target before: nobody needs to know whether the command came."""
+    """Say whether the axis stood at its target before, so that the command makes no difference."""
     start, target = move.start_position, move.target_position
     if isinstance(target, dict):
         return all(start.get(axis) == place for axis, place in target.items())

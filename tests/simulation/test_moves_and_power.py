@@ -1,7 +1,7 @@
 """Moves on a bad day: power fails for moments, a port flaps, a line is crowded. The truth is the judge.
 
 No move to a position is called `succeeded` at another place than was asked, and none is called `lost` whose
-body kept its power. What is failed or unknown is honest, and must not be the rule.
+body kept its power. Moves that are failed or unknown are honest, and must not be the rule.
 """
 
 import asyncio
@@ -63,7 +63,7 @@ class Axis:
 
 @dataclass
 class Day:
-    """What has happened."""
+    """Everything that happened in a run."""
 
     ended: Counter[MoveStatus] = field(default_factory=Counter)
     refused: Counter[str] = field(default_factory=Counter)
@@ -131,7 +131,7 @@ class Simulation:
         return HomeFastThenStop()
 
     async def _find_out(self, axis: Axis) -> None:
-        """Somebody goes and looks where the axis stands, and sets it right."""
+        """Act as a person: look where the axis stands, and set it right."""
         self.day.refused["power-cycled"] += 1
         while axis.body.power.cycled:
             await asyncio.sleep(1.0)
@@ -162,7 +162,7 @@ class Simulation:
     # what goes wrong
 
     async def cut_power(self) -> None:
-        """Cut the power of somebody for a moment, again and again."""
+        """Cut the power of one axis for a moment, again and again."""
         while True:
             await asyncio.sleep(self._dice.expovariate(1 / 1.5))
             self._cut(self._dice.choice(self._axes))

@@ -1,7 +1,7 @@
-"""The power of a robot is cut at every gap before every kind of motion: nothing moves that nobody knows of.
+"""The power of a robot is cut at every gap before every kind of motion: no motion goes unnoticed.
 
 The simulator's truth is the judge. A robot that has lost its power has forgotten its unit, its speeds and its
-origins, and does not say so: whatever moves it before somebody has acknowledged that may hurt somebody.
+origins, and does not say so: a motion before a person has acknowledged that may hurt people.
 """
 
 import asyncio
@@ -69,19 +69,19 @@ MOTIONS = {kind: Motion(_move(kind)) for kind in MOVES} | {"jog": Motion(_jog), 
 
 @dataclass
 class Seen:
-    """What became of one attempt."""
+    """The course of one attempt."""
 
     frames: list[str]
-    """Those that were sent in it."""
+    """Frames that were sent in the attempt."""
     unknown: list[str]
-    """What has moved the robot after a loss of power that nobody had acknowledged."""
+    """Frames that moved the robot after a loss of power that was not acknowledged."""
     succeeded: bool
     found: bool
-    """Whether the gateway knew of the loss when the next motion was wanted."""
+    """True if the gateway knew of the loss when the next motion was wanted."""
 
 
 async def attempt(motion: Motion, mode: int, units: int, cut: tuple[int, float] | None) -> Seen:
-    """Begin a motion of the last unit, and cut the power when so many of its frames have arrived."""
+    """Begin a motion of the last unit, and cut the power when a number of its frames have arrived."""
     async with fics_rig(mode=mode, units=units, baud=BAUD) as rig:
         await _get_ready(rig, units)
         if motion.before is not None:

@@ -22,7 +22,7 @@ from simulator.ports import serve_pty
 from tests.simulator.fics.test_dpram_port import Host
 
 PATIENCE_S = 60.0
-"""What has not happened by then on a busy machine never will."""
+"""Seconds after which, on a busy machine too, a thing that has not happened never will."""
 RUN = "from simulator.cli import app; app()"
 
 

@@ -1,4 +1,4 @@
-"""What all control interfaces offer: the faults of a line, and the truth page by page."""
+"""The common part of all control interfaces: the faults of a line, and the truth page by page."""
 
 from collections.abc import AsyncIterator
 from random import Random
@@ -32,7 +32,7 @@ class Bench:
             self.truth.log("tick", float(number), 0x3F, number=number)
 
     async def page(self, **query: int) -> tuple[int, list[int]]:
-        """What to ask for next, and the numbers of the facts."""
+        """The cursor of the next page, and the numbers of the facts of this one."""
         answer = (await self.http.get("/truth", params=query)).json()
         return answer["next"], [fact["facts"]["number"] for fact in answer["facts"]]
 

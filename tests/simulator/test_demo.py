@@ -1,4 +1,4 @@
-"""What the bodies of the demo can do."""
+"""The abilities of the demo's bodies."""
 
 from protocols.rorze.scara import ThreeAxes
 from simulator.demo import LIFT, PROGRAM, SCARA, teach

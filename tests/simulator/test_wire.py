@@ -34,7 +34,7 @@ class Bench:
             self.wire.step()
 
     def arrived(self) -> bytes:
-        """What has arrived at either end since it was last asked."""
+        """Bytes that have arrived at either end since the last call."""
         heard = b"".join(data for _, data, _ in self.heard)
         self.heard.clear()
         return heard + self.wire.take_output()

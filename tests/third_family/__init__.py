@@ -1,1 +1,1 @@
-"""A family of controllers that nobody sells: one axis on a line, commanded in words."""
+"""An invented family of controllers: one axis on a line, commanded in words."""

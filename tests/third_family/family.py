@@ -21,7 +21,7 @@ OF_TOYS = Rows("toys")
 
 
 class ToyTable(tables.LineTable):
-    """What the configuration says of a line with an axis."""
+    """The configuration of a line with an axis."""
 
     toy: str
 

@@ -23,11 +23,11 @@ class ToyMachine:
         self._wire = Wire(self._hear, self.truth, self.faults, AXIS, 3 * SIZE, _whole)
         self.heard: list[str] = []
         self.mute = False
-        """Whether it hears without answering."""
+        """True while it hears without answering."""
         self.unanswered = ""
         """The command that it carries out without answering."""
         self.deaf = False
-        """Whether it hears nothing."""
+        """True while it hears nothing."""
         self.alarm, self.powered = 0, True
         self.homed = self._homing = self._stopped = False
         self._speed, self._newest, self._life = 100, 0, 1
@@ -49,7 +49,7 @@ class ToyMachine:
         return round(self._from + share * (self._to - self._from))
 
     def moves(self, now: float) -> bool:
-        """Whether it does, in truth."""
+        """Say whether the axis moves, in truth."""
         return now < self._ends_at
 
     def power(self, now: float, *, on: bool) -> None:

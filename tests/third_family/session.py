@@ -1,4 +1,4 @@
-"""What a toy axis needs beside the core: how its replies are credited, and how its line is set up."""
+"""The parts that a toy axis needs beside the core: crediting of its replies, and the set-up of its line."""
 
 import asyncio
 from collections.abc import Callable

@@ -31,7 +31,7 @@ from tests.virtual_time import run_virtual
 
 SEEDS, TOGETHER = 1_000, 10
 DRAWN = 1
-"""So many tens of them run in `make test`."""
+"""Tens of seeds that run in `make test`."""
 
 
 def _bytes_of(text: str) -> bytes:

@@ -11,7 +11,7 @@ from tests.third_family.test_third_family import TOY, Bench, on_bench
 
 HERE = Path(__file__).parent
 MOST_LINES = 350
-"""Of a family beside its simulator and its tests."""
+"""Lines of the family, without its simulator and its tests."""
 
 
 def test_the_family_is_small() -> None:

@@ -26,7 +26,7 @@ def dawdle(rng: Random) -> None:
 
 
 def run(ram: mmap.mmap, count: int, rng: Random) -> None:
-    """Take and give so many messages.
+    """Take and give `count` messages.
 
     :raises AssertionError: one was lost, doubled or torn on its way here.
     """

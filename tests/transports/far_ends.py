@@ -13,7 +13,7 @@ from tests.dpram_board import Wiring
 from transports import TransportLost
 
 PATIENCE_S = 60.0
-"""What has not happened by then on a busy machine never will."""
+"""Seconds after which, on a busy machine too, a thing that has not happened never will."""
 
 
 class Ear:
@@ -49,7 +49,7 @@ class Ear:
 
 
 class FarEnd(ABC):
-    """What the port under test is connected to."""
+    """The far end of the port under test."""
 
     address: str
     fd: int = -1
@@ -133,7 +133,7 @@ class TcpFarEnd(FarEnd):
         self._server.close()
 
     async def end(self) -> bytes:
-        """What is read at the end of a connection the port has closed: nothing."""
+        """Bytes at the end of a connection that the port has closed: none."""
         with anyio.fail_after(PATIENCE_S):
             await anyio.wait_readable(self.client)
         return self.client.recv(1)

@@ -1,4 +1,4 @@
-"""What every transport promises, over real ports."""
+"""The promises of every transport, over real ports."""
 
 import asyncio
 from collections.abc import Iterator

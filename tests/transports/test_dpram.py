@@ -220,7 +220,7 @@ class TestSending:
 
 
 class TestTakingBack:
-    """A message that Fics has not taken must not be carried out once nobody waits for its answer."""
+    """A message that Fics has not taken must not be carried out after its caller has stopped waiting."""
 
     def test_closing_takes_it_back_by_its_flag_and_leaves_the_data_whole(self, far: DpramFarEnd) -> None:
         async def story() -> None:

@@ -25,7 +25,7 @@ _COMMENT_AFTER_MESSAGE = re.compile(rf"(?:^|(?<=[{_BLANKS}]));.*")
 
 @dataclass(frozen=True, slots=True)
 class ProgramFault:
-    """What is wrong with a program text, and where: line and column count from 1."""
+    """A fault of a program text, and its place: line and column count from 1."""
 
     line: int
     column: int
@@ -37,7 +37,7 @@ class Assembled:
     """A program without faults."""
 
     instructions: tuple[Instruction, ...]
-    """By address."""
+    """Instructions by address."""
     lines: tuple[int, ...]
     """The line of each address in the text, from 1."""
     labels: Mapping[str, int]

@@ -1,4 +1,4 @@
-"""What stands at one address of a user program, read from its text and checked (RC-420 manual 15.2.3)."""
+"""The instruction at one address of a user program, read from its text and checked (RC-420 manual 15.2.3)."""
 
 import re
 from collections.abc import Callable, Iterator, Mapping

@@ -1,4 +1,4 @@
-"""What instructions work on: memories, ports, numbers, places to jump to (RC-420 manual 15.2.5)."""
+"""Operands of instructions: memories, ports, numbers, places to jump to (RC-420 manual 15.2.5)."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -81,14 +81,14 @@ class ToLabel:
 
 @dataclass(frozen=True, slots=True)
 class Offset:
-    """A jump by so many addresses, from that of the jump itself."""
+    """A jump by a number of addresses, from that of the jump itself."""
 
     addresses: int
 
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """What SDC sends."""
+    """The text that SDC sends."""
 
     text: str
 
@@ -105,7 +105,7 @@ Operand = BankPlace | Register | Constant | CompareSign | ToLabel | Offset | Mes
 
 @dataclass(frozen=True, slots=True)
 class OperandKind:
-    """What may stand at one place of an instruction."""
+    """The operands allowed at one place of an instruction."""
 
     words: str
     """For a sentence: `a timer (T0 to T29, TIX, TIY)`."""
@@ -220,4 +220,4 @@ PLACE = LABELLED | OperandKind(f"distance +0 to +{FARTHEST_JUMP} or -1 to -{FART
 MESSAGE = OperandKind(f"message of 1 to {LONGEST_MESSAGE} characters", _read_message)
 BITS = OperandKind("H and a data memory, counter or timer", _read_bits)
 SWITCH = FLAG | INPUT | OUTPUT | SENSOR | TIMER | COUNTER | MOTOR
-"""What is on or off: a timer while it counts, a counter that is not 0, the motor flag while it moves."""
+"""Operands that are on or off: a timer while it counts, a counter above 0, the motor flag while it moves."""

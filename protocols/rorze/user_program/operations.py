@@ -51,7 +51,7 @@ class OperationRow:
     en: str
     forms: tuple[OperandForm, ...]
     jumps: bool
-    """Whether it does nothing but choose the next address."""
+    """True if the operation only chooses the next address."""
     separator: str
 
     def split(self, text: str) -> list[tuple[int, str]]:

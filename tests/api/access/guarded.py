@@ -1,4 +1,4 @@
-"""A gateway whose door is guarded, with the keys of those who come to it."""
+"""A gateway with access control, and the keys of its callers."""
 
 from collections.abc import Callable, Coroutine, Mapping, Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What hostile clients try: all of it is refused, nothing goes over a line, and stops work throughout."""
+"""Attempts of hostile clients: all are refused, nothing goes over a line, and stops work throughout."""
 
 import random
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,7 +12,7 @@ from tests.api.access.guarded import Keys, guarded, written
 from tests.api.stand import HOST, RELATIVE, Socket, Stand
 
 CHUNK: Final = 50
-"""So many requests are refused between two stops."""
+"""Requests that are refused between two stops."""
 MOVE: Final = "/bodies/arm.3F/moves"
 
 
@@ -153,7 +153,7 @@ def foreign_pages(keys: Keys) -> Iterator[Attempt]:
 
 
 def signed_in_browsers(keys: Keys, session: str) -> Iterator[Attempt]:
-    """A browser that is signed in, and what others make it send; and sessions that nobody has begun."""
+    """Attempts with a signed-in browser's cookie, sent by other sites, and with sessions never begun."""
     cookie = {"cookie": f"mg-session={session}"}
     sites: Sequence[Mapping[str, str]] = (
         {},

@@ -276,7 +276,7 @@ GET       /static-offline-docs/swagger-ui.css            view     any
 GET       /static-offline-docs/redoc.standalone.js       view     any
 GET       /static-offline-docs/favicon.png               view     any
 """
-"""What each route takes, and what it is about; those of commands follow from the commands' own tables."""
+"""The right of each route, and the part it is about; command routes follow from the command tables."""
 
 IN: Final = {
     "body": (("arm",), ("arm.3F",), ("arm.80",)),

@@ -1,4 +1,4 @@
-"""A fault of the gateway itself in the check of rights: it refuses nobody's stop, and lets no stranger in."""
+"""A fault of the gateway itself in the check of rights: it refuses no stop, and lets no stranger in."""
 
 import pytest
 

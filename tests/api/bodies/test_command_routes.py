@@ -61,7 +61,7 @@ async def test_a_required_parameter_is_required(stand: Stand) -> None:
 
 @on_stand()
 async def test_no_row_is_brought_down_by_a_request_without_parameters(stand: Stand) -> None:
-    """What can be written without parameters is sent, everything else is 422."""
+    """A command that can be written without parameters is sent, every other one is 422."""
     for row in COMMANDS.values():
         if row.retry is Retry.SETTING and not issubclass(row, LinkMasterCommand):
             answer = await stand.post(f"/bodies/3F/commands/{row.name()}")

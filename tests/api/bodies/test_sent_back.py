@@ -33,7 +33,7 @@ async def prepared(stand: Stand) -> None:
 
 
 def settings_in(stand: Stand) -> list[str]:
-    """What was set; positions and memories are stored anew, whatever they were."""
+    """The settings that were sent, but for positions and memories, which are stored anew in any case."""
     return [it for it in set_by(stand.frames()) if it[:3] not in ("3PS", "UDS")]
 
 

@@ -1,4 +1,4 @@
-"""Speed parameter sets over HTTP: read, changed where they differ, never over somebody else's change."""
+"""Speed parameter sets over HTTP: read, changed where they differ, never over another client's change."""
 
 from tests.api.stand import Stand, on_stand
 

@@ -1,4 +1,4 @@
-"""What goes wrong is told once, as far as it still can be, and what nobody has foreseen reaches the log."""
+"""Faults at the entrance: each is told once, as far as it still can be, and an unforeseen one is logged."""
 
 import asyncio
 from typing import Any
@@ -26,7 +26,7 @@ async def _tell_fault(_: Request, _error: Exception) -> Response:
 
 
 def asked(app: ASGIApp, headers: list[tuple[bytes, bytes]] = HERE, kind: str = "http") -> list[Message]:
-    """What is answered where all requests go to `app`; its own faults come through."""
+    """The messages of an answer where all requests go to `app`; its own faults come through."""
     entrance = Entrance(
         SameSite([], []), RouteIndex([], app), {GatewayError: _tell_known, Exception: _tell_fault}
     )

@@ -1,4 +1,4 @@
-"""What a client reads about a request that is not valid: the place, what is expected, what was given."""
+"""The answer to a request that is not valid: it names the place, the expected value and the given one."""
 
 import pytest
 

@@ -82,7 +82,7 @@ HOME = {"kind": "home"}
 
 
 class Goal(NamedTuple):
-    """What is moved, by which request, and what that sends."""
+    """A target of a move, the request for it, and the frame that this request sends."""
 
     world: Callable[[Path], World]
     path: str

@@ -1,4 +1,4 @@
-"""What clients read about every error, and what they may conclude from its status."""
+"""Problem documents of all errors, and the conclusions that their status allows."""
 
 from collections.abc import AsyncIterator, Iterator
 from typing import Annotated, Any, Literal

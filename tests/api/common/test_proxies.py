@@ -16,7 +16,7 @@ FORWARDED = {"x-forwarded-for": "10.9.9.9", "x-forwarded-proto": "https"}
 
 
 async def seen(server: dict[str, Any], peer: str, **headers: str) -> tuple[int, Any]:
-    """What the application sees of a request."""
+    """Send a request through the proxy rules; give what the application sees of it."""
     scopes: list[Scope] = []
 
     async def app(scope: Scope, receive: Receive, send: Send) -> None:

@@ -1,4 +1,4 @@
-"""What is wrong with a request is told in words of ours, which name what was meant or what there is."""
+"""Faults of requests in this project's words, which name the value that was meant or those there are."""
 
 import json
 import re
@@ -31,7 +31,7 @@ JUNK = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=20), inner, max_size=3),
     max_leaves=6,
 )
-"""What may stand where something else is expected."""
+"""Values of any type, in the place of another."""
 
 
 @cache

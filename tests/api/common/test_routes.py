@@ -31,7 +31,7 @@ from tests.open_access import AnyAccess
 
 
 class Denying(AnyAccess):
-    """Lets nobody do anything, and notes what was asked for."""
+    """Grants no right, and notes the rights that were asked for."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""What is put right in the OpenAPI document, at a small one."""
+"""Corrections of the OpenAPI document, at a small one."""
 
 from copy import deepcopy
 from typing import Any

@@ -1,4 +1,4 @@
-"""Who may ask for what where there are many connections."""
+"""The share of each client where there are many connections."""
 
 from dataclasses import dataclass, field
 from itertools import count

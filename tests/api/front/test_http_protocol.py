@@ -1,4 +1,4 @@
-"""What no client can do by HTTP: hold the event loop, delay a stop, or begin something after it has left."""
+"""Limits of HTTP clients: none holds the event loop, delays a stop, or begins something after it has left."""
 
 import asyncio
 import json
@@ -490,7 +490,7 @@ async def test_heartbeats_and_livez_do_not_wait_where_others_do(front: Front) ->
 
 @on_front()
 async def test_connect_is_answered_once_and_closed(front: Front) -> None:
-    """The parser waits for another protocol then; whoever parsed it anew would do so for ever."""
+    """The parser then waits for another protocol; parsing its input again would never end."""
     client = await front.client()
     client.say(b"CONNECT /x HTTP/1.1\r\n", HOST, b"\r\n")
     client.writer.write_eof()

@@ -1,4 +1,4 @@
-"""What becomes of a request that cannot be read."""
+"""Answers to requests that cannot be read."""
 
 import pytest
 from httptools import HttpParserCallbackError

@@ -226,7 +226,7 @@ async def test_a_socket_is_not_opened_ahead_of_an_answer(front: Front) -> None:
 
 
 async def texts(client: Client, count: int) -> list[bytes]:
-    """So many text frames, as a server writes them."""
+    """Read `count` text frames, as a server writes them."""
     found: list[bytes] = []
     async with asyncio.timeout(PATIENCE_S):
         while len(found) < count:

@@ -47,7 +47,7 @@ class Cell:
         return move
 
     def commands(self) -> list[str]:
-        """What the robot has heard, without the gateway's own questions."""
+        """Commands that the robot has heard, without the gateway's own questions."""
         own = ("MOD", "UNT", "ACD", "ERR", "ERD", "APS", "MPS", "VER", "POF 2")
         return [text for text in self.rig.heard("") if not text.startswith(own)]
 

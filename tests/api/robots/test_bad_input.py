@@ -21,13 +21,13 @@ NO_NUMBERS: Final[tuple[object, ...]] = ("1", True, [1], {})
 
 
 def whole(first: int, last: int) -> list[tuple[object, str]]:
-    """What is no whole number of a range: below, above, too long, a fraction, another type."""
+    """Values that are no whole number of a range: below, above, too long, a fraction, another type."""
     says = f"must be a whole number from {first} to {last}"
     return [(value, says) for value in (first - 1, last + 1, 10**30, first + 0.5, *NO_NUMBERS, None)]
 
 
 def number(says: str, *outside: float) -> list[tuple[object, str]]:
-    """What is no number of a range."""
+    """Values that are no number of a range."""
     return [(value, says) for value in (*outside, *NO_NUMBERS)]
 
 
@@ -62,7 +62,7 @@ SINGLE: Final[Mapping[str, Sequence[tuple[object, str]]]] = {
         ("POE", "POE is a command"),
     ],
 }
-"""What each field of a single value cannot be, and what is said about it."""
+"""Values that each field with a single value refuses, and the sentence about each."""
 
 EACH: Final[Mapping[str, Sequence[tuple[object, str]]]] = {
     "coordinates": COORDINATE,
@@ -73,7 +73,7 @@ EACH: Final[Mapping[str, Sequence[tuple[object, str]]]] = {
     "types": whole(0, 6)[:-1],
     "arguments": COORDINATE,
 }
-"""The same of each value of a list, in which null is a hole."""
+"""Values that the lists of a field refuse as items, where null is a hole."""
 
 WITH_FIELDS = [row for row in ROWS if row.model_fields]
 FOR_AXES = [row for row in WITH_FIELDS if set(row.model_fields) & (set(EACH) - {"arguments"})]

@@ -1,4 +1,4 @@
-"""What is wrong with a robot is told as what it is, in both languages, and when that was looked at."""
+"""Errors of a robot, told by name in both languages, with the time at which they were read."""
 
 import asyncio
 

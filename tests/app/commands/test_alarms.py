@@ -1,4 +1,4 @@
-"""What `alarms` shows, and what it resets."""
+"""The command `alarms`: the alarms it shows, and those it resets."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""What `send` and `move` make of the gateway's answers: what is sent, and the exit code a script gets."""
+"""The commands `send` and `move`: the requests they send, and the exit codes that a script gets."""
 
 from typing import Any
 

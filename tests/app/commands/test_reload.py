@@ -1,4 +1,4 @@
-"""What `reload` says."""
+"""The command `reload` and its output."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""What `stop` asks for, and that no stop waits for anything that it could do without."""
+"""The command `stop`: the requests it sends, without waiting for anything that a stop can do without."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""What `status` and `watch` show."""
+"""The commands `status` and `watch` and their output."""
 
 import json
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""`bridge check` tells what is wrong in a file before it asks anybody."""
+"""`bridge check` tells the faults of a file before it asks the gateway."""
 
 from pathlib import Path
 

@@ -28,7 +28,7 @@ def broker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Broker]:
 
 @pytest.fixture(scope="session")
 def bridge(plant: Plant, broker: Broker, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bridge]:
-    """A bridge that nobody ends."""
+    """A bridge that runs until the end of the module."""
     with bridging(tmp_path_factory.mktemp("bridge"), plant, broker, "positions = ['3F']") as bridge:
         yield bridge.wait_until_online()
 

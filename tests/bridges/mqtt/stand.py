@@ -28,7 +28,7 @@ ROOT: Final = "motion/test"
 BODIES: Final = "00,3F"
 MES: Final = "mes"
 PER_LISTENER: Final = ("per_listener_settings true", "user root", "max_queued_messages 100000")
-"""What stands before the listeners; as root it would become another user, who may not read a test's files."""
+"""Lines before the listeners; as root the broker would become a user who may not read a test's files."""
 
 
 def mosquitto() -> str:
@@ -42,7 +42,7 @@ def mosquitto() -> str:
 
 
 def free_port() -> int:
-    """Give a port that nobody has now."""
+    """Find a port that is free now."""
     with closing(socket.socket()) as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
@@ -131,7 +131,7 @@ class Client:
         self._client.loop_stop()
 
     def of(self, topic: str) -> list[Heard]:
-        """What was heard at a topic."""
+        """Messages that were heard at a topic."""
         return [it for it in list(self.heard) if it.topic == f"{self.root}/{topic}"]
 
     def last(self, topic: str, which: Callable[[Any], bool] = lambda _content: True) -> Any:

@@ -16,7 +16,7 @@ from tests.e2e.processes import simulated_line, until
 
 KILLS, MANY_KILLS = 6, 300
 REPEATED_AFTER_S = 2.0
-"""Somebody who has no answer by then repeats the command."""
+"""Seconds after which a client without an answer repeats its command."""
 LIVES_S = (0.5, 3.0)
 DOWN_S = (0.0, 0.5)
 
@@ -30,7 +30,7 @@ class Mover:
         self._thread = threading.Thread(target=self._work)
         self.asked: list[str] = []
         self.answers: dict[str, list[Any]] = {}
-        """By correlation, all that came."""
+        """All answers, by correlation."""
 
     def __enter__(self) -> "Mover":
         self._client = Client(self._broker.port)
@@ -65,7 +65,7 @@ class Mover:
                 )
 
     def _answered(self, correlation: str) -> bool:
-        """Whether it has an answer after which nobody repeats it."""
+        """Say whether a command has an answer after which no client repeats it."""
         mine = [
             it.json
             for it in list(self._client.heard)

@@ -16,9 +16,9 @@ from tests.e2e.processes import SimulatedLine, simulated_line
 
 COMMANDS: Final = 10_000
 BODIES: Final = [f"{number:02X}" for number in range(30)]
-"""So many commands are under way; twice as many messages are fewer than the bridge takes at once."""
+"""Bodies whose commands are under way together; twice as many messages are fewer than the bridge takes."""
 BAD_EVERY: Final = 20
-"""One in so many has no expiry, and has to be refused."""
+"""Interval of the commands without an expiry, which have to be refused."""
 SHORTEST: Final = 10
 AGAIN_S: Final = 4.0
 LIVES_S: Final = (6.0, 24.0)
@@ -55,7 +55,7 @@ class Command:
 
     @property
     def is_over(self) -> bool:
-        """Whether it has an answer after which nobody repeats it: it is done, or refused for good."""
+        """Say whether it has an answer after which no client repeats it: done, or refused for good."""
         return any(it["status"] < 300 or it["status"] == 400 for it in self.answers)
 
 

@@ -1,4 +1,4 @@
-"""Whatever is commanded over MQTT has the verdict that HTTP gives: every operation, role and scope."""
+"""Commands over MQTT get the verdict that HTTP gives: every operation, role and scope."""
 
 import asyncio
 import json
@@ -28,7 +28,7 @@ from tests.bridges.inside import DoorsInside
 ROOT: Final = "motion/test"
 DOCUMENT: Final = Path(__file__).parents[3] / "openapi" / "openapi.json"
 SAID: Final = {409: "let in", 403: "refused", 405: "no POST there"}
-"""What a status means where nothing is carried out."""
+"""Meaning of a status where nothing is carried out."""
 Scope = tuple[str, ...] | None
 
 

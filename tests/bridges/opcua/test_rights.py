@@ -41,7 +41,7 @@ ALARMS: Final = (
 )
 SAID: Final = {PASSED: "let in", 403: "refused"}
 STATUSES: Final = {PASSED: Codes.BadInvalidState, 403: Codes.BadUserAccessDenied}
-"""By the status over HTTP, where nothing is carried out behind the door."""
+"""Status over OPC UA by the status over HTTP, where nothing is carried out behind the door."""
 GIVEN: Final[dict[str, tuple[Any, ...]]] = {
     "StartMove": ("key", "relative", 1.0, "", 0.0, 0.0),
     "Home": ("key", 0.0),

@@ -1,4 +1,4 @@
-"""What is mended of the library: sessions are their owners', and events are judged by their supertypes."""
+"""Mends of the library: sessions are their owners', and events are judged by their supertypes."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -17,7 +17,7 @@ from tests.bridges.loops import in_a_loop
 
 
 class Transport:
-    """A connection that nobody reads."""
+    """A connection whose far end never reads."""
 
     def __init__(self, *, closing: bool = False) -> None:
         self.closing = closing

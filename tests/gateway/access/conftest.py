@@ -5,4 +5,4 @@ import pytest
 
 @pytest.fixture(autouse=True)
 def everybody() -> None:
-    """Nobody."""
+    """Leave out the caller that tests of operations have."""

@@ -1,4 +1,4 @@
-"""What may be begun now, and why not."""
+"""Admission of new work: allowed or not, and the reason."""
 
 import pytest
 

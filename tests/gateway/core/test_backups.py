@@ -16,7 +16,7 @@ TARGET = "/machines/m"
 
 @dataclass
 class Machine:
-    """Answers so many questions, one a second."""
+    """A machine that answers `answers` questions, one a second."""
 
     address: str
     answers: int = 3

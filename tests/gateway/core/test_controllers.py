@@ -1,4 +1,4 @@
-"""What families with one controller on each line do alike."""
+"""The common part of families with one controller on each line."""
 
 import asyncio
 from collections.abc import Awaitable, Callable

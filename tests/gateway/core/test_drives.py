@@ -1,4 +1,4 @@
-"""What a drive at rest tells of its move, and how the table of verdicts judges that."""
+"""The status of a drive at rest, and the verdict about its move by the table."""
 
 from datetime import UTC, datetime
 from typing import Any
@@ -21,7 +21,7 @@ def move(**more: Any) -> DriveMove:
 
 
 def told(place: int = TARGET, *, newest: int = NUMBER, life: int = LIFE, **more: Any) -> Status:
-    """What the drive tells at rest."""
+    """Status of the drive at rest."""
     return Status(moves=False, place=place, newest=newest, life=life, **more)
 
 

@@ -22,7 +22,7 @@ from gateway.core.fence import (
 
 PAGE = Path(__file__).parents[3] / "docs" / "fence.md"
 ANY_TIME = {FenceEvent.DOUBT, FenceEvent.PORT_LOST}
-"""What happens whatever is known; all else is ruled out somewhere."""
+"""Events that happen in every state; each other one is ruled out in some state."""
 
 
 @pytest.mark.parametrize(("state", "event"), list(product(State, FenceEvent)), ids=lambda it: it.name)
@@ -86,7 +86,7 @@ def test_a_witness_is_given_up_after_three_fences_and_each_new_one_is_asked_as_o
 
 
 class AnyFence(RuleBasedStateMachine):
-    """Whatever a session tells a fence in its order, nobody is told an outcome but once a doubt."""
+    """A fence under the events of a session in their order: an outcome is told once in each doubt at most."""
 
     def __init__(self) -> None:
         super().__init__()

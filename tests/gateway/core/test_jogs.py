@@ -47,7 +47,7 @@ class Motor(Jogs[MotorJog, None]):
         self.rests, self.stands = asyncio.Event(), asyncio.Event()
         self.reached = True
         self.unstoppable = 0
-        """So many stops meet a fault."""
+        """Stops that will meet a fault."""
 
     def begin(self) -> MotorJog:
         session: Jogging[MotorJog, None] = Jogging(MotorJog(), "the motor", self._line, None)

@@ -1,4 +1,4 @@
-"""What only a gateway can know of a controller is there for the next that looks after it."""
+"""Facts that only a gateway can know of a controller are there for the next gateway of that controller."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Who holds what, and what that keeps out; a model checks every step."""
+"""Leases, and the commands that they keep out; a model checks every step."""
 
 import asyncio
 from collections.abc import Iterator, Sequence

@@ -1,4 +1,4 @@
-"""A session carried over its port: a frame at a time, and nobody keeps the line waiting."""
+"""A session carried over its port: a frame at a time, and no caller keeps the line waiting."""
 
 import asyncio
 from collections import Counter
@@ -62,11 +62,11 @@ class Speech:
         self.in_step = True
         self.waiting: list[Said] = []
         self.asked: list[float] = []
-        """When somebody wanted to know what is to be written."""
+        """Times at which the line asked for the next frame to write."""
         self.revoked: list[Overtaking] = []
         self.fences = 0
         self.said: list[tuple[bytes, float, float]] = []
-        """What was written when, and until when its answer is waited for."""
+        """Frames, with the time of writing and the time until which the answer is waited for."""
         self.passed: list[tuple[float, float | None]] = []
         """When deadlines were looked at, and until when a reply that has begun may go on."""
 

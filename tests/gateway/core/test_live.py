@@ -1,4 +1,4 @@
-"""Live values: the newest of each, as often as asked for, and none that nobody watches."""
+"""Live values: the newest of each, as often as asked for, and none without a watcher."""
 
 import asyncio
 from datetime import UTC, datetime

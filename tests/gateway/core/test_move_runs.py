@@ -17,7 +17,7 @@ from tests.gateway.rorze.far_end import virtual
 
 
 class Motor:
-    """What makes a move, one at a time."""
+    """The maker of moves, one at a time."""
 
     move: Move | None = None
     news: tuple[str, ...] = ()

@@ -11,17 +11,17 @@ from protocols.table import Effect
 
 
 class Thing:
-    """What the door finds."""
+    """The resource that the door finds."""
 
 
 class Wish(BaseModel):
-    """What a client sends."""
+    """Content of a client's request."""
 
     on: bool = True
 
 
 class Told(BaseModel):
-    """What it is answered."""
+    """The client's answer."""
 
 
 def rows() -> Rows:

@@ -31,7 +31,7 @@ class PlainLine(PortLoop):
         self.set_up_fault: Exception | None = None
         self.opening = b""
         self.nobody = ""
-        """Why nobody answers."""
+        """Reason for which no controller answers; empty if they do."""
         self.heard = b""
         self.broken_off: list[str] = []
         self.woken: list[float] = []

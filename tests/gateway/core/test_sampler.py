@@ -1,4 +1,4 @@
-"""A sampler asks for what is due first, within its share of the line, and for nothing that nobody wants."""
+"""A sampler asks for what is due first, within its share of the line, and for nothing without a watcher."""
 
 import asyncio
 from collections import Counter

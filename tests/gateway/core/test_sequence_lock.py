@@ -28,7 +28,7 @@ LANES = (Lane.STOP, Lane.VERIFY, Lane.COMMAND, Lane.READ)
 
 
 class Speakers:
-    """Who has had the lock, in turn."""
+    """The holders of the lock, in turn."""
 
     def __init__(self) -> None:
         self.lock = SequenceLock()
@@ -110,7 +110,7 @@ FIRST, SECOND, FOREIGN = MoveTo(position=1), MoveTo(position=2), MoveTo(position
 
 
 class Outsider:
-    """Somebody who has no series."""
+    """A task without the lock."""
 
     def __init__(self, line: Line) -> None:
         self._line = line

@@ -33,7 +33,7 @@ class Do(Command[Reply], args=""):
 
 
 class Letter(NamedTuple):
-    """What the controller says: the letter of the command, and a number."""
+    """A frame of the controller: the letter of the command, and a number."""
 
     code: str
     number: int = 0
@@ -58,7 +58,7 @@ class LetterExchange(Exchange[Command[Any], Letter, Letter]):
 
 
 class LetterSession(Session[LetterExchange, Letter]):
-    """One controller, and nobody else to ask."""
+    """A session with a single controller."""
 
     answers_all = True
 

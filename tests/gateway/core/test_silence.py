@@ -1,4 +1,4 @@
-"""What counts as silence of a body in the middle of a move, and what does not."""
+"""Silence of a body in the middle of a move: the answers that count, and those that do not."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Of all records those that are about one body, or one request, however the bytes came in."""
+"""The records about one body, or one request, however the bytes came in."""
 
 import re
 from collections.abc import Iterator

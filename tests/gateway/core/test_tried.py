@@ -1,4 +1,4 @@
-"""What of a line was tried: read from the report that its configuration names."""
+"""Assumptions that were tried on a line: read from the report that its configuration names."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Who waits has turns: all of them, in their order, with pauses for the rest of the gateway."""
+"""Waiting tasks have turns: all of them, in their order, with pauses for the rest of the gateway."""
 
 import asyncio
 from collections.abc import Callable

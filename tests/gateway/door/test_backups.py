@@ -524,7 +524,7 @@ def test_a_swapped_controller_that_loses_its_power_holds_the_file_or_it_is_told_
 
 
 class Kept(NamedTuple):
-    """What a small backup has, and what a controller really holds of it."""
+    """The content of a small backup, and of a controller."""
 
     deceleration: int | None
     program: tuple[str, ...]
@@ -537,7 +537,7 @@ class Kept(NamedTuple):
         return f"[body 3F]\n{patterns}[program]\n{program}\n"
 
     def missed_by(self, held: "Kept") -> set[tuple[str, str | None]]:
-        """What is to be told as different."""
+        """Differences that have to be reported."""
         lines = zip_longest(self.program, held.program)
         missed: set[tuple[str, str | None]] = {
             (f"address {address}", found) for address, (line, found) in enumerate(lines) if line != found
@@ -549,13 +549,13 @@ class Kept(NamedTuple):
 
 
 def kept(axis: Rc420, *, whole: bool) -> Kept:
-    """What is in RAM."""
+    """Content of the RAM."""
     pattern = axis.settings.patterns[1]
     return Kept(pattern.deceleration if whole and pattern else None, axis.program)
 
 
 def in_flash(axis: Rc420, *, whole: bool) -> Kept:
-    """What is in flash memory."""
+    """Content of the flash memory."""
     pattern = axis.flash.settings.patterns[1]
     return Kept(pattern.deceleration if whole and pattern else None, axis.flash.program)
 

@@ -32,7 +32,7 @@ MINE = LeaseRequest(scope="3F", ttl_s=1.0)
 OVER = LeaseRequest(scope="3F", ttl_s=1.0, take_over=True)
 PAIR = GroupDefinition(members=["3F", "00"])
 LISTS = {"listAlarms", "listBodies", "listGroups", "listLeases", "listLines", "listRobots", "listScaras"}
-"""They show what the scope covers."""
+"""Operations that show the part of a list in the caller's scope."""
 OF_EVERYBODY = {"getIdentity", "getPosture", "issueTicket", "listCommands", "listNumbers", "listTranslations"}
 ASKS_ITSELF = {
     "getAlarm",
@@ -50,7 +50,7 @@ ASKS_ITSELF = {
     "finishRecording",
     "downloadRecording",
 }
-"""They ask for the right on what the alarm, the lease, the deeds or the recording are about."""
+"""Operations that find the subject of the alarm, lease, action or recording before they ask for the right."""
 
 
 def test_which_operations_pass_callers_of_any_scope_is_known() -> None:

@@ -57,7 +57,7 @@ async def sets(body: Body, wanted: ReloadRequest) -> list[object]:
 
 @ROWS.get("/bodies/{body_id}/y")
 async def of_nothing_known(body: Origin) -> list[object]:
-    """Ask for what nobody finds."""
+    """Ask for a value that no function provides."""
     return [body]
 
 

@@ -93,7 +93,7 @@ HOLDERS: list[asyncio.Task[None]] = []
 
 
 async def held(it: Rig, for_s: float) -> None:
-    """Let somebody else have the body for this time."""
+    """Let another task hold the body for this time."""
 
     async def hold() -> None:
         async with it.body().line.undivided([it.body().number]):

@@ -41,7 +41,7 @@ NAMED = {
     "scara_id": "wafer",
 }
 OUTSIDE = {"robot_id", "scara_id"}
-"""What the scope does not cover."""
+"""Parts outside the scope."""
 
 
 def written(tmp_path: Path, mode: str = "open") -> tuple[Path, Path]:
@@ -56,7 +56,7 @@ def arguments_of(operation: Operation) -> dict[str, Any]:
 
 
 def is_allowed(operation: Operation, role: Role, scope: frozenset[str] | None) -> bool:
-    """What the row says, in the words of docs/access.md."""
+    """Say whether the row allows a caller, in the words of docs/access.md."""
     if operation.right in (Right.OPEN, Right.STOP):
         return True
     if operation.right not in RIGHTS_OF[role]:

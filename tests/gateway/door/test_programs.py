@@ -48,7 +48,7 @@ async def uploaded(it: Rig, source: str, *, flash: bool = False, wait_s: float =
 
 
 def changes(it: Rig) -> list[str]:
-    """What was sent that changes a program, starts one or writes flash memory."""
+    """Frames that change a program, start one or write flash memory."""
     return [frame for frame in it.wire.frames() if frame[3:6] in {"UCS", "UWS", "FUS", "URG", "USG"}]
 
 

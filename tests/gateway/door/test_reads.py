@@ -32,7 +32,7 @@ def is_of(row: Operation, kinds: set[str]) -> bool:
 
 
 async def read(door: Door, row: Operation, named: dict[str, Any]) -> bool:
-    """Whether it was answered, with what the row says; else there is no such thing here."""
+    """Say whether the operation was answered, as its row says; if not, there is no such thing here."""
     try:
         told = await door.call(row.name, arguments_of(row, named))
     except NOT_HERE:

@@ -1,4 +1,4 @@
-"""What takes several commands to a robot, without HTTP: readings, signals, settings, positions, jogs."""
+"""Operations of several commands to a robot, without HTTP: readings, signals, settings, positions, jogs."""
 
 import asyncio
 

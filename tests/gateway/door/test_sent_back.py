@@ -1,4 +1,4 @@
-"""What GET gives can be sent back: as it is it changes nothing, and a fact that was changed is refused."""
+"""A document can be sent back as GET gives it: unchanged it changes nothing; a changed fact is refused."""
 
 import asyncio
 import re
@@ -36,7 +36,7 @@ NAMED: Final[Mapping[str, Mapping[str, Any]]] = {
     "scara_id": {"scara_id": "wafer", "path": 3},
     "robot_id": {**ROBOT, "unit": 1},
 }
-"""What paths name, by their first name; the tables below say the rest."""
+"""Names in paths by the first of them; the tables below have the rest."""
 SETS: Final = ({"n": 12}, {"n": 20}, {"n": 30})
 """One that is set, one that never was, and the standard one."""
 VARIANTS: Final[Mapping[str, tuple[Mapping[str, Any], ...]]] = {
@@ -68,7 +68,7 @@ STORED_ANEW: Final = {
 
 
 class Document(NamedTuple):
-    """What GET gives, and where it is sent back to."""
+    """A document, and the operation that it is sent back to."""
 
     write: Operation
     arguments: Mapping[str, Any]
@@ -201,7 +201,7 @@ def set_by_bodies(it: Rig) -> list[str]:
 
 
 def set_by_robots(it: FicsRig) -> list[str]:
-    """What the robot was told that is no question."""
+    """Commands to the robot, without questions."""
     questions = re.compile(r"[A-Z]{3}|VAR V\d\d|(ID[IO]|POR|UNT|ACD|APS|MPS|ASD) .*")
     return [text for text in it.heard("") if not questions.fullmatch(text)]
 

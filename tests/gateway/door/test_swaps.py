@@ -31,10 +31,10 @@ from tests.gateway.door.test_robot_backups import teach as teach_robot
 from tests.plants import SET_UP_S, Rig, in_virtual_time, rig
 
 RECOGNISED_S = 30.0
-"""After so long a controller that came back has been compared with its backup of the last night."""
+"""Seconds after which a controller that came back has been compared with its backup of the last night."""
 
 MARKED_S = 20.0
-"""After so long the gateway has left its mark again, which the flash memory does not have."""
+"""Seconds after which the gateway has left its mark again, which the flash memory does not have."""
 
 
 @asynccontextmanager

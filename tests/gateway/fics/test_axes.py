@@ -1,4 +1,4 @@
-"""What the axes of a unit are, and what may be asked of them."""
+"""The axes of a unit, and the questions that each can answer."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What a robot keeps, as text: any text is a backup, or is refused by its lines."""
+"""A robot's settings as text: any text is a backup, or is refused by its lines."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""What the bits of ACD and ASD mean is a setting, and a homed robot at rest is compared with it."""
+"""The meaning of the bits of ACD and ASD is a setting, and is compared with a homed robot at rest."""
 
 import asyncio
 
@@ -76,7 +76,7 @@ async def test_a_robot_that_was_homed_before_is_compared_at_set_up() -> None:
 
 
 def shown(*axes: tuple[MotionMode, bool]) -> RobotAnswered:
-    """What a robot answers whose axes are at this, with this bit for `moving`."""
+    """The answer of a robot with axes in these modes, and with this bit for `moving`."""
     told = [
         AxisStatus(motion_mode=at, moving=on, origin_done=True, servo_ready=True, alarm=False, driver_error=0)
         for at, on in axes

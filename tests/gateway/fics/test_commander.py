@@ -1,4 +1,4 @@
-"""What became of a command: told in Ver.3, found out in Ver.2, never guessed."""
+"""The outcome of a command: told in Ver.3, found out in Ver.2, never guessed."""
 
 import asyncio
 

@@ -1,4 +1,4 @@
-"""What the configuration may say of robots."""
+"""The tables of robots in the configuration."""
 
 import pytest
 

@@ -24,7 +24,7 @@ def store(rig: FicsRig, last: int) -> list[tuple[int, list[float | None]]]:
 
 @contextmanager
 def answered_wrongly(rig: FicsRig, answer: str, instead: int, times: int = 1) -> Iterator[None]:
-    """Let an answer arrive `instead` of once so often; 0 means that it is lost."""
+    """Let an answer arrive `instead` of once, `times` times; 0 means that it is lost."""
     deliver, left = rig.cable._deliver, [times]
 
     def spoilt(data: bytes) -> None:

@@ -1,4 +1,4 @@
-"""What must hold of the whole gateway when its robot's dual-port RAM does what it likes."""
+"""Invariants of the whole gateway while its robot's dual-port RAM misbehaves."""
 
 import asyncio
 from collections.abc import AsyncIterator, Callable

@@ -1,4 +1,4 @@
-"""What one exchange with a robot takes for its own, and who hears of it."""
+"""The lines that one exchange with a robot takes for its own, and the callers that hear of it."""
 
 import asyncio
 

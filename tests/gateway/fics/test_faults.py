@@ -1,4 +1,4 @@
-"""What must hold when power, answers, units or the teaching terminal do what they like."""
+"""Invariants while power, answers, units or the teaching terminal misbehave."""
 
 import asyncio
 from random import Random

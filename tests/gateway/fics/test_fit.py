@@ -1,4 +1,4 @@
-"""What a unit can take of a command: its axes and no others, and whole pulses where it counts pulses."""
+"""Commands that fit a unit: its axes and no others, and whole pulses where it counts pulses."""
 
 from typing import Any
 

@@ -399,7 +399,7 @@ async def test_reads_of_others_keep_nobody_from_seeing_that_a_jog_has_ended() ->
 
 
 def moves(rig: FicsRig) -> bool:
-    """Whether Z of unit 1 does, in truth."""
+    """Say whether Z of unit 1 moves, by the simulator's truth."""
     rig.touch(lambda _fics, _now: None)
     return rig.fics.units[1].moves(2)
 

@@ -54,7 +54,7 @@ class Wire(Cable):
 
 
 class Answers(list[tuple[str, dict[str, object]]]):
-    """What the line has told."""
+    """Events of the line."""
 
     def of(self, beginning: str) -> list[str]:
         return [what for what, _ in self if what.startswith(beginning)]
@@ -113,7 +113,7 @@ def now() -> float:
 
 
 def said(*texts: str) -> Callable[[SimulatedFics], None]:
-    """Let somebody speak to the robot before the gateway does."""
+    """Let another host speak to the robot before the gateway does."""
 
     def prepare(machine: SimulatedFics) -> None:
         for text in texts:
@@ -185,7 +185,7 @@ async def test_a_robot_that_stays_in_the_wrong_mode_is_asked_less_and_less_often
 
 @pytest.mark.parametrize("mode", [2, 3])
 def test_a_robot_of_c_host_ver_2_knows_no_mod_and_is_served_in_mode_2_alone(mode: int) -> None:
-    """MOD is new in Ver.3 (C-HOST manual 1-7); what to configure is told, and not that nobody answers."""
+    """MOD is new in Ver.3 (C-HOST manual 1-7); the alarm tells what to configure, not that none answers."""
 
     @virtual
     async def story() -> None:

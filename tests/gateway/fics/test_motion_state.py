@@ -1,4 +1,4 @@
-"""What moves, whose motion it is, and what keeps the next one from beginning."""
+"""The present motion, its owner, and the reason for which the next one has to wait."""
 
 import asyncio
 from typing import Any

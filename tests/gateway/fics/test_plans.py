@@ -1,4 +1,4 @@
-"""What a move would do, by the robot's own settings: the same as it then does, or an honest nothing."""
+"""Plans of moves by the robot's own settings: they agree with the move, or there is none."""
 
 import asyncio
 from itertools import pairwise

@@ -26,7 +26,7 @@ def percents(rig: FicsRig, unit: int = 1) -> list[float]:
 
 
 async def cycle(rig: FicsRig) -> None:
-    """Switch the robot off and on, and let the gateway find out and somebody acknowledge it."""
+    """Switch the robot off and on; let the gateway find out, and acknowledge it."""
     rig.power_cycle()
     with pytest.raises(PowerCycled):
         await rig.move(HomeRobot())
@@ -315,7 +315,7 @@ async def test_h01_in_mode_2_positions_that_are_gone_tell_of_a_loss_of_power_too
 
 @in_virtual_time
 async def test_h01_in_mode_2_a_robot_that_was_switched_off_and_on_without_any_sign_moves_on() -> None:
-    """What no question can find: nothing was homed, and all speeds were those of power-on."""
+    """A loss that no question can find: nothing was homed, and all speeds were those of power-on."""
     async with fics_rig(mode=2) as rig:
         rig.power_cycle()
         assert (await rig.move(DOWN)).status is MoveStatus.SUCCEEDED

@@ -1,4 +1,4 @@
-"""What the places and the motion of axes prove of the end of a move, and what they do not."""
+"""Proofs of the end of a move by the places and the motion of axes, and their limits."""
 
 from typing import Any
 

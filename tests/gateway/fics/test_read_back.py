@@ -1,4 +1,4 @@
-"""What was told a robot counts as done only when it tells it: silence and E00 confirm nothing."""
+"""A command counts as done only when the robot confirms it: silence and E00 confirm nothing."""
 
 import asyncio
 
@@ -43,7 +43,7 @@ PROVED_OTHERWISE = {
     StopAllDecelerating,
     StopAllImmediately,
 }
-"""By the table of positions, by the error that stands, and by standstill."""
+"""Commands that are proved by the table of positions, by the error that stands, or by standstill."""
 
 
 def command_of(row: Row) -> FicsCommand[Ack]:

@@ -1,4 +1,4 @@
-"""What goes next on a robot's line, and which answer belongs to what."""
+"""The next frame on a robot's line, and the exchange that each answer belongs to."""
 
 import asyncio
 from collections.abc import Iterator

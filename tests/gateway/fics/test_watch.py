@@ -1,4 +1,4 @@
-"""What happens to a robot without us is noticed and told."""
+"""Changes at a robot that the gateway did not cause are noticed and told."""
 
 import asyncio
 

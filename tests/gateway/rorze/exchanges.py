@@ -19,7 +19,7 @@ def exchange(
 
 
 def waiting(one: RorzeExchange, loop: asyncio.AbstractEventLoop) -> "asyncio.Future[Outcome]":
-    """Somebody who waits for it."""
+    """Add a waiter to an exchange."""
     future: asyncio.Future[Outcome] = loop.create_future()
     one.waiters[future] = one.expires_at
     return future

@@ -18,7 +18,7 @@ from transports.base import Receiver, Transport, TransportLost, TransportUnavail
 P = ParamSpec("P")
 
 Said = str | bytes
-"""What the far end says; CR is added to text."""
+"""A frame of the far end; CR is added to text."""
 LATENCY_S = 0.010
 """From the end of a frame to its reply, where the script says nothing else."""
 _FENCE = re.compile(r"&(\w\w)3NDP\[(\d+)\]")
@@ -36,9 +36,9 @@ class FarEnd(Transport):
         """Bodies that say nothing."""
         self.plugged_in = True
         self.stuck = False
-        """Whether the port holds back what is written to it."""
+        """True while the port holds back what is written to it."""
         self.openings: list[float] = []
-        """When somebody tried to open the port."""
+        """Times of attempts to open the port."""
         self._byte_time_s = 10 / baud if baud else 0.0
         self._scripts: dict[str, deque[tuple[tuple[float, Said], ...]]] = defaultdict(deque)
         self._receiver: Receiver | None = None
@@ -129,7 +129,7 @@ class FarEnd(Transport):
 
 
 def healthy(frame: str) -> str:
-    """What a controller without a fault answers."""
+    """The reply of a controller without a fault."""
     fence = _FENCE.fullmatch(frame)
     if fence:
         return f">&{fence[1]}3NDP[{int(fence[2]):04d}],+000000000"

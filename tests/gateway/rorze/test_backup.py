@@ -1,4 +1,4 @@
-"""What a body keeps, as text and back: nothing is lost on the way, and nothing else is taken from a file."""
+"""A body's settings as text and back: nothing is lost, and nothing else is taken from a file."""
 
 from collections import defaultdict
 from collections.abc import Sequence

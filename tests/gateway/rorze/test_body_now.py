@@ -1,4 +1,4 @@
-"""What is known of a body at one moment, and what its position is counted in."""
+"""The state of a body at one moment, and the unit of its position."""
 
 from gateway.rorze.body_now import BodyNow
 from protocols.rorze.modes import GetOperatingMode, SetOperatingMode

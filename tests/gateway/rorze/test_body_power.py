@@ -1,4 +1,4 @@
-"""A body that loses its power: it goes nowhere before somebody knows, and nothing wrong is called right."""
+"""A body that loses its power: it goes nowhere before that is acknowledged; nothing wrong is called right."""
 
 import asyncio
 import re
@@ -35,7 +35,7 @@ ENTRY = PositionReference(position=5)
 WITHOUT_MARK = "power_comment = 0"
 BROWN_OUT_S = 0.05
 NOTICED_S = 6.0
-"""By then a loss of power at rest has shown in the health poll."""
+"""Seconds after which a loss of power at rest has shown in the health poll."""
 
 
 def now() -> float:

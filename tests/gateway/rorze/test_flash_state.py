@@ -1,4 +1,4 @@
-"""What is known of flash memory, story by story."""
+"""Knowledge of the flash memory, story by story."""
 
 import pytest
 

@@ -28,11 +28,14 @@ END_TOLD_ON_A_BAD_LINE_S = 4.0
 STOPPED_WITHIN_S = 5.0
 STOPPED_WITHOUT_GROUPS_WITHIN_S = 6.0
 STOPPED_AT_START_WITHIN_S = {1.0: 8.0, 4.0: 6.0, 10.0: 5.0}
-"""By seconds after the line is ready: at first each body is asked for a program and its place, and told to
-end a program; to learn that the gateway takes half of the line."""
+"""Seconds within which stops are confirmed, by seconds after the line is ready.
+
+At first each body is asked for a program and its place, and told to end a program; to learn that the gateway
+takes half of the line.
+"""
 OUTAGE_S = 8.0
 CONFIRMED_AFTER_AN_OUTAGE_S = 20.0
-"""What was written meanwhile goes over the wire first, and is as much as half of it carries in that time."""
+"""Seconds for stops after an outage: frames written meanwhile go first, and fill half of the line."""
 SILENCE_S = 9.0
 """Long enough to take the whole line for dead."""
 ALL_BACK_WITHIN_S = {SWEEP_GROUPS: 4.5, "": 7.5}
@@ -148,7 +151,7 @@ async def look_again_and_again(rig: Rig, body: str) -> None:
 async def line_that_was_silent(
     options: str = SWEEP_GROUPS, switched_off: Iterable[int] = ()
 ) -> AsyncIterator[Rig]:
-    """A line with two bodies in use on which nobody was heard for a while; some have lost their power."""
+    """A line with two bodies in use that was silent for a while; some bodies have lost their power."""
     async with full_line(options) as it:
         clients = [asyncio.create_task(look_again_and_again(it, body)) for body in ("00", "3F")]
         await asyncio.sleep(1.0)

@@ -1,4 +1,4 @@
-"""A setting that steps the position index is done once, and nobody is told to do it again."""
+"""A setting that steps the position index is done once, and no caller is told to repeat it."""
 
 import asyncio
 

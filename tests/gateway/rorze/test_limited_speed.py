@@ -1,4 +1,4 @@
-"""A move with a highest speed of its own runs no faster, and touches no speed that somebody has set."""
+"""A move with a highest speed of its own runs no faster, and leaves the speeds that a user has set."""
 
 import asyncio
 

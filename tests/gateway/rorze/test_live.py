@@ -1,4 +1,4 @@
-"""Live values of bodies: read while somebody watches, in a share of the line's time behind everybody else."""
+"""Live values of bodies: read while there is a watcher, in a share of the line's time behind all others."""
 
 import asyncio
 from collections import Counter

@@ -1,4 +1,4 @@
-"""The mark of a body's power: how it comes to stand, and that nobody's late copy hides a loss of power."""
+"""The mark of a body's power: how it comes to stand; no late copy hides a loss of power."""
 
 import asyncio
 
@@ -71,7 +71,7 @@ async def test_a_mark_that_was_saved_before_it_was_read_back_is_not_used() -> No
 
 
 def _save() -> SetUserComment:
-    """What somebody else writes there."""
+    """A comment that another host writes there."""
     return SetUserComment(comment_number=COMMENT, text="something else")
 
 

@@ -1,4 +1,4 @@
-"""What the gateway makes of a move whose reply, whose power or whose aim was lost."""
+"""Verdicts about a move whose reply, power or target was lost."""
 
 import asyncio
 from typing import Literal

@@ -1,4 +1,4 @@
-"""The gateway leaves no command error behind that its own questions have set, and clears nobody else's."""
+"""The gateway clears each command error that its own questions have set, and no other."""
 
 import asyncio
 from typing import Any
@@ -30,7 +30,7 @@ async def status(it: Rig) -> int:
 
 
 async def got(it: Rig, read: Run, **query: Any) -> Any:
-    """What a row answers a caller who asks for pattern 20 or its list, as of the whole plant."""
+    """The answer of a row to a caller without a scope, for pattern 20 or its list."""
     (row,) = (row for row in (*patterns.ROWS, *curves.ROWS, *settings.ROWS) if row.run is read)
     return await carry_out(it.plant, row, {"body_id": "3F", "n": 20} | query)
 

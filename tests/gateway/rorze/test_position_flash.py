@@ -1,4 +1,4 @@
-"""What is known of the positions in flash memory, story by story."""
+"""Knowledge of the positions in flash memory, story by story."""
 
 import asyncio
 

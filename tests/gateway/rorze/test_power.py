@@ -1,4 +1,4 @@
-"""What is known of a body's power, as it is told: signs, proofs and refusals."""
+"""Knowledge of a body's power: signs, proofs and refusals."""
 
 from typing import Any
 

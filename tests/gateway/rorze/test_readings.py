@@ -1,4 +1,4 @@
-"""What decides something is read twice while the line errs."""
+"""A reading that decides something is repeated while the line errs."""
 
 import asyncio
 from collections.abc import Awaitable, Callable, Coroutine, Iterable

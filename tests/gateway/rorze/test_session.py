@@ -1,4 +1,4 @@
-"""What goes next on a line and which exchange a reply belongs to, without a port and without a clock."""
+"""The next frame on a line and the exchange that a reply belongs to, without a port and without a clock."""
 
 import asyncio
 from collections import deque
@@ -57,7 +57,7 @@ def entry(position: int) -> GetPositionEntry:
 
 
 def answer_to(exchange: RorzeExchange, pulses: int = 0) -> Answer:
-    """What a controller without a fault says."""
+    """The reply of a controller without a fault."""
     command = exchange.command
     payload = ""
     if isinstance(command, GetNumberedPositionEntry):
@@ -69,7 +69,7 @@ def answer_to(exchange: RorzeExchange, pulses: int = 0) -> Answer:
 
 @dataclass
 class Bench:
-    """A session, those who wait for it, and a clock turned by hand."""
+    """A session, its waiters, and a clock turned by hand."""
 
     session: RorzeSession
     loop: asyncio.AbstractEventLoop
@@ -105,7 +105,7 @@ class Bench:
         return f"{fence}{exchange.body:02X} {exchange.command.code}"
 
     def hear(self, frame: ReplyFrame) -> bool:
-        """Take a reply; whether it was somebody's."""
+        """Take a reply; say whether it was credited."""
         tell = self.session.receive(frame, self.now)
         if tell is not None:
             tell()
@@ -1051,7 +1051,7 @@ LATEST_S = 1.9
 """Less than what a late reply may take."""
 COMMANDS = [MOVE, MOVE, MOVE, READ, STOP, SetReplyFormat(end_of_move=1)]
 FATES = st.sampled_from(["answered", "doubled", "doubled", "lost"])
-"""What becomes of frames that are written next."""
+"""Fates of the frames that are written next."""
 
 
 def test_a_frame_written_at_time_zero_is_given_up_in_time(it: Bench) -> None:
@@ -1073,7 +1073,7 @@ class AnySession(RuleBasedStateMachine):
         self.wire: deque[Said] = deque()
         self.futures: list[Future] = []
         self.owners: list[list[Future]] = []
-        """Who waited for each written frame, by its number."""
+        """Waiters for each written frame, by its number."""
         self.moves_written: set[RorzeExchange] = set()
         self.awaited: RorzeExchange | None = None
 

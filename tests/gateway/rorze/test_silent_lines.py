@@ -1,4 +1,4 @@
-"""Stops on a line on which nobody answers: one alarm for all of them, and none is lost."""
+"""Stops on a line without answers: one alarm for all of them, and none is lost."""
 
 import asyncio
 import re

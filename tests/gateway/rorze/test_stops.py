@@ -46,7 +46,7 @@ async def moving(rig: Rig, *addresses: str) -> list[Move]:
 
 
 def hold_still_by_truth(rig: Rig, since: float) -> bool:
-    """Whether no pulse train has started since, and none is under way."""
+    """Say whether no pulse train has started since, and none is under way."""
     started = [fact for fact in rig.truth.of("pulses_start") if fact.at >= since]
     return not started and not any(axis.motor.moving for axis in rig.machine.axes.values())
 

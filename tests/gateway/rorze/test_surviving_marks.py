@@ -17,7 +17,7 @@ from simulator.rorze.world import EMS
 from tests.plants import Rig, ended, finished, in_virtual_time, lose, rig, start
 
 NOTICED_S = 12.0
-"""By then a change at rest has shown in the health poll."""
+"""Seconds after which a change at rest has shown in the health poll."""
 SHORT_S = 0.15
 
 
@@ -35,7 +35,7 @@ def brown_out(it: Rig, for_s: float = SHORT_S) -> None:
 
 
 def why(it: Rig) -> list[object]:
-    """What was told of losses of power."""
+    """Reasons of the likely losses of power, as told."""
     return [event.data["why"] for event in it.events("body.power_cycled") if not event.data["certain"]]
 
 

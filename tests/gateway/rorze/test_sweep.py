@@ -25,7 +25,7 @@ def sweep_of(rig: Rig) -> Sweep:
 
 
 async def positions(rig: Rig) -> dict[str, int | None]:
-    """What each body told, by its digits; None where it told nothing."""
+    """Position that each body told, by its digits; None where it told none."""
     told = await sweep_of(rig).ask(rig.plant.bodies(), GetPosition())
     return {
         body.short: it.reply.pulses

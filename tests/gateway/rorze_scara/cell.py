@@ -136,7 +136,7 @@ class Cell:
         self.rig.wire.turn()
 
     def frames_of(self, code: str) -> list[str]:
-        """What the robot's bodies and their group were sent of a code."""
+        """Frames with a code that the robot's bodies and their group were sent."""
         return [frame for frame in self.frames() if frame[3:6] == code]
 
     def frames(self) -> list[str]:

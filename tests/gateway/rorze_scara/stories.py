@@ -1,4 +1,4 @@
-"""What faults of the gateway itself strike when a SCARA robot moves."""
+"""Stories of a SCARA robot's move for faults of the gateway itself."""
 
 import asyncio
 from contextlib import suppress

@@ -1,4 +1,4 @@
-"""What the configuration file may say of SCARA robots."""
+"""The tables of SCARA robots in the configuration file."""
 
 import pytest
 

@@ -47,7 +47,7 @@ async def fail(robot: Cell, dice: Random) -> None:
 
 
 async def make_fit(robot: Cell) -> None:
-    """What a person does: home it, give it its geometry and its speeds, bring it back; here by hand."""
+    """Act as a person: home the robot, give it its geometry and speeds, and bring it back, all by hand."""
     robot.rig.machine.faults.clear()
     await asyncio.sleep(10)
     await robot.teach()

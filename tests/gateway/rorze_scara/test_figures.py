@@ -1,4 +1,4 @@
-"""What is counted of the moves of SCARA robots."""
+"""Counters of the moves of SCARA robots."""
 
 from tests.gateway.rorze_scara.cell import cell, deg
 from tests.plants import in_virtual_time

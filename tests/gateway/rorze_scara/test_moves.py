@@ -410,7 +410,7 @@ async def test_what_the_arm_cannot_do_is_not_tried(request_: dict[str, Any], mat
 
 
 LOWER = SetSoftLimits(lower=-10_100, upper=-9_900)
-"""Of axis 1, that stands at -10000."""
+"""Limits of axis 1, which stands at -10000."""
 
 
 @pytest.mark.parametrize(

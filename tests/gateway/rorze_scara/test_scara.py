@@ -19,7 +19,7 @@ BELTS = BeltLinked(156_000, 208_000, (98_765.0, 99_000.0))
 
 
 def robot_of(robot: Mechanics) -> Scara:
-    """A robot that nobody is asked about."""
+    """A robot whose bodies are never asked."""
     line = Line("line1", SimulatedLine(build_line([], 0.0)), [])
     return Scara("wafer", Group(line, 0x8A, []), robot)
 

@@ -46,7 +46,7 @@ async def step(robot: Cell) -> None:
 
 
 async def move_by_hand(robot: Cell) -> None:
-    """Another host moves an axis, and nobody here sees it."""
+    """Move an axis from another host, unseen by the gateway."""
     robot.rig.axis(3).execute("1+M100", asyncio.get_running_loop().time())
     await asyncio.sleep(30.0)
 

@@ -1,4 +1,4 @@
-"""The security log at work: floods are counted, bursts are told, and a disk in trouble holds nobody up."""
+"""The security log at work: floods are counted, bursts are told, and a disk in trouble delays no caller."""
 
 import asyncio
 import errno

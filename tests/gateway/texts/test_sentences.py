@@ -21,7 +21,7 @@ HINTS = {
     for it in row.model_json_schema().get("properties", {}).values()
     if "description" in it
 }
-"""What the tables of commands say of parameters."""
+"""Descriptions of parameters in the tables of commands."""
 REASONS = {why for mode in MODE_NAMES.values() for why in unavailable_in(mode, SETTINGS).values()}
 """Why a body has not got a setting."""
 DOWN = set(entry("en", "phrases.line-down").values())
@@ -36,7 +36,7 @@ ENDS = {
     for sentence in (row.error.detail, row.error.remedy)
     if not sentence.endswith("{acknowledge}")
 } | set(CAUSES.values())
-"""How moves end, but for what a power cycle says by itself."""
+"""Sentences about the ends of moves, but for that of a power cycle."""
 
 
 @pytest.mark.parametrize("sentences", [HINTS, REASONS, DOWN, ENDS])

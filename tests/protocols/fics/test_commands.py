@@ -179,7 +179,7 @@ def test_a_row_and_its_reply_have_a_json_schema_that_forbids_surprises(row: Row)
 
 
 def wrong_for(value: object) -> list[object]:
-    """What looks like the value and is none."""
+    """Values that look like the value and are not valid."""
     wrong: list[object] = [float("nan"), float("inf"), b"5", {"surprise": 1}, 10**400]
     if isinstance(value, bool):
         return [*wrong, "true", 1, 0]
@@ -206,7 +206,7 @@ def test_fields_take_no_value_of_another_type(row: Row) -> None:
 
 
 def values(annotation: object, metadata: list[Any]) -> st.SearchStrategy[Any]:
-    """Whatever a field may hold, from its type and constraints."""
+    """All values that a field may hold, from its type and constraints."""
     if get_origin(annotation) is Annotated:
         inner, *extras = get_args(annotation)
         flat = [

@@ -126,7 +126,7 @@ def test_no_field_has_a_name_that_is_a_trap(row: Row) -> None:
 
 
 def wrong_for(value: object) -> list[object]:
-    """What looks like the value and is none."""
+    """Values that look like the value and are not valid."""
     wrong: list[object] = [float("nan"), float("inf"), b"5", [None], {"surprise": 1}]
     if isinstance(value, bool):
         return [*wrong, "true", 1, 0]
@@ -148,7 +148,7 @@ def test_fields_take_no_value_of_another_type(row: Row) -> None:
 
 
 def values(annotation: object, metadata: list[Any]) -> st.SearchStrategy[Any]:
-    """Whatever a field may hold, from its type and constraints."""
+    """All values that a field may hold, from its type and constraints."""
     if get_origin(annotation) is Annotated:
         inner, *extras = get_args(annotation)
         flat = [

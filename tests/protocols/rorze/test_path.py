@@ -178,7 +178,7 @@ def test_the_wrist_stays_on_its_line_and_the_finger_keeps_its_direction(
 
 
 def test_the_elbow_keeps_its_bend() -> None:
-    """The same line with either bend: the arm's axis turns the other way."""
+    """A line with either bend of the elbow: the arm's axis turns the other way."""
     bent = [ROBOT.pose((0, arm, 0)) for arm in (-10_000, 10_000)]
     turned = []
     for pose in bent:

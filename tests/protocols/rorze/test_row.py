@@ -10,7 +10,7 @@ from protocols.table import Ack, Effect, Reply, Retry
 
 
 class Base(RorzeCommand[Ack], moving=False, errors=frozenset({0x4A}), retry=Retry.READ):
-    """What both rows below have in common."""
+    """Base of both rows below."""
 
     entry: PositionRef
 

@@ -17,10 +17,10 @@ from protocols.rorze.scara import (
 )
 
 ROBOT = ThreeAxes(215_000, 330_000, (121_791.045, 60_000.0, 100_000.0))
-"""That of RC-420 manual 13.10.7."""
+"""The robot of RC-420 manual 13.10.7."""
 
 BELTS = BeltLinked(156_000, 208_000, (98_765.0, 99_000.0))
-"""That of RC-420 manual 13.10.11."""
+"""The robot of RC-420 manual 13.10.11."""
 
 FINE = ThreeAxes(215_000, 330_000, (9_999_999.99,) * 3)
 COARSE_BELTS = BeltLinked(1_000, 2_001, (360.0, 360.0))

@@ -1,4 +1,4 @@
-"""What ERR and ERD tell of each error, column by column, and what DRT ends (C-HOST manual 2-12 to 2-14)."""
+"""The answers of ERR and ERD for each error, column by column, and DRT (C-HOST manual 2-12 to 2-14)."""
 
 import pytest
 
@@ -10,7 +10,7 @@ from tests.simulator.fics.bench import Bench, cartesian
 
 
 def told(bench: Bench) -> tuple[str, str]:
-    """What ERR and ERD tell, without their names."""
+    """The answers of ERR and ERD, without their names."""
     (error,), (detail,) = bench.ask("ERR"), bench.ask("ERD")
     return error[4:], detail[4:]
 

@@ -240,7 +240,7 @@ FAULTS = {
     "late": [b"", b"MOD 3\r", b"MOD 3\rMOD 3\r"],
     "doubled": [b"MOD 3\r", b"MOD 3\r", b"MOD 3\rMOD 3\r"],
 }
-"""What the host gets at once, for a second question at once, and for a third a second later."""
+"""Answers that the host gets at once, for a second question at once, and for a third a second later."""
 
 
 @pytest.mark.parametrize("fault", FAULTS)

@@ -1,4 +1,4 @@
-"""What moves in a unit: several axes at a time, on straight lines, until a limit or a stop."""
+"""Motion in a unit: several axes at a time, on straight lines, until a limit or a stop."""
 
 from math import inf
 

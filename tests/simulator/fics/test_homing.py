@@ -9,13 +9,13 @@ from simulator.truth import Fact
 from tests.simulator.fics.bench import Bench, cartesian
 
 DOG, DOG_END, MINUS_LIMIT, Z_PERIOD = -20.0, -25.0, -130.0, 5.0
-"""Of axis Z, from where it stands at first: the edges of its sensors towards plus, and its Z phases."""
+"""Places of axis Z, from its first: the edges of its sensors towards plus, and the period of its Z phase."""
 
 HMV, HMB = 30.0, 5.0
 RATE = 1500.0
 """mm/s² of its ramps."""
 FAST, SLOW = HMV**2 / (2 * RATE), HMB**2 / (2 * RATE)
-"""What it overshoots at either speed."""
+"""Overshoot at either speed."""
 
 COURSES = {
     0: [DOG - FAST, DOG + SLOW, -15 + SLOW, -15.0],

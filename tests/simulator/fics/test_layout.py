@@ -1,4 +1,4 @@
-"""What a simulated Fics can be made of."""
+"""The layouts of a simulated Fics."""
 
 import pytest
 

@@ -144,7 +144,7 @@ def test_the_s_curve_begins_more_gently(curve: int, place: float) -> None:
 
 
 def told(bench: Bench, axis: int = 0) -> float:
-    """What APS tells of an axis."""
+    """Position of an axis, as APS tells it."""
     answers = [line for line in bench.ask("APS") if line.startswith("APS")]
     return float(answers[0].removeprefix("APS ").split(",")[axis])
 

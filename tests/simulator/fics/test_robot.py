@@ -31,7 +31,7 @@ def under_way(motion: str, mode: int = 3) -> Bench:
 
 
 def stands(bench: Bench) -> bool:
-    """Whether ACD tells that nothing moves."""
+    """Say whether ACD tells that nothing moves."""
     (answer,) = bench.ask("ACD")
     return not any(int(status[1], 16) & 4 for status in answer[4:].split(","))
 

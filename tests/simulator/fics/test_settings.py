@@ -1,4 +1,4 @@
-"""What the C-HOST manual leaves open about the robot: each switch, turned."""
+"""Settings for the points that the C-HOST manual leaves open about the robot: each switch, turned."""
 
 from dataclasses import replace
 from itertools import permutations

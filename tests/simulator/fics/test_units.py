@@ -1,4 +1,4 @@
-"""What a unit knows of its axes, and whether its arms can go a way."""
+"""The axes of a unit, and the moves that its arms can make."""
 
 import pytest
 

@@ -9,9 +9,9 @@ from simulator.rorze.controller import Rc420
 from simulator.truth import TruthLog
 
 THREE_AXES = ThreeAxes(215_000, 330_000, (121_791.045, 60_000.0, 100_000.0))
-"""That of RC-420 manual 13.10.7."""
+"""The robot of RC-420 manual 13.10.7."""
 BELTS = BeltLinked(156_000, 208_000, (98_765.0, 99_000.0))
-"""That of RC-420 manual 13.10.11."""
+"""The robot of RC-420 manual 13.10.11."""
 
 SPEEDS = (
     "OLSS[3],1000",
@@ -21,7 +21,7 @@ SPEEDS = (
     "OBSS[3],50",
     "SPSA[3],A:S[3],D:S[3]",
 )
-"""Those of RC-420 manual 13.10.3, as pattern 3."""
+"""Speeds of RC-420 manual 13.10.3, as pattern 3."""
 
 
 class RobotBench:

@@ -1,4 +1,4 @@
-"""What no command can bring about: errors of the hardware and of the RS-485 line, settings found wrong."""
+"""Faults that no command brings about: errors of hardware and of the RS-485 line, settings found wrong."""
 
 import pytest
 

@@ -160,7 +160,7 @@ COMMANDS = st.one_of(
 
 
 class AnyHost(RuleBasedStateMachine):
-    """Whatever is asked at whatever moment, it answers, and its position is the sum of its pulses."""
+    """A controller under any questions at any time: it answers, and its position is the sum of its pulses."""
 
     def __init__(self) -> None:
         super().__init__()

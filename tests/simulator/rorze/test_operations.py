@@ -1,4 +1,4 @@
-"""What each operation of a user program does (RC-420 manual 16)."""
+"""Each operation of a user program (RC-420 manual 16)."""
 
 import pytest
 
@@ -19,14 +19,14 @@ def ran(*program: str, bench: Bench | None = None, seconds: float = 1.0) -> Benc
 
 
 def result(*program: str, bench: Bench | None = None) -> int:
-    """What D0 holds after a program that has ended normally."""
+    """The value of D0 after a program that has ended normally."""
     bench = ran(*program, "END", bench=bench)
     assert bench.send("URD") == "H00"
     return int(bench.send("UDDD0"))
 
 
 def bits(*program: str, bench: Bench | None = None) -> str:
-    """The same in hexadecimal."""
+    """The value of D0 in hexadecimal, after a program that has ended normally."""
     bench = ran(*program, "END", bench=bench)
     assert bench.send("URD") == "H00"
     return bench.send("UDDHD0")[1:]

@@ -1,4 +1,4 @@
-"""What an RC-420 drives: levels, pulses over them, and the outputs that tell of errors."""
+"""The outputs of an RC-420: levels, pulses over them, and the outputs that tell of errors."""
 
 import pytest
 

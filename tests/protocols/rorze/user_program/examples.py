@@ -68,7 +68,7 @@ OPERATIONS = st.one_of(
     joined("SDDH", DATA | TIMERS | COUNTERS),
     either("RET", "EED", "END"),
 ).filter(lambda text: len(text) <= 32)
-"""They keep the ranges."""
+"""Operations within the ranges."""
 
 EXAMPLES = [
     text.replace(" ", "")[3:]
@@ -77,7 +77,7 @@ EXAMPLES = [
     for text in row.example[::2]
     if text.startswith("&3F")
 ]
-"""What the manual shows of the commands that a program may have."""
+"""Examples of the manual for the commands that a program may have."""
 
 COMMAND_TEXTS = st.sampled_from(EXAMPLES) | st.one_of(
     *(joined(code, DATA) for code in ("6PS", "1+M", "1-M", "1AM", "2AM", "COS", "OHS", "9CD", "EAS", "PBS")),

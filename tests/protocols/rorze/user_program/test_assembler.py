@@ -116,7 +116,7 @@ PROGRAMS = st.lists(INSTRUCTIONS, max_size=40)
 
 @given(PROGRAMS)
 def test_a_program_survives_its_text(program: list[str]) -> None:
-    """What assembles disassembles to a text that assembles to the same; the rest has its faults."""
+    """An assembled program disassembles to a text that assembles to it; every other text has its faults."""
     result = assemble("\n".join(program))
     if isinstance(result, Assembled):
         assert result.texts() == tuple(program)

@@ -1,4 +1,4 @@
-"""What may stand in an instruction (RC-420 manual 15.2.5)."""
+"""The operands of an instruction (RC-420 manual 15.2.5)."""
 
 import pytest
 

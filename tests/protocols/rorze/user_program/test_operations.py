@@ -7,7 +7,7 @@ from protocols.rorze.user_program.operations import OPERATIONS
 
 NAMED = """LD TMS CTS SET RST BST INC DEC ADD SUB MUL DIV AND OR JMP CAL RET JCP JMG JON JOF JBT JER EED WAT
     RSL RSR SDC SDD END"""
-"""As 15.1 lists them."""
+"""Operations in the order of 15.1."""
 
 STEPS = {
     1: "INC DEC RET END EED",
@@ -16,7 +16,7 @@ STEPS = {
     4: "JBT",
     5: "JCP",
 }
-"""As table 20 has them; LD takes 3 or 2."""
+"""Operations by the number of steps in table 20; LD takes 3 or 2."""
 
 
 def test_there_are_thirty() -> None:

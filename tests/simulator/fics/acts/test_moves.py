@@ -1,4 +1,4 @@
-"""What keeps a move from starting, and how fast a step is."""
+"""Refusals of a move's start, and the speed of a step."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What survives the loss of power (RC-420 manual 18)."""
+"""Settings that survive a loss of power (RC-420 manual 18)."""
 
 import pytest
 

@@ -17,7 +17,7 @@ from simulator.rorze.world import CCW_LIMIT, CW_LIMIT, EMS, Span
 from tests.simulator.rorze.robot import BELTS, THREE_AXES, RobotBench
 
 SPEED = SpeedParameters(low=1_000, high=1_000_000, acceleration=5_000_000, rising=50, falling=50)
-"""That of pattern 3."""
+"""Speeds of pattern 3."""
 
 COARSEST = 360_000 / 60_000
 """Thousandths of a degree a pulse, of the coarsest axis."""

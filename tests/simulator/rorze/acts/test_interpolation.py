@@ -1,11 +1,11 @@
-"""What is set for an interpolation, and where a SCARA robot's wafer is (RC-420 manual 13.10, 14)."""
+"""The settings of an interpolation, and the place of a SCARA robot's wafer (RC-420 manual 13.10, 14)."""
 
 import pytest
 
 from tests.simulator.rorze.bench import Bench
 
 ROBOT = ("HTS0", "HAS215000", "HFS330000", "HZS0,121791.045", "HZS1,60000.0", "HZS2,100000.0")
-"""That of 13.10.7."""
+"""Commands that set up the robot of 13.10.7."""
 
 
 @pytest.fixture

@@ -78,7 +78,7 @@ def test_on_the_ccw_limit_it_starts_cw(bench: Bench) -> None:
 
 
 def test_beyond_the_ccw_limit_it_never_finds_the_origin(bench: Bench) -> None:
-    """Case 7 cannot be searched: it goes away from everything until somebody stops it."""
+    """Case 7 cannot be searched: it goes away from everything until it is stopped."""
     bench.place(-600)
     bench.sent("00M")
     bench.wait(3_600)
