@@ -34,7 +34,7 @@ class RangeFault(WireFault):
 
 @at_hand
 class Retry(StrEnum):
-    """What comes of repeating a command when no reply came; the gateway repeats only reads and stops."""
+    """The effect of repeating a command that was not answered; the gateway repeats only reads and stops."""
 
     READ = "read"
     """Changes nothing: repeated after a passed fence, unless it steps the position index."""
@@ -50,7 +50,7 @@ class Retry(StrEnum):
 
 @at_hand
 class Effect(StrEnum):
-    """What a command does: who may send it, and which way it goes, is decided by this alone."""
+    """The effect of a command, which alone decides who may send it and how it is carried out."""
 
     READ = "read"
     """Changes nothing."""
@@ -368,7 +368,7 @@ class Spoken(BaseModel):
 
 
 class Reply(Spoken):
-    """What a controller answers; numbers always have their printed width."""
+    """A controller's answer; numbers always have their printed width."""
 
 
 class Ack(Reply, args=""):

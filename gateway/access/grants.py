@@ -51,7 +51,7 @@ Why = Literal["signed_out", "made_room", "ended"]
 class SessionInfo(Record):
     """A session, without what is secret of it."""
 
-    id: str = Field(description="Names the session, and lets nobody in.")
+    id: str = Field(description="Id of the session, which does not open it.")
     name: str = Field(description="The name of the key, or of the token's holder.")
     role: Role
     address: str | None = Field(description="The network address that it was begun from.")

@@ -76,19 +76,19 @@ class KeyInfo(Record):
     scope: list[str] | None = Field(
         description="The addresses of lines, bodies, groups and robots that it is for; null means all."
     )
-    begins: str = Field(description="How the key begins, which is no secret.")
+    begins: str = Field(description="Beginning of the key, which is no secret.")
     state: State = Field(
         description="`waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`)."
     )
     ends_soon: bool = Field(
-        description="Whether it ends within `access.key_warning_d`, and no newer key has its name."
+        description="True if the key ends within `access.key_warning_d`, and no newer key has its name."
     )
-    made_by: str | None = Field(description="Who made it over HTTP, if that was noted.")
+    made_by: str | None = Field(description="The caller who made the key over HTTP, if that was noted.")
     approved_by: str | None
     made_at: datetime
     expires_at: datetime | None
     revoked_at: datetime | None
-    used_at: datetime | None = Field(description="When it was last used, as the gateway notes once a minute.")
+    used_at: datetime | None = Field(description="Time at which the key was last used, noted once a minute.")
 
 
 class Key(BaseModel):

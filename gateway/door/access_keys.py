@@ -39,10 +39,11 @@ class NewKey(
     """A key to be made."""
 
     name: str = Field(
-        max_length=64, description="Who or what it is for: letters, digits and . _ @ -; records name it."
+        max_length=64,
+        description="The person or program it is for: letters, digits and . _ @ -; records name it.",
     )
     # A word in JSON is no member of an enumeration, where nothing is converted.
-    role: Annotated[Role, Field(strict=False, description="What it may do; every role may stop.")]
+    role: Annotated[Role, Field(strict=False, description="The rights of the key; every role may stop.")]
     scope: list[str] | None = Field(
         default=None,
         min_length=1,
@@ -53,7 +54,7 @@ class NewKey(
         default=None,
         gt=0,
         le=LONGEST_S,
-        description="In seconds from now; left out: `access.key_lifetime_d`, a year if nothing else is said.",
+        description="Seconds from now; left out: `access.key_lifetime_d`, a year if nothing else is said.",
     )
 
 
@@ -69,7 +70,7 @@ class MadeKey(KeyInfo):
     """A key that was made, with its secret."""
 
     key: str = Field(
-        description="What its owner sends. It is told this once: the gateway keeps its hash only."
+        description="The secret that the owner sends. It is told this once: the gateway keeps its hash only."
     )
 
 

@@ -25,16 +25,16 @@ class CommandList(BaseModel):
 
 
 class Translations(BaseModel):
-    """What the gateway says in English only, in other languages: hints of parameters, reasons, notes."""
+    """Translations of texts that the gateway has in English only: hints of parameters, reasons, notes."""
 
-    ja: dict[str, str] = Field(description="Japanese by the English sentence.")
+    ja: dict[str, str] = Field(description="The Japanese sentence for each English one.")
 
 
 class Numbers(BaseModel):
     """Numbers that never change, in later versions neither; each type and cause has one of its own."""
 
-    events: dict[str, int] = Field(description="By the type of an event, from 1.")
-    alarms: dict[str, int] = Field(description="By the cause of an alarm, from 1.")
+    events: dict[str, int] = Field(description="Number of each type of event, from 1.")
+    alarms: dict[str, int] = Field(description="Number of each cause of an alarm, from 1.")
 
 
 FamilyName = Annotated[Family | None, Field(description="Only the commands of one family.")]

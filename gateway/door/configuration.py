@@ -26,11 +26,13 @@ NOT_ADDED: Final = "Correct what is to be added; the file is as it was."
 
 
 class Reloaded(Changes):
-    """What differed from what was served."""
+    """The differences between the configuration file and what was served."""
 
-    applied: bool = Field(description="Whether the lines are served so now; false after a dry run.")
+    applied: bool = Field(
+        description="True if the lines are served as the file says now; false after a dry run."
+    )
     busy: list[str] = Field(
-        description="What moves or is at work on lines that would be closed: nothing changes while it does."
+        description="Parts that move or work on lines that would be closed: nothing changes while they do."
     )
 
 

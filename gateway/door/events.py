@@ -57,8 +57,8 @@ Sample = Annotated[
     Field(
         ge=SLOWEST_HZ,
         le=FASTEST_HZ,
-        description="Live values too (body.position, robot.position, io): each so many times a second at "
-        "most. They are no events: a new value takes the place of one that was not sent yet.",
+        description="Highest rate of each live value (body.position, robot.position, io) in Hz; left out, "
+        "there are none. They are no events: a new value takes the place of one that was not sent yet.",
     ),
 ]
 

@@ -66,7 +66,7 @@ class RequestKey(NamedTuple):
 
 
 class KeptAnswer(NamedTuple):
-    """What was answered."""
+    """The stored answer of an earlier request with the same Idempotency-Key."""
 
     status: int
     text: str

@@ -71,7 +71,7 @@ async def get_port_scan(plant: Plant, scan_id: str, *, wait: Wait = None) -> Por
 
 @ROWS.delete("/system/scans/current", Right.ADMIN)
 async def break_off_port_scan(plant: Plant) -> PortScan:
-    """Ask nobody more; what was found until then is in the record."""
+    """End the running scan of ports; its record keeps the controllers found until then."""
     for scan in plant.port_scans.under_way():
         plant.port_scans.break_off(scan)
         await plant.port_scans.wait(scan, float("inf"))
