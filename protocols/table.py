@@ -213,8 +213,8 @@ class TextCodec(Codec):
 
     def forms_of(self, row: "type[Spoken]", syntax: str) -> tuple[Form, ...]:
         """Build one for each alternative."""
-        named = {name: it for name, it in row.model_fields.items() if f"{{{name}}}" in syntax}
-        wires = {name: wire_of(it.annotation, it.metadata) for name, it in named.items()}
+        named = {name: field for name, field in row.model_fields.items() if f"{{{name}}}" in syntax}
+        wires = {name: wire_of(field.annotation, field.metadata) for name, field in named.items()}
         return tuple(TextForm(form, wires) for form in syntax.split("|"))
 
 

@@ -114,8 +114,9 @@ def broken(kind: str, text: str) -> list[str]:
 def variables(tree: ast.Module) -> Iterator[int]:
     """The lines that give a variable or a parameter the name `it`."""
     for node in ast.walk(tree):
-        stored = isinstance(node, ast.Name) and node.id == "it" and isinstance(node.ctx, ast.Store)
-        if stored or (isinstance(node, ast.arg) and node.arg == "it"):
+        if isinstance(node, ast.arg) and node.arg == "it":
+            yield node.lineno
+        if isinstance(node, ast.Name) and node.id == "it" and isinstance(node.ctx, ast.Store):
             yield node.lineno
 
 

@@ -177,7 +177,7 @@ async def _require(keys: KeyStore, name: str, state: State) -> None:
         infos = await asyncio.to_thread(keys.infos)
     except KeyFault as fault:
         raise NotSent(str(fault)) from None
-    if not any(it.name == name and it.state == state for it in infos):
+    if not any(info.name == name and info.state == state for info in infos):
         raise NotFound(f"There is no {state} key {as_given(name)}; nothing was changed.")
 
 
@@ -195,7 +195,7 @@ def _managed(plant: Plant) -> KeyStore:
 
 async def _told(keys: KeyStore, name: str) -> KeyInfo:
     """The newest key of a name."""
-    return next(it for it in reversed(await asyncio.to_thread(keys.infos)) if it.name == name)
+    return next(info for info in reversed(await asyncio.to_thread(keys.infos)) if info.name == name)
 
 
 def _of(key: KeyInfo) -> dict[str, object]:

@@ -15,7 +15,7 @@ _TABLES: Final = {
     name: module for name, family in FAMILIES.items() for module in doors("command_infos", family)
 }
 Family: Any = Literal[tuple(_TABLES)]
-_INFO: Any = Union[tuple(it.INFO for it in _TABLES.values())]  # noqa: UP007
+_INFO: Any = Union[tuple(table.INFO for table in _TABLES.values())]  # noqa: UP007
 
 
 class CommandList(BaseModel):

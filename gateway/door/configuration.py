@@ -133,7 +133,7 @@ async def _serve(plant: Plant, wanted: Config, *, dry_run: bool) -> Reloaded:
     busy = plant.busy(wanted)
     if not dry_run:
         await plant.reload(wanted)
-        lines = [f"{it.line_id} {it.change}" for it in found.lines]
+        lines = [f"{line.line_id} {line.change}" for line in found.lines]
         await plant.security.keep(entries.RELOAD, lines=lines, needs_restart=found.needs_restart)
     return Reloaded(**found.model_dump(), applied=not dry_run, busy=busy)
 

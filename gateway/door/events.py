@@ -137,7 +137,7 @@ def _known_types() -> tuple[Collection[str], Collection[str]]:
     names = [name.split(".") for name in EVENT_TYPES]
     beginnings = [(*words[:most], "*") for words in names for most in range(1, len(words))]
     known = dict.fromkeys(map(".".join, (*beginnings, *names)))
-    return sorted(it for it in known if it.count(".") < 2 and it.endswith("*")), known
+    return sorted(pattern for pattern in known if pattern.count(".") < 2 and pattern.endswith("*")), known
 
 
 def _split(text: str | None) -> list[str] | None:

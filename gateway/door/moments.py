@@ -77,7 +77,9 @@ def _read(journal: Journal, at: datetime) -> Moment:
         at=at,
         known_since=None if oldest is None else datetime.fromtimestamp(oldest, UTC),
         places=list(_places(read_beside(journal, _MOVES, [now]), at)),
-        unreached=sorted(it.rpartition("/")[2] for it, what, _ in states if what.endswith(_UNREACHED)),
+        unreached=sorted(
+            subject.rpartition("/")[2] for subject, what, _ in states if what.endswith(_UNREACHED)
+        ),
         alarms=[_as_of(alarm, at) for alarm in alarms],
     )
 
@@ -115,7 +117,7 @@ def _time(text: str | None) -> datetime | None:
 def _between(start: Any, end: Any, share: float) -> Any:
     """A place on the way; axes one by one. Null where one of both is not known."""
     if isinstance(start, dict) and isinstance(end, dict):
-        return {axis: _between(it, end.get(axis), share) for axis, it in start.items()}
+        return {axis: _between(place, end.get(axis), share) for axis, place in start.items()}
     if isinstance(start, int | float) and isinstance(end, int | float):
         return round(start + share * (end - start), 3)
     return None

@@ -36,7 +36,7 @@ class PortScanRequest(RequestModel, json_schema_extra=example(ports=["/dev/ttyUS
     )
 
 
-_MAY_BE: Final = ", or ".join(it.told_of_ports for it in FAMILIES.values() if it.told_of_ports)
+_MAY_BE: Final = ", or ".join(family.told_of_ports for family in FAMILIES.values() if family.told_of_ports)
 
 
 @ROWS.get("/system/ports", Right.ADMIN)

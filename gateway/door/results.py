@@ -39,8 +39,8 @@ _CONFIRMED: Final = Field(
     description="True if every controller reports standstill. If false, use the hardware stop."
 )
 _REPORTS: Final[dict[str, Any]] = {
-    it.collections[0]: list[it.stop_report]  # type: ignore[name-defined]
-    for it in FAMILIES.values()
+    family.collections[0]: list[family.stop_report]  # type: ignore[name-defined]
+    for family in FAMILIES.values()
 }
 StopResult: Any = create_model(
     "StopResult",
@@ -102,7 +102,7 @@ def _member(body_id: str, reply: Reply | GatewayError, instance: str, *, japanes
 
 
 def _stopped(result: Stopped, *, japanese: bool) -> dict[str, Any]:
-    reports = {**{it.collections[0]: [] for it in FAMILIES.values()}, **result.reports}
+    reports = {**{family.collections[0]: [] for family in FAMILIES.values()}, **result.reports}
     if japanese:
-        reports = {what: [it.in_japanese() for it in those] for what, those in reports.items()}
+        reports = {what: [report.in_japanese() for report in those] for what, those in reports.items()}
     return {"confirmed": result.confirmed, **reports}

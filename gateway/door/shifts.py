@@ -168,7 +168,9 @@ _COLUMNS: Final = (*AxisOfShift.model_fields, "homings", "last_off_by", "largest
 
 
 def _lines(shift: Shift) -> Iterator[list[object]]:
-    homings = {it.target: [it.homings, it.last_off_by, it.largest_off_by] for it in shift.homings}
+    homings = {
+        homing.target: [homing.homings, homing.last_off_by, homing.largest_off_by] for homing in shift.homings
+    }
     for axis in shift.axes:
         cells = [*axis.model_dump().values(), *homings.get(axis.target, ["", "", ""])]
         yield ["" if cell is None else cell for cell in cells]
@@ -196,7 +198,7 @@ def _summed_up(journal: Journal, wanted: AuditFilter) -> Shift:
         failures=list(_made(FailureOfShift, read(_FAILURES))),
         axes=list(_made(AxisOfShift, read(_AXES))),
         homings=list(_drifts(read(_HOMINGS), losses)),
-        stops=sum(it.stops for it in people),
+        stops=sum(person.stops for person in people),
         people=people,
         alarms=list(_made(AlarmOfShift, read(_ALARMS))),
     )
@@ -215,9 +217,13 @@ def _drifts(
     for target, at, off_by in homings:
         found.setdefault(target, []).append((at, off_by))
     for target, of_target in found.items():
-        lost = [at for it, at in losses if it == target]
+        lost = [at for loser, at in losses if loser == target]
         pairs = pairwise(of_target)
-        off = [off_by for (before, _), (at, off_by) in pairs if not any(before <= it < at for it in lost)]
+        off = [
+            off_by
+            for (before, _), (at, off_by) in pairs
+            if not any(before <= lost_at < at for lost_at in lost)
+        ]
         if off:
             yield HomingOfShift(
                 target=target, homings=len(off), last_off_by=off[-1], largest_off_by=max(off, key=abs)

@@ -87,17 +87,19 @@ async def get_posture(plant: Plant) -> Posture:
         tls=server.tls_certificate is not None,
         network=not server.is_local or bool(server.trusted_proxies),
         weakened=[
-            Weakened(setting=it.setting, value=str(it.value) if told else None, meaning=it.meaning)
-            for it in weakened(config)
+            Weakened(
+                setting=setting.setting, value=str(setting.value) if told else None, meaning=setting.meaning
+            )
+            for setting in weakened(config)
         ],
-        untried=[UntriedLine(**it._asdict()) for it in await asyncio.to_thread(_untried, plant)],
+        untried=[UntriedLine(**line._asdict()) for line in await asyncio.to_thread(_untried, plant)],
     )
 
 
 def _untried(plant: Plant) -> list[Untried]:
     """Read the reports of the lines that the caller sees."""
-    found = (untried(it) for it in plant.config.lines if sees(plant, it.id))
-    return [it for it in found if it is not None]
+    found = (untried(line) for line in plant.config.lines if sees(plant, line.id))
+    return [line for line in found if line is not None]
 
 
 class Version(BaseModel):

@@ -99,7 +99,7 @@ async def newest(
     records = plant.recorders[line_id].records(since)
     if until is not None:
         latest = wall_ns(until)
-        records = [it for it in records if it[0] <= latest]
+        records = [record for record in records if record[0] <= latest]
     passed = await aside(_passed, passing, records, limit)
     return [entry for piece in _pieces(passed) for entry in await aside(_told, piece)]
 
