@@ -38,7 +38,7 @@ GROUPS = [
     for number in range(len(BODIES) // MEMBERS)
 ]
 PLANT_GROUPS = "".join(
-    f'[[lines.groups]]\nid = "{number:02X}"\nmembers = {[f"{it:02X}" for it in members]}\n'
+    f'[[lines.groups]]\nid = "{number:02X}"\nmembers = {[f"{member:02X}" for member in members]}\n'
     for number, members in GROUPS
 )
 
@@ -108,7 +108,7 @@ def _run(port: int) -> Run:
     begun_at = monotonic()
     reports = asked(port, post("/stop", {"mode": "immediate"}))["bodies"]
     unconfirmed = sum(report["state"] != "confirmed" for report in reports)
-    while (waiting := asked(port, get("/bodies"))) and any(it["moving"] for it in waiting["bodies"]):
+    while (waiting := asked(port, get("/bodies"))) and any(body["moving"] for body in waiting["bodies"]):
         if monotonic() - begun_at > FILL_S:
             raise RuntimeError("not measured, because some bodies still move")
         sleep(RECHECK_S)
@@ -148,9 +148,9 @@ def busy(loops: int) -> Iterator[None]:
     try:
         yield
     finally:
-        for it in running:
-            it.kill()
-            it.wait()
+        for program in running:
+            program.kill()
+            program.wait()
 
 
 @asynccontextmanager

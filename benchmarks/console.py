@@ -38,7 +38,9 @@ async def run(seconds: float) -> list[Figure]:
     share = seconds / ROUNDS / 2
     rounds = await _rounds(share)
     empty, shown = zip(*rounds, strict=True)
-    (idle, bare_frames, bare_mib), (cpu, frames, mib) = (zip(*it, strict=True) for it in (empty, shown))
+    (idle, bare_frames, bare_mib), (cpu, frames, mib) = (
+        zip(*rounds, strict=True) for rounds in (empty, shown)
+    )
     return [
         Figure("console of 120 bodies: a processor", "%", cpu, idle, Target("figure", "<=", 10.0)),
         Figure("console of 120 bodies: frames", "a s", frames, bare_frames, Target("ratio", ">=", 0.95)),
@@ -84,7 +86,7 @@ async def _memory_mib(browser: Browser) -> float:
     """Memory of the pages' largest process; what it shares with others is divided among them."""
     session = await browser.new_browser_cdp_session()
     told = await session.send("SystemInfo.getProcessInfo")
-    pages = [it["id"] for it in told["processInfo"] if it["type"] == "renderer"]
+    pages = [process["id"] for process in told["processInfo"] if process["type"] == "renderer"]
     return max(_proportional_kib(page) for page in pages) / 1024
 
 

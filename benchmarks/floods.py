@@ -46,9 +46,9 @@ _MOVE: Final = {"kind": "relative", "direction": "cw", "distance": {"value": 5, 
 _PROGRAM: Final = "1+M500 ; to the right\n" * 11_000
 _BAD_PROGRAM: Final = "1+Q500 ; what is that\n" * 11_000
 _POSITIONS: Final = json.dumps(
-    {"positions": [{"number": it, "pulses": it} for it in (*range(2_047), 9_999)]}
+    {"positions": [{"number": number, "pulses": number} for number in (*range(2_047), 9_999)]}
 ).encode()
-_TABLE: Final = "number,position\n" + "".join(f"{it % 900},{it}\n" for it in range(5_000))
+_TABLE: Final = "number,position\n" + "".join(f"{number % 900},{number}\n" for number in range(5_000))
 
 
 # what is said
@@ -91,14 +91,14 @@ def poured(
 
     async def flood(port: int, keys: Keys, told: Told) -> None:
         async def one() -> None:
-            async with _Connection(port, told) as it:
-                it.say(opening(keys))
+            async with _Connection(port, told) as connection:
+                connection.say(opening(keys))
                 if first is not None:
-                    await it.answered.wait()
-                    it.say(first)
+                    await connection.answered.wait()
+                    connection.say(first)
                 while True:
-                    it.say(block)
-                    await it.drain()
+                    connection.say(block)
+                    await connection.drain()
 
         await _again_and_again(one, connections)
 
@@ -112,10 +112,10 @@ def asked(requests: Callable[[Keys], Iterator[bytes]], connections: int = ASKERS
         asking = requests(keys)
 
         async def one() -> None:
-            async with _Connection(port, told, reads=False) as it:
+            async with _Connection(port, told, reads=False) as connection:
                 for request in asking:
-                    it.say(request)
-                    await it.answer()
+                    connection.say(request)
+                    await connection.answer()
 
         await _again_and_again(one, connections)
 
@@ -127,12 +127,12 @@ def opened(opening: Callable[[Keys], bytes], *, reads: bool = True, connections:
 
     async def flood(port: int, keys: Keys, told: Told) -> None:
         async def one() -> None:
-            async with _Connection(port, told, reads=reads) as it:
-                it.say(opening(keys))
+            async with _Connection(port, told, reads=reads) as connection:
+                connection.say(opening(keys))
                 while True:
                     await asyncio.sleep(PAUSE_S)
-                    it.say(b"x")
-                    await it.drain()
+                    connection.say(b"x")
+                    await connection.drain()
 
         await _again_and_again(one, connections)
 
@@ -144,13 +144,13 @@ def left(opening: Callable[[Keys], bytes], *, half: bool = False, connections: i
 
     async def flood(port: int, keys: Keys, told: Told) -> None:
         async def one() -> None:
-            async with _Connection(port, told, reads=half) as it:
-                it.say(opening(keys))
+            async with _Connection(port, told, reads=half) as connection:
+                connection.say(opening(keys))
                 if half:
-                    it.writer.write_eof()
+                    connection.writer.write_eof()
                     await asyncio.sleep(PAUSE_S)
                 elif opening(keys):
-                    it.note(await it.reader.read(HEAD_BYTES))
+                    connection.note(await connection.reader.read(HEAD_BYTES))
 
         await _again_and_again(one, connections)
 

@@ -37,7 +37,7 @@ async def run(seconds: float) -> list[Figure]:
 
 def _figures(port: int, seconds: float) -> list[Figure]:
     wait_until_at_rest(port)
-    quiet_ms = [1000 * it for it in latencies(port, READS, seconds)]
+    quiet_ms = [1000 * latency for latency in latencies(port, READS, seconds)]
     sleep(WINDOW_S + 1.0)
     idle = [_percent_after(port, WINDOW_S / LOOKS_AT_LOAD) for _ in range(LOOKS_AT_LOAD)]
     sweeps_s = [_sweep_s(port) for _ in range(ROUNDS)]
@@ -45,7 +45,7 @@ def _figures(port: int, seconds: float) -> list[Figure]:
     with connect(port) as sock:
         for body in MOVERS:
             ask(sock, post(f"/bodies/{body:02X}/moves", FAR))
-    moving_ms = [1000 * it for it in latencies(port, READS, seconds)]
+    moving_ms = [1000 * latency for latency in latencies(port, READS, seconds)]
     stop_s = _stop_s(port, asked(port, get("/bodies/00/moves?limit=1"))["moves"][0]["event_cursor"])
     one_by_one_s = len(BODIES) * exchange_bytes() * BITS_PER_BYTE / BAUD
     many = f"{len(BODIES)} bodies at {BAUD} baud"

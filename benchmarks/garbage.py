@@ -42,4 +42,4 @@ async def _pauses_ms(seconds: float) -> list[float]:
             await asyncio.to_thread(teach_speeds, Door(web), BODIES)
             await moves_per_s(web, seconds)
             process.terminate()
-            return [float(it) for it in (await reading).split()]
+            return [float(number) for number in (await reading).split()]

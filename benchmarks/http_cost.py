@@ -46,8 +46,8 @@ async def run(seconds: float) -> list[Figure]:
     hello, many, hop, kept_hop, command, *taken = zip(*rounds[1:], strict=True)  # caches fill in the first
     return [
         *(
-            Figure(f"{name}: processor", "us", it, hello, OF_A_HELLO)
-            for name, it in zip(reads, taken, strict=True)
+            Figure(f"{name}: processor", "us", rounds, hello, OF_A_HELLO)
+            for name, rounds in zip(reads, taken, strict=True)
         ),
         Figure("GET /bodies of 120: processor", "us", many, hello, Target("figure", "<=", 2000.0)),
         Figure(f"POST commands, {CLIENTS} clients: processor", "us", command, hop, OF_A_HOP),
@@ -64,7 +64,7 @@ async def _round(
         await _commands_us(*bare, COMMANDS, share),
         await _commands_us(*bare, KEPT, share),
         await _commands_us(*ours, COMMANDS, share),
-        *[await read_us(*ours, it, share) for it in reads.values()],
+        *[await read_us(*ours, request, share) for request in reads.values()],
     ]
 
 

@@ -30,7 +30,10 @@ async def run(seconds: float) -> list[Figure]:
     return [
         _figure("HTTP read, 1 client: p50", "us", p50_us, Target("ratio", "<=", 1.35)),
         _figure(
-            f"HTTP read, {CLIENTS} clients", "req/s", [it[:2] for it in rates], Target("ratio", ">=", 0.65)
+            f"HTTP read, {CLIENTS} clients",
+            "req/s",
+            [rate[:2] for rate in rates],
+            Target("ratio", ">=", 0.65),
         ),
         _figure(
             f"HTTP read, {CLIENTS} clients: beside a bare application on such a line",

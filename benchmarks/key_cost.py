@@ -28,7 +28,9 @@ async def run(seconds: float) -> list[Figure]:
     share = seconds / ROUNDS / 4
     with set_apart() as apart:
         async with _gateway(apart, "") as open_one, _gateway(apart, "line") as guarded:
-            taken = [[await read_us(*it, share) for it in (guarded, open_one)] for _ in range(ROUNDS + 1)]
+            taken = [
+                [await read_us(*server, share) for server in (guarded, open_one)] for _ in range(ROUNDS + 1)
+            ]
     measured, yardstick = zip(*taken[1:], strict=True)  # in the first round caches fill
     return [Figure("read with a checked key: processor", "us", measured, yardstick, AT_MOST)]
 

@@ -66,7 +66,7 @@ async def run(seconds: float) -> list[Figure]:
                 )
             states_s = await _states_s(broker)
     alone, held_alone, beside, held_beside = await _stops_to_the_line(2 * seconds / 5)
-    later = sorted(1e3 * (by_mqtt[it] - by_socket[it]) for it in by_mqtt.keys() & by_socket.keys())
+    later = sorted(1e3 * (by_mqtt[key] - by_socket[key]) for key in by_mqtt.keys() & by_socket.keys())
     rate = len(later) / (seconds / 5)
     behind = zip(WAYS, (5.0, 20.0), strict=True)
     return [
@@ -213,7 +213,7 @@ async def _arrivals(web: int, broker: int, seconds: float) -> tuple[dict[str, fl
             async for message in client.messages:
                 by_mqtt[json.loads(bytes(message.payload))["id"]] = time.monotonic()
 
-    tasks = [asyncio.create_task(it) for it in (hear_socket(), hear_mqtt())]
+    tasks = [asyncio.create_task(hearing) for hearing in (hear_socket(), hear_mqtt())]
     await asyncio.sleep(seconds)
     for task in tasks:
         task.cancel()

@@ -22,7 +22,7 @@ def _now() -> str:
 
 
 def _line(name: str) -> dict[str, Any]:
-    bodies = [it for it in addresses() if it.startswith(f"{name}.")]
+    bodies = [address for address in addresses() if address.startswith(f"{name}.")]
     return {"line_id": name, "state": "ready", "protocol": "rorze", "bodies": bodies}
 
 
@@ -54,7 +54,7 @@ def _answer(path: str) -> dict[str, Any]:
     names = [f"line{number}" for number in range(1, LINES + 1)]
     identity: dict[str, Any] = {"name": "everybody", "role": "admin", "rights": [], "scope": None}
     answers: dict[str, dict[str, Any]] = {
-        "/lines": {"lines": [_line(it) for it in names]},
+        "/lines": {"lines": [_line(name) for name in names]},
         "/robots": {"robots": []},
         "/scaras": {"scaras": []},
         "/alarms": {"alarms": []},
@@ -76,7 +76,9 @@ async def _serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> 
 
 async def _serve_one(head: str, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
     target = head.split(" ", 2)[1]
-    lengths = [it.split(":")[1] for it in head.split("\r\n") if it.lower().startswith("content-length:")]
+    lengths = [
+        line.split(":")[1] for line in head.split("\r\n") if line.lower().startswith("content-length:")
+    ]
     if lengths:
         await reader.readexactly(int(lengths[0]))
     path, _, query = target.partition("?")

@@ -83,7 +83,7 @@ async def _look_at_all(page: Page, url: str) -> list[tuple[float, float, float]]
         )
         for _ in range(ROUNDS)
     ]
-    for path in (*DOCUMENTS, *(f"#/{it}" for it in CONSOLE)):
+    for path in (*DOCUMENTS, *(f"#/{page}" for page in CONSOLE)):
         await page.goto(url + path)
         await asyncio.sleep(CHECK_S)
     return shown_ms

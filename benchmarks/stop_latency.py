@@ -145,7 +145,9 @@ async def _stop_one(line: Line, door: Door, body: int, ends_at: float) -> list[f
     taken: list[float] = []
     frame = b"&%02X" % body + STOP_CODE
     place = f"/bodies/{body:02X}"
-    move, stop = (door.signed(it) for it in (post(f"{place}/moves", FAR), post(f"{place}/stop", STOP)))
+    move, stop = (
+        door.signed(request) for request in (post(f"{place}/moves", FAR), post(f"{place}/stop", STOP))
+    )
     with door.connect() as sock:
         while monotonic() < ends_at or len(taken) < LEAST_STOPS:
             with suppress(RuntimeError):  # it still has the last one: a stop is measured all the same

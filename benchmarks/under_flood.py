@@ -156,7 +156,7 @@ async def poured(seconds: float, kinds: Sequence[str]) -> Found:
     told = json.loads(said)
     told["alone"], told["floods"] = (
         _measured(told["alone"]),
-        {name: _measured(it) for name, it in told["floods"].items()},
+        {name: _measured(flood) for name, flood in told["floods"].items()},
     )
     return Found(**told)
 
@@ -311,7 +311,7 @@ class Stand:
 
     def _ended(self, path: str, text: str, body: int | None, after: float) -> list[Fact]:
         told = self.truth[path].of("command", body)
-        return [it for it in told if it.at > after and str(it.facts["text"]).startswith(text)]
+        return [fact for fact in told if fact.at > after and str(fact.facts["text"]).startswith(text)]
 
 
 def open_sockets() -> int:
@@ -377,7 +377,9 @@ async def stand() -> AsyncIterator[Stand]:
         folder = Path(stack.enter_context(TemporaryDirectory()))
         config = _write_config(folder, web, line.address, cell.address)
         keys = KeyStore(config.with_suffix(".data"))
-        ours, floods = ({str(role): keys.create(f"{role}{it}", role) for role in _KEYS} for it in (1, 2))
+        ours, floods = (
+            {str(role): keys.create(f"{role}{number}", role) for role in _KEYS} for number in (1, 2)
+        )
         await stack.enter_async_context(_gateway(config))
         flooder = await stack.enter_async_context(_flooder(web, floods))
         found = Stand(web, flooder, ours, {"/bodies/3F/jogs": bodies, "/robots/r1/jogs": robot})

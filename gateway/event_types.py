@@ -113,7 +113,10 @@ LINE_UP: Final = EventType(
     "line.up",
     LINE,
     create_model(
-        "LineUp", __base__=EventData, __doc__="Who has answered when the line was set up.", **_FACTS
+        "LineUp",
+        __base__=EventData,
+        __doc__="The controllers that answered when the line was set up.",
+        **_FACTS,
     ),
     "somebody answers on the line, and it is set up",
 )

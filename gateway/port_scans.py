@@ -42,9 +42,11 @@ class FoundPort(Record):
     """Somebody who answered at a port."""
 
     address: str
-    told: str = Field(description="Who it is, in words.")
+    told: str = Field(description="The controllers in words.")
     line: dict[str, JsonValue] = Field(description="A table `[[lines]]` that serves it, for `POST /lines`.")
-    comment: str = Field(description="What the table does not tell; of a robot, what to compare first.")
+    comment: str = Field(
+        description="Facts that the table does not hold; of a robot, settings to compare first."
+    )
 
 
 class PortScan(Record):
@@ -53,11 +55,12 @@ class PortScan(Record):
     id: str
     ports: list[str]
     status: Literal["running", "finished", "failed"] = "running"
-    doing: list[str] = Field(default_factory=list, description="What goes on at the ports now.")
+    doing: list[str] = Field(default_factory=list, description="Present work at the ports, in words.")
     found: list[FoundPort] = Field(
-        default_factory=list, description="Who was found, when the scan is over or was broken off."
+        default_factory=list,
+        description="Controllers that were found, once the scan is over or was broken off.",
     )
-    notes: list[str] = Field(default_factory=list, description="Why a port could not be asked.")
+    notes: list[str] = Field(default_factory=list, description="Reasons for which ports could not be asked.")
     error: str | None = None
     started_at: datetime
     ended_at: datetime | None = None

@@ -87,20 +87,22 @@ R = TypeVar("R", bound=tuple[Any, ...])
 class RecordingInfo(Record):
     """One recording, under way or kept."""
 
-    id: str = Field(description="Sorts by time.")
+    id: str = Field(description="Id of the recording, which sorts by time.")
     status: Literal["running", "finished", "failed"] = "running"
     cause: Literal["request", "alarm"] = "request"
     alarm_id: str | None = Field(default=None, description="The alarm that has begun it.")
     lines: list[str]
-    whole_plant: bool = Field(default=True, description="Whether these are all lines.")
-    since: datetime = Field(description="When what it holds begins.")
-    until: datetime | None = Field(default=None, description="When that ends; null while it is not over.")
+    whole_plant: bool = Field(default=True, description="True if these are all lines.")
+    since: datetime = Field(description="Beginning of the recorded time.")
+    until: datetime | None = Field(
+        default=None, description="End of the recorded time; null while the recording goes on."
+    )
     bytes: int | None = Field(default=None, description="Size of its file.")
     complete: bool = Field(
         default=True,
         description="False where the gateway ended in the middle of it: it holds what was on the disk.",
     )
-    error: str | None = Field(default=None, description="Why there is no file.")
+    error: str | None = Field(default=None, description="Reason for which there is no file.")
     request_id: str | None = request_id_field()
     started_at: datetime
     ended_at: datetime | None = None

@@ -25,7 +25,9 @@ class Snapshot(EventData):
     """The plant when the event was made; later events up to `as_of` are in it already."""
 
     as_of: str = Field(description="The cursor of the newest event that it takes account of.")
-    lines: list[LineNow] = Field(description="None where only some bodies or robots are wanted.")
+    lines: list[LineNow] = Field(
+        description="State of the lines; empty if only some bodies or robots were asked for."
+    )
 
 
 def model_of(kinds: Iterable[type[Registered]]) -> type[EventData]:
@@ -33,7 +35,7 @@ def model_of(kinds: Iterable[type[Registered]]) -> type[EventData]:
     own = list(kinds)
     move: Any = Union[tuple(record for kind in own for record in kind.move_records)]  # noqa: UP007
     fields: dict[str, Any] = {it.collections[0]: list[it.now] for it in own if issubclass(it, Family)}  # type: ignore[name-defined]
-    fields["moves"] = list[move], Field(description="Those that are not over.")
+    fields["moves"] = list[move], Field(description="Moves that are not over.")
     return create_model("Snapshot", __base__=Snapshot, __doc__=Snapshot.__doc__, **fields)
 
 

@@ -33,8 +33,8 @@ def notes(changelog: str, of: str) -> str:
 
 def sums(folder: Path) -> str:
     """The SHA-256 of each file, as `sha256sum --check` reads them."""
-    files = sorted(it for it in folder.iterdir() if it.is_file())
-    return "".join(f"{sha256(it.read_bytes()).hexdigest()}  {it.name}\n" for it in files)
+    files = sorted(file for file in folder.iterdir() if file.is_file())
+    return "".join(f"{sha256(file.read_bytes()).hexdigest()}  {file.name}\n" for file in files)
 
 
 def main(node: str, npm: str) -> None:

@@ -46,7 +46,7 @@ def build(target: Path) -> None:
 
 def joined(text: str) -> str:
     """A text whose lines of Japanese go on without a blank."""
-    return _BROKEN_LINE.sub(lambda it: re.sub(r"\n *", "", it[1]), text)
+    return _BROKEN_LINE.sub(lambda match: re.sub(r"\n *", "", match[1]), text)
 
 
 def without_dead_links(page: Path, docs: Path) -> str:

@@ -18,10 +18,12 @@ class PackedForm(Form):
     """The only form of a row; zeros behind its values fill up a frame."""
 
     def __init__(self, row: type[Spoken]) -> None:
-        wires = {name: wire_of(it.annotation, it.metadata) for name, it in row.model_fields.items()}
+        wires = {name: wire_of(field.annotation, field.metadata) for name, field in row.model_fields.items()}
         self.syntax = " ".join(wires)
         self._names = tuple(wires)
-        self._layout = Struct(">" + "".join(it.layout for it in wires.values() if isinstance(it, Packed)))
+        self._layout = Struct(
+            ">" + "".join(wire.layout for wire in wires.values() if isinstance(wire, Packed))
+        )
 
     def variants(self) -> set[frozenset[str]]:
         """All fields."""

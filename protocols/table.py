@@ -34,7 +34,7 @@ class RangeFault(WireFault):
 
 @at_hand
 class Retry(StrEnum):
-    """What comes of repeating a command when no reply came; the gateway repeats only reads and stops."""
+    """The effect of repeating a command that was not answered; the gateway repeats only reads and stops."""
 
     READ = "read"
     """Changes nothing: repeated after a passed fence, unless it steps the position index."""
@@ -50,7 +50,7 @@ class Retry(StrEnum):
 
 @at_hand
 class Effect(StrEnum):
-    """What a command does: who may send it, and which way it goes, is decided by this alone."""
+    """The effect of a command, which alone decides who may send it and how it is carried out."""
 
     READ = "read"
     """Changes nothing."""
@@ -213,8 +213,8 @@ class TextCodec(Codec):
 
     def forms_of(self, row: "type[Spoken]", syntax: str) -> tuple[Form, ...]:
         """Build one for each alternative."""
-        named = {name: it for name, it in row.model_fields.items() if f"{{{name}}}" in syntax}
-        wires = {name: wire_of(it.annotation, it.metadata) for name, it in named.items()}
+        named = {name: field for name, field in row.model_fields.items() if f"{{{name}}}" in syntax}
+        wires = {name: wire_of(field.annotation, field.metadata) for name, field in named.items()}
         return tuple(TextForm(form, wires) for form in syntax.split("|"))
 
 
@@ -368,7 +368,7 @@ class Spoken(BaseModel):
 
 
 class Reply(Spoken):
-    """What a controller answers; numbers always have their printed width."""
+    """A controller's answer; numbers always have their printed width."""
 
 
 class Ack(Reply, args=""):

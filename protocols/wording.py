@@ -128,7 +128,7 @@ def unknown(name: str, known: Collection[str], listed: Collection[str] | None = 
 
 def _another_number(name: str, known: Collection[str]) -> list[str]:
     """The name in the plural: body, bodies."""
-    return [it for it in known if it in (f"{name}s", f"{name[:-1]}ies")]
+    return [other for other in known if other in (f"{name}s", f"{name[:-1]}ies")]
 
 
 def plain_number(value: float, decimals: int) -> str:

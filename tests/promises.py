@@ -31,6 +31,11 @@ simulator, all of which `make seeds` runs, too. To run one file with all its see
 
     .venv/bin/pytest tests/fault_simulator
 
+## Sentences
+
+`tests/test_sentences.py` holds docstrings and descriptions to the rules that it lists, each with a sentence
+that breaks it and a better one. `tests/sentences_left.txt` counts what is left; the numbers only fall.
+
 ## Faults of the gateway itself
 
 `tests/gateway/test_drawn_faults.py` counts which functions of the gateway a story calls, draws one call of

@@ -1,4 +1,4 @@
-"""Docstrings are sentences that an engineer would say at a whiteboard; `RULES` lists what a pattern can hold.
+"""Docstrings and descriptions are sentences of the whiteboard; `RULES` lists what a pattern can hold.
 
 A folder that breaks a rule stands in `sentences_left.txt` with the number of its offences. The number only
 falls: one more fails, and one fewer fails until it is lowered, by `python -m tests.test_sentences`. With the
@@ -18,32 +18,22 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-SOURCES = [
-    "gateway",
-    "api",
-    "app",
-    "protocols",
-    "transports",
-    "simulator",
-    "bridges",
-    "fleet",
-    "commissioning",
-]
-PACKAGES = [*SOURCES, "recordings", "packaging", "benchmarks", "tests"]
+PRODUCT = ["gateway", "api", "app", "protocols", "transports", "simulator"]
+PACKAGES = [*PRODUCT, "bridges", "fleet", "commissioning", "recordings", "packaging", "benchmarks", "tests"]
 DIVIDED = ("gateway", "protocols", "tests")
 """Packages whose folders are counted each on its own."""
 
 
 @dataclass(frozen=True)
 class Rule:
-    """A pattern that no docstring of its `kinds` matches: `now` does, `better` says it well."""
+    """A pattern that no text of its `kinds` matches: `now` does, `better` says it well."""
 
     name: str
     pattern: str
     now: str
     better: str
-    kinds: tuple[str, ...] = ("definition", "attribute")
-    """Docstrings of a `definition` (module, class, function) or of an `attribute`."""
+    kinds: tuple[str, ...] = ("definition", "attribute", "description")
+    """Docstrings of a `definition` (module, class, function) or `attribute`, or a field's `description`."""
 
 
 RULES = (
@@ -71,7 +61,14 @@ RULES = (
         r"\A(?:How|So|By|It|They|As|That)\b",
         now="How long a reply is waited for.",
         better="Time to wait for a reply, in seconds.",
-        kinds=("attribute",),
+        kinds=("attribute", "description"),
+    ),
+    Rule(
+        "a description is understood alone",
+        r"\A(?:In|From|To|When|Where|Why|Null|None|Left out|Such)\b",
+        now="In `counted_in`, as last read.",
+        better="Position as last read, in `counted_in`.",
+        kinds=("description",),
     ),
 )
 VARIABLE = "a variable is called by what it holds"
@@ -92,15 +89,21 @@ class Offence:
     text: str
 
 
-def docstrings(tree: ast.Module) -> Iterator[tuple[str, int, str]]:
-    """The docstrings of a module: their kind, line and text."""
+def sentences(tree: ast.Module) -> Iterator[tuple[str, int, str]]:
+    """The docstrings and descriptions of a module: their kind, line and text."""
     for node in ast.walk(tree):
+        if isinstance(node, ast.keyword) and node.arg in ("description", "__doc__") and text_of(node.value):
+            yield "description", node.value.lineno, text_of(node.value)
         body = getattr(node, "body", None)
         for before, statement in pairwise([None, *body]) if isinstance(body, list) else ():
-            value = getattr(statement, "value", None)
-            if isinstance(statement, ast.Expr) and isinstance(text := getattr(value, "value", None), str):
+            if isinstance(statement, ast.Expr) and text_of(statement.value):
                 kind = "attribute" if isinstance(before, ast.Assign | ast.AnnAssign) else "definition"
-                yield kind, statement.lineno, text.strip()
+                yield kind, statement.lineno, text_of(statement.value)
+
+
+def text_of(node: ast.expr) -> str:
+    """The text that an expression is; empty for anything else."""
+    return node.value.strip() if isinstance(node, ast.Constant) and isinstance(node.value, str) else ""
 
 
 def broken(kind: str, text: str) -> list[str]:
@@ -111,8 +114,9 @@ def broken(kind: str, text: str) -> list[str]:
 def variables(tree: ast.Module) -> Iterator[int]:
     """The lines that give a variable or a parameter the name `it`."""
     for node in ast.walk(tree):
-        stored = isinstance(node, ast.Name) and node.id == "it" and isinstance(node.ctx, ast.Store)
-        if stored or (isinstance(node, ast.arg) and node.arg == "it"):
+        if isinstance(node, ast.arg) and node.arg == "it":
+            yield node.lineno
+        if isinstance(node, ast.Name) and node.id == "it" and isinstance(node.ctx, ast.Store):
             yield node.lineno
 
 
@@ -133,7 +137,7 @@ def of(file: Path) -> Iterator[Offence]:
     divided = path.parts[0] in DIVIDED and len(path.parts) > 2
     folder = "/".join(path.parts[: 2 if divided else 1])
     tree = ast.parse(file.read_text("utf-8"))
-    for kind, line, text in docstrings(tree):
+    for kind, line, text in sentences(tree):
         for rule in broken(kind, text):
             yield Offence(rule, folder, f"{path}:{line}", text.partition("\n")[0])
     for line in variables(tree):
@@ -175,14 +179,16 @@ def test_a_variable_called_it_is_seen(source: str) -> None:
     assert list(variables(ast.parse(source))) == [1]
 
 
-def test_docstrings_of_modules_classes_functions_and_attributes_are_read() -> None:
+def test_docstrings_of_modules_classes_functions_and_attributes_and_descriptions_are_read() -> None:
     tree = ast.parse(
-        '"""M"""\nA = 1\n"""A"""\nclass C:\n """C"""\n a: int\n """B"""\n async def f():\n  """F"""'
+        '"""M"""\nA = 1\n"""A"""\nclass C:\n """C"""\n a: int = F(description="D" "E")\n """B"""\n'
+        ' async def f():\n  """F"""'
     )
-    assert sorted((text, kind) for kind, _, text in docstrings(tree)) == [
+    assert sorted((text, kind) for kind, _, text in sentences(tree)) == [
         ("A", "attribute"),
         ("B", "attribute"),
         ("C", "definition"),
+        ("DE", "description"),
         ("F", "definition"),
         ("M", "definition"),
     ]

@@ -69,7 +69,7 @@ class History(Generic[R]):
         pieces = (*self._packed, *([self._pack()] if self._newest else ()))
         for piece in pieces:
             if piece.last_ns >= monotonic_ns:
-                earlier = [it for it in piece.records() if it[1] < monotonic_ns]
+                earlier = [record for record in piece.records() if record[1] < monotonic_ns]
                 number: int = piece.first - 1 + len(earlier)
                 return number
         return self.recorded

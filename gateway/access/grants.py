@@ -51,7 +51,7 @@ Why = Literal["signed_out", "made_room", "ended"]
 class SessionInfo(Record):
     """A session, without what is secret of it."""
 
-    id: str = Field(description="Names the session, and lets nobody in.")
+    id: str = Field(description="Id of the session, which does not open it.")
     name: str = Field(description="The name of the key, or of the token's holder.")
     role: Role
     address: str | None = Field(description="The network address that it was begun from.")
@@ -150,7 +150,7 @@ class Sessions:
     def end_by(self, *, id: str | None = None, name: str | None = None) -> Sequence[SessionInfo]:  # noqa: A002
         """End one by what names it, or all of a key; gives those that have ended."""
         named = {session: self._told(session, lent) for session, lent in self._sessions.items()}
-        found = [session for session, it in named.items() if id == it.id or name == it.name]
+        found = [session for session, lent in named.items() if id == lent.id or name == lent.name]
         for session in found:
             self._end(session, "ended")
         for session, lent in list(self._stop_only.items()):
@@ -161,7 +161,11 @@ class Sessions:
     def all(self) -> Sequence[SessionInfo]:
         """Sessions that are still open, the one used most recently first."""
         now = self._clock()
-        return [self._told(it, lent) for it, lent in reversed(self._sessions.items()) if lent.lasts_at(now)]
+        return [
+            self._told(session, lent)
+            for session, lent in reversed(self._sessions.items())
+            if lent.lasts_at(now)
+        ]
 
     def _end(self, session: str, why: Why) -> _Lent:
         lent = self._sessions.pop(session)
@@ -192,13 +196,13 @@ def handle_of(session: str) -> str:
 
 def _crowded(lent: Mapping[str, _Lent], newest: Grant, most_of_one: int, most: int) -> Sequence[str]:
     """The one that has to go, if one has: of the newest's own key, or of the key that has the most."""
-    of_each = Counter(it.holder for it in lent.values())
+    of_each = Counter(one.holder for one in lent.values())
     holder = newest.principal.id
     if of_each[holder] <= most_of_one:
         if len(lent) <= most:
             return ()
         [(holder, _)] = of_each.most_common(1)
-    return [next(it for it, those in lent.items() if those.holder == holder)]
+    return [next(handle for handle, those in lent.items() if those.holder == holder)]
 
 
 class Tickets:

@@ -76,19 +76,19 @@ class KeyInfo(Record):
     scope: list[str] | None = Field(
         description="The addresses of lines, bodies, groups and robots that it is for; null means all."
     )
-    begins: str = Field(description="How the key begins, which is no secret.")
+    begins: str = Field(description="Beginning of the key, which is no secret.")
     state: State = Field(
         description="`waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`)."
     )
     ends_soon: bool = Field(
-        description="Whether it ends within `access.key_warning_d`, and no newer key has its name."
+        description="True if the key ends within `access.key_warning_d`, and no newer key has its name."
     )
-    made_by: str | None = Field(description="Who made it over HTTP, if that was noted.")
+    made_by: str | None = Field(description="The caller who made the key over HTTP, if that was noted.")
     approved_by: str | None
     made_at: datetime
     expires_at: datetime | None
     revoked_at: datetime | None
-    used_at: datetime | None = Field(description="When it was last used, as the gateway notes once a minute.")
+    used_at: datetime | None = Field(description="Time at which the key was last used, noted once a minute.")
 
 
 class Key(BaseModel):
@@ -184,7 +184,7 @@ def _kept(key: Key) -> dict[str, JsonValue]:
 
 def _with(keys: Sequence[Key], some: Sequence[Key], **changed: object) -> list[Key]:
     """The keys, with something else in some of them."""
-    return [it.model_copy(update=changed) if it in some else it for it in keys]
+    return [key.model_copy(update=changed) if key in some else key for key in keys]
 
 
 class KeyStore:
@@ -349,7 +349,7 @@ class KeyStore:
         now = self._clock()
         token, key = _new(name, role, scope, now, expires_s)
         with self._changing() as file:
-            if any(it.name == name and it.state_at(now) in _IN_FORCE for it in file.keys):
+            if any(key.name == name and key.state_at(now) in _IN_FORCE for key in file.keys):
                 raise KeyFault(f"There is a good key {name} already; revoke it first, or take another name.")
             waits = role is Role.ADMIN and self._wants_two(file.keys, now, by)
             if waits and by is None:
@@ -366,11 +366,11 @@ class KeyStore:
         good. At the machine, where `by` is None, those count whose keys are good now.
         """
         admins = {
-            it.name
-            for it in keys
-            if it.role is Role.ADMIN
-            and it.scope is None
-            and (it.is_good_at(now) if by is None else not it.needs_approval or it.approved_by is not None)
+            key.name
+            for key in keys
+            if key.role is Role.ADMIN
+            and key.scope is None
+            and (key.is_good_at(now) if by is None else not key.needs_approval or key.approved_by is not None)
         }
         return len(admins) > 1 and self.policy().four_eyes
 
@@ -383,7 +383,7 @@ class KeyStore:
         """
         now = self._clock()
         with self._changing() as file:
-            waiting = [it for it in file.keys if it.name == name and it.state_at(now) == "waiting"]
+            waiting = [key for key in file.keys if key.name == name and key.state_at(now) == "waiting"]
             if not waiting:
                 raise KeyFault(f"No key {as_given(name)} waits for a second admin.")
             if waiting[-1].made_by == by:
@@ -406,7 +406,7 @@ class KeyStore:
             raise KeyWordFault("The old key is good for 10 years more at most.")
         now = self._clock()
         with self._changing() as file:
-            good = [it for it in file.keys if it.name == name and it.is_good_at(now)]
+            good = [key for key in file.keys if key.name == name and key.is_good_at(now)]
             if not good:
                 raise KeyFault(f"There is no good key {as_given(name)}.")
             old = good[-1]
@@ -417,7 +417,7 @@ class KeyStore:
                 )
             lasts_s = self.policy().lifetime_s if old.expires is None else old.expires - old.created
             token, key = _new(name, old.role, old.scope, now, lasts_s)
-            ended = [it for it in good if it.expires is None or it.expires > now + overlap_s]
+            ended = [key for key in good if key.expires is None or key.expires > now + overlap_s]
             file.keys = [
                 *_with(file.keys, ended, expires=now + overlap_s),
                 key.model_copy(update={"made_by": by}),

@@ -8,7 +8,7 @@ from gateway.core.rights import Right
 
 
 class Role(StrEnum):
-    """What somebody is to the plant; each role has the rights of those before it."""
+    """A caller's role at the plant; each role has the rights of those before it."""
 
     VIEWER = "viewer"
     OPERATOR = "operator"

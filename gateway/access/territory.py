@@ -83,7 +83,7 @@ class Territory:
             return False
         covered = self._covered.get(principal.scope)
         if covered is None:
-            covered = frozenset(it for name in principal.scope for it in self._meant_by(name))
+            covered = frozenset(part for name in principal.scope for part in self._meant_by(name))
             self._covered[principal.scope] = covered
         for part in wanted:  # noqa: SIM110  # at each request: `all` would make a generator
             if part.address not in covered and part.line_id not in covered:
@@ -94,7 +94,7 @@ class Territory:
         """The addresses that a name in a scope covers: none, if it fits nothing or several lines."""
         if name in self._lines:
             return [name]
-        return [part.address for it in self._registered for part in it.parts_in_scope(name)]
+        return [part.address for kind in self._registered for part in kind.parts_in_scope(name)]
 
     def parts(self, address: str) -> Sequence[Part]:
         """Find the parts that an address means: members of a group, or the line of one that is not there yet.
@@ -106,7 +106,7 @@ class Territory:
             return known
         if address in self._lines:
             return [Part(address, address)]
-        parts = [part for it in self._registered for part in it.parts(address)]
+        parts = [part for kind in self._registered for part in kind.parts(address)]
         own = address.partition("/")[0]
         if len(parts) == 1 and fits(own, parts[0].address) and len(self._single) < MOST_KNOWN:
             self._single[address] = parts

@@ -39,9 +39,9 @@ T = TypeVar("T")
 class AlarmText(Record):
     """An alarm in one language."""
 
-    happened: str = Field(description="What has happened.")
-    motor: str = Field(description="What the motor did, or may do.")
-    remedy: str = Field(description="What to do next.")
+    happened: str = Field(description="The event, in words.")
+    motor: str = Field(description="The motor's reaction, or what it may still do.")
+    remedy: str = Field(description="The next step for the operator.")
 
     def of(self, facts: Facts, language: str) -> Self:
         """Fill in what is known of this one."""
@@ -88,31 +88,31 @@ class Alarm(Record):
     """Something that has gone wrong, from then until somebody has reset it."""
 
     id: str
-    cause: str = Field(description="What it is, such as `body.offline`; never changes.")
+    cause: str = Field(description="Kind of the alarm, such as `body.offline`; never changes.")
     number: int = Field(
         default_factory=lambda told: numbers.ALARMS.get(told["cause"], 0),
         description="The number of its cause, as `GET /numbers` has it; never changes.",
     )
     subject: str = Field(
-        description="What it is about, as in events: /bodies/line1.3F, /lines/line1, /gateway."
+        description="The part it is about, as in events: /bodies/line1.3F, /lines/line1, /gateway."
     )
     raised_at: datetime
     ended_at: datetime | None = Field(
-        default=None, description="When its cause was seen to be over; null while it lasts."
+        default=None, description="Time at which its cause was seen to be over; null while it lasts."
     )
-    reset_at: datetime | None = Field(default=None, description="Null while the alarm stands.")
+    reset_at: datetime | None = Field(
+        default=None, description="Time of the reset; null while the alarm stands."
+    )
     reset_by: str | None = Field(
         default=None,
         description=f"Who has reset it; `{AGAIN}` where a newer one stands in its place, `{DISPROVED}` where "
         "it turned out to have had no cause.",
     )
-    caller: str = Field(description="In whose name the gateway was at work when it came.")
+    caller: str = Field(description="The caller for whom the gateway worked when the alarm came.")
     request_id: str | None = Field(description="The X-Request-Id of the request behind that.")
     move_id: str | None = Field(default=None, description="The move it has ended, if it has.")
     code: str | None = Field(default=None, description="The controller's own error code.")
-    manual: str = Field(
-        description="Where the manual tells of it; empty where it is no matter of a controller."
-    )
+    manual: str = Field(description="Section of the manual; empty if the alarm is not about a controller.")
     en: AlarmText
     ja: AlarmText
     when_over: PastWords | None = Field(

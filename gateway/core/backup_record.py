@@ -28,11 +28,13 @@ class Reading(Record):
     """Something long that is being read, or was."""
 
     id: str
-    target: str = Field(description="The path of what it is of.")
+    target: str = Field(description="Path of the body, line or robot that is read.")
     status: Status = "running"
     controllers: list[str] = Field(description="The bodies, or the robot, it is read from, in their order.")
-    controller: str | None = Field(None, description="Which of them is being read, or was when it ended.")
-    read: int = Field(0, description="Answers so far.")
+    controller: str | None = Field(
+        None, description="The controller that is being read, or was when the reading ended."
+    )
+    read: int = Field(0, description="Answers read so far.")
     expected: int | None = Field(
         0,
         description="Answers it takes at most, as far as is known: what was never set is not asked for. Null "
@@ -40,7 +42,7 @@ class Reading(Record):
     )
     left_s: float | None = LEFT_S
     baud: int | None = BAUD
-    error: BackupError | None = Field(None, description="Why it was not read.")
+    error: BackupError | None = Field(None, description="The error that ended the reading early.")
     request_id: str | None = request_id_field()
     started_at: datetime
     ended_at: datetime | None = None
@@ -68,5 +70,5 @@ class BackupComparison(Reading):
     )
     differing: dict[str, int] | None = Field(None, description=DIFFERING)
     restore_s: float | None = Field(
-        None, description="Seconds that a restore would take, and read it back; null where nobody knows."
+        None, description="Seconds that a restore and its reading back would take; null if unknown."
     )

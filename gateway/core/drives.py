@@ -100,10 +100,12 @@ class DriveNow(Record):
 class DriveMove(MoveRecord):
     """A move of a drive."""
 
-    number: int = Field(description="That of its command.")
-    start: int | None = Field(default=None, description="Where it stood before.")
-    life: int | None = Field(default=None, description="How often it had been switched on before.")
-    target: int | None = Field(default=None, description="Where it was to go, if that is known.")
+    number: int = Field(description="Number of the move's command.")
+    start: int | None = Field(default=None, description="Position of the drive before the move.")
+    life: int | None = Field(
+        default=None, description="Number of times that the drive had been switched on before."
+    )
+    target: int | None = Field(default=None, description="Position that the move was to reach, if known.")
     end_cause: str | None = None
 
 

@@ -168,7 +168,7 @@ class LineOwner(EventData):
     """Which gateway of a plant has a line now, and why."""
 
     reason: str
-    owner: str | None = Field(description="Its name; null where nobody knows.")
+    owner: str | None = Field(description="Name of the gateway that has the line; null if unknown.")
     epoch: int = Field(description="The number of take-overs so far, and one.")
 
 
@@ -206,13 +206,15 @@ class LoopHeld(EventData):
     """For how long the gateway did nothing."""
 
     seconds: float = Field(description="0.25 at least.")
-    cancelled: bool = Field(description="Whether what waited is not sent any more: above 2 s.")
+    cancelled: bool = Field(
+        description="True if commands that waited are not sent any more: after more than 2 s."
+    )
 
 
 class ShuttingDown(EventData):
     """How the gateway ends."""
 
-    on_exit: str = Field(description="What becomes of motors that move, as configured.")
+    on_exit: str = Field(description="The configured treatment of motors that move: stop or leave.")
 
 
 class LeftMoving(EventData):
@@ -245,11 +247,11 @@ class Crashed(EventData):
     """What was under way when the last life of the gateway ended without being told to."""
 
     last_seen_at: datetime | None = Field(
-        description="When it was last known to live; null where it never was."
+        description="Time at which the last life was known to run; null if it never was."
     )
     moves: list[str] = Field(description="Moves that were not over: they are followed, or resolved.")
-    targets: list[str] = Field(description="What moves in each of these moves.")
-    commands: list[str] = Field(description="Commands of which nobody knows what has become of them.")
+    targets: list[str] = Field(description="The part that moves in each of these moves.")
+    commands: list[str] = Field(description="Commands with an unknown outcome.")
 
 
 OF_THE_GATEWAY = (
@@ -279,9 +281,11 @@ IO = "io"
 class Signal(EventData):
     """One input or output."""
 
-    channel: int | None = Field(None, description="Of a robot: eight inputs or outputs, from 1.")
-    number: int = Field(description="From 0; of a robot, within its channel.")
-    name: str | None = Field(None, description="As the configuration has it.")
+    channel: int | None = Field(
+        None, description="Channel of a robot: eight inputs or outputs, from 1; null for a body."
+    )
+    number: int = Field(description="Number of the signal, from 0; of a robot, within its channel.")
+    name: str | None = Field(None, description="Name of the signal in the configuration.")
     on: bool
 
 

@@ -112,7 +112,7 @@ class Seen(NamedTuple):
 class OwnerInfo(TypedDict):
     """Who has a line that may be taken over."""
 
-    gateway: Annotated[str | None, Field(description="Its name in the plant; null where nobody knows.")]
+    gateway: Annotated[str | None, Field(description="Name of the gateway in the plant; null if unknown.")]
     epoch: Annotated[
         int, Field(description="The number of take-overs so far, and one; the header Owner-Epoch.")
     ]
@@ -127,7 +127,9 @@ class PortInfo(TypedDict):
     state: LineState
     down_reason: Annotated[
         str | None,
-        Field(description="Why the line is `down` or `silent`, and what to check; null while it is neither."),
+        Field(
+            description="Reason why the line is `down` or `silent`, and what to check; null if it is neither."
+        ),
     ]
     waiting: Annotated[dict[str, int], Field(description="Requests waiting in each lane.")]
     load: Annotated[
@@ -138,7 +140,7 @@ class PortInfo(TypedDict):
             "silent), fences, stops and set_up."
         ),
     ]
-    counters: Annotated[dict[str, int], Field(description="What has happened on the line since the start.")]
+    counters: Annotated[dict[str, int], Field(description="Counters of the line since the start.")]
     owner: Annotated[
         NotRequired[OwnerInfo], Field(description="Only of a line that another gateway may take over.")
     ]

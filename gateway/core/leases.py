@@ -43,18 +43,18 @@ class LeaseRefused(NotSent):
 class Lease(Record):
     """Who moves a part of the plant now."""
 
-    lease: str = Field(description="Its id.")
-    scope: str = Field(description="What was leased: a line, a body, a group or a robot.")
+    lease: str = Field(description="Id of the lease.")
+    scope: str = Field(description="Address of the leased line, body, group or robot.")
     covers: list[str] = Field(description="The bodies and robots it is for, or the line.")
     holder: str = Field(description="The name of the key that took it.")
-    ttl_s: float = Field(description="For how long it lasts after each renewal.")
-    expires_in_s: float = Field(description="For how long it lasts now, unless it is renewed.")
+    ttl_s: float = Field(description="Seconds that the lease lasts after each renewal.")
+    expires_in_s: float = Field(description="Seconds that the lease still lasts, unless it is renewed.")
 
 
 class Taken(Lease):
     """A lease as its holder sees it."""
 
-    token: int = Field(description="What the header Lease-Token of motions and settings shows.")
+    token: int = Field(description="Number for the header Lease-Token of motions and settings.")
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,9 @@ class MoveError(Record):
     type: str = Field(description="The kind of error; stable.")
     title: str
     detail: str
-    moved: Moved = Field(description="Whether the motor did anything because of this move.")
+    moved: Moved = Field(
+        description="Says if the motor did anything because of this move: no, yes or unknown."
+    )
     remedy: str
     controller_error: str | None = Field(
         default=None, description="The controller's error code, such as 0x51."
@@ -95,7 +97,9 @@ class MoveRecord(Record):
     status: MoveStatus = MoveStatus.QUEUED
     command: str = Field(description="The three characters of the controller's command.")
     frame: str = Field(description="The exact bytes, CR as \\r.")
-    evidence: list[str] = Field(default_factory=list, description="How the gateway knows what it says.")
+    evidence: list[str] = Field(
+        default_factory=list, description="Observations that the status rests on, in words."
+    )
     error: MoveError | None = None
     request_id: str | None = request_id_field()
     created_at: datetime
@@ -119,17 +123,18 @@ class Move(MoveRecord):
     )
     counted_in: CountedIn | None = Field(
         default=None,
-        description="What positions are counted in; null where the body's operating mode is not known.",
+        description="Unit of the positions; null if the body's operating mode is not known.",
     )
-    start_position: int | None = Field(default=None, description="In `counted_in`, before the move.")
+    start_position: int | None = Field(default=None, description="Position before the move, in `counted_in`.")
     target_position: int | None = Field(
-        default=None, description="In `counted_in`, where it can be known beforehand."
+        default=None, description="Position to reach, in `counted_in`; null if it cannot be known beforehand."
     )
-    position: int | None = Field(default=None, description="In `counted_in`, as last read.")
+    position: int | None = Field(default=None, description="Position as last read, in `counted_in`.")
     homing_distance: int | None = Field(
         default=None,
-        description="Of a homing that ended well: from its end back to its start, in `counted_in` (0PD).",
+        description="Distance from the end of a good homing back to its start, in `counted_in` (0PD).",
     )
     completion: Literal["frame", "polling"] | None = Field(
-        default=None, description="Whether the end was announced by the link master or found by polling."
+        default=None,
+        description="`frame`: the link master announced the end; `polling`: the gateway found it.",
     )

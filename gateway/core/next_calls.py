@@ -17,14 +17,14 @@ class NextCall(BaseModel):
 
     method: Literal["GET", "POST", "PUT"]
     path: str
-    right: Right = Field(description="What its sender has to be allowed; that of its route.")
+    right: Right = Field(description="The right that the caller needs.")
     body: dict[str, JsonValue] | None = Field(
         default=None,
         exclude_if=lambda value: value is None,
-        description="What it takes; left out for nothing, or where only the sender can know.",
+        description="Content of the request; left out if there is none, or if only the caller can know it.",
     )
-    en: str = Field(description="What it does, in English.")
-    ja: str = Field(description="What it does, in Japanese.")
+    en: str = Field(description="Effect of the call, in English.")
+    ja: str = Field(description="Effect of the call, in Japanese.")
 
     @model_validator(mode="before")
     @classmethod

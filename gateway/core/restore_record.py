@@ -23,8 +23,8 @@ class ScaleDifference(Record):
 
     target: str = Field(description="The body.")
     backup: str = Field(description="The scale of the backup: 100 pulses/mm.")
-    controller: str = Field(description="That of the body: 250 pulses/mm, or no scale.")
-    units: Units = Field(description="What was asked for: the same pulses, or the same lengths and speeds.")
+    controller: str = Field(description="The scale of the body: 250 pulses/mm, or no scale.")
+    units: Units = Field(description="The requested conversion: keep the pulses, or keep lengths and speeds.")
 
 
 SCALES = Field(
@@ -38,9 +38,9 @@ class Difference(Record):
 
     target: str = Field(description="The body or the robot.")
     section: str
-    name: str = Field(description="What it is, in words.")
-    wanted: str | None = Field(description="What the backup has; null where it is empty or was never set.")
-    held: str | None = Field(description="What the controller holds.")
+    name: str = Field(description="The setting, position or instruction in words.")
+    wanted: str | None = Field(description="Value in the backup; null if it is empty or was never set.")
+    held: str | None = Field(description="Value in the controller.")
     restorable: bool = Field(description="False where no command can bring it back.")
 
 
@@ -85,7 +85,7 @@ class RestoreError(Record):
 class RestorePlan(Record):
     """What a restore would do; nothing was written."""
 
-    target: str = Field(description="The path of what it is for.")
+    target: str = Field(description="Path of the body, line or robot that is restored.")
     dry_run: Literal[True] = True
     commands: list[str] = Field(description="The exact commands, in their order.")
     differences: list[Difference] = Field(description="Empty where the controllers hold the backup already.")
@@ -97,7 +97,7 @@ class Restore(Record):
     """One restore of a backup."""
 
     id: str
-    target: str = Field(description="The path of what it is for.")
+    target: str = Field(description="Path of the body, line or robot that is restored.")
     status: Status = Field(
         "running",
         description="`verified`: read back, all of the backup is there. `differs`: `differences` is all that "
@@ -107,12 +107,14 @@ class Restore(Record):
     controllers: list[str] = Field(description="The bodies or the robot it writes to.")
     scales: list[ScaleDifference] = SCALES
     commands: int = Field(0, description="Commands to be written, as far as is known.")
-    written: int = Field(0, description="Those that were.")
-    read: int = Field(0, description="What was read so far, before and after.")
-    left_s: float | None = Field(None, description="Seconds it takes still; null where nobody knows.")
-    flash: bool = Field(description="Whether it is to be written to flash memory.")
-    saved: bool = Field(False, description="Whether it was, of all controllers.")
-    power_cycle: bool = Field(description="Whether it is compared once more when the power was off and on.")
+    written: int = Field(0, description="Commands written so far.")
+    read: int = Field(0, description="Answers read so far, before and after writing.")
+    left_s: float | None = Field(None, description="Seconds that the restore still takes; null if unknown.")
+    flash: bool = Field(description="True if the settings are to be written to flash memory, too.")
+    saved: bool = Field(False, description="True if the flash memory of all controllers was written.")
+    power_cycle: bool = Field(
+        description="True if the controllers are compared again after the power was off and on."
+    )
     power_proved: bool = Field(
         True,
         description="False where no mark could prove that the power was kept while it was read back: a short "
@@ -123,7 +125,7 @@ class Restore(Record):
         description="What the controllers hold otherwise than the backup; null while nobody knows. "
         "Events tell the first 20.",
     )
-    error: RestoreError | None = Field(None, description="What has ended it early.")
+    error: RestoreError | None = Field(None, description="The error that ended the restore early.")
     request_id: str | None = request_id_field()
     started_at: datetime
     ended_at: datetime | None = None

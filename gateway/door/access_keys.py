@@ -39,10 +39,11 @@ class NewKey(
     """A key to be made."""
 
     name: str = Field(
-        max_length=64, description="Who or what it is for: letters, digits and . _ @ -; records name it."
+        max_length=64,
+        description="The person or program it is for: letters, digits and . _ @ -; records name it.",
     )
     # A word in JSON is no member of an enumeration, where nothing is converted.
-    role: Annotated[Role, Field(strict=False, description="What it may do; every role may stop.")]
+    role: Annotated[Role, Field(strict=False, description="The rights of the key; every role may stop.")]
     scope: list[str] | None = Field(
         default=None,
         min_length=1,
@@ -53,7 +54,7 @@ class NewKey(
         default=None,
         gt=0,
         le=LONGEST_S,
-        description="In seconds from now; left out: `access.key_lifetime_d`, a year if nothing else is said.",
+        description="Seconds from now; left out: `access.key_lifetime_d`, a year if nothing else is said.",
     )
 
 
@@ -69,7 +70,7 @@ class MadeKey(KeyInfo):
     """A key that was made, with its secret."""
 
     key: str = Field(
-        description="What its owner sends. It is told this once: the gateway keeps its hash only."
+        description="The secret that the owner sends. It is told this once: the gateway keeps its hash only."
     )
 
 
@@ -176,7 +177,7 @@ async def _require(keys: KeyStore, name: str, state: State) -> None:
         infos = await asyncio.to_thread(keys.infos)
     except KeyFault as fault:
         raise NotSent(str(fault)) from None
-    if not any(it.name == name and it.state == state for it in infos):
+    if not any(info.name == name and info.state == state for info in infos):
         raise NotFound(f"There is no {state} key {as_given(name)}; nothing was changed.")
 
 
@@ -194,7 +195,7 @@ def _managed(plant: Plant) -> KeyStore:
 
 async def _told(keys: KeyStore, name: str) -> KeyInfo:
     """The newest key of a name."""
-    return next(it for it in reversed(await asyncio.to_thread(keys.infos)) if it.name == name)
+    return next(info for info in reversed(await asyncio.to_thread(keys.infos)) if info.name == name)
 
 
 def _of(key: KeyInfo) -> dict[str, object]:

@@ -37,7 +37,7 @@ async def list_alarms(
 ) -> AlarmList:
     """List alarms over restarts: what has happened, what the motor did, and the calls that help."""
     found = listed(plant, standing=standing)
-    return AlarmList(alarms=[it for it in found if _is_seen(plant, it)][:limit])
+    return AlarmList(alarms=[alarm for alarm in found if _is_seen(plant, alarm)][:limit])
 
 
 @ROWS.get("/alarms/{alarm_id}", any_scope=True)
@@ -72,12 +72,12 @@ def _line_of(plant: Plant, subject: str) -> str | None:
     if not slash or "/" in address or f"/{kind}" not in COLLECTIONS:
         return None
     line_id, dot, _ = address.partition(".")
-    return line_id if dot else next((it.line_id for it in plant.territory.parts(address)), None)
+    return line_id if dot else next((part.line_id for part in plant.territory.parts(address)), None)
 
 
 def _is_seen(plant: Plant, alarm: Alarm) -> bool:
     """Keys with a scope see what it covers; what is about the gateway is about the whole plant."""
-    return principal.current().scope is None or any(sees(plant, it) for it in _addresses_of(alarm))
+    return principal.current().scope is None or any(sees(plant, address) for address in _addresses_of(alarm))
 
 
 def _addresses_of(alarm: Alarm) -> list[str]:

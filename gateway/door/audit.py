@@ -28,23 +28,33 @@ _COLUMNS: Final = (
 
 
 class Deed(Record):
-    """Something with an effect that somebody wanted."""
+    """An action with an effect that a caller asked for, and its outcome."""
 
-    id: str = Field(description="Sorts by time; also the cursor after which older deeds follow.")
+    id: str = Field(
+        description="Id of the action, which sorts by time; also the cursor before which older actions lie."
+    )
     at: datetime
-    caller: str = Field(description="Who wanted it: the name of a key, an interface and an address.")
+    caller: str = Field(description="The caller: the name of a key, an interface and an address.")
     request_id: str | None = Field(description="The X-Request-Id of the request.")
-    target: str = Field(description="Its target: line1.3F, line1.80 for a group, r1.")
+    target: str = Field(
+        description="Address of the body, group or robot: line1.3F, line1.80 for a group, r1."
+    )
     command: str = Field(description="The row of the command table.")
     effect: str = Field(description="motion, stop, setting or maintenance.")
-    frame: str = Field(description="The exact bytes.")
-    moves: list[str] = Field(description="The moves it was to make.")
-    written_at: datetime | None = Field(description="When it was handed to the port; null if it was not.")
-    ended_at: datetime | None = Field(description="When its outcome was known; null while it is not.")
-    outcome: str | None = Field(
-        description="answered, refusal, failure, not_sent, or unknown: nobody knows whether it was executed."
+    frame: str = Field(description="The exact bytes for the controller.")
+    moves: list[str] = Field(description="Ids of the moves that the command was to make.")
+    written_at: datetime | None = Field(
+        description="Time at which the frame was handed to the port; null if it was not."
     )
-    detail: str | None = Field(description="Why it was not carried out, or the controller's error.")
+    ended_at: datetime | None = Field(
+        description="Time at which the outcome was known; null while it is not."
+    )
+    outcome: str | None = Field(
+        description="answered, refusal, failure, not_sent, or unknown: it may have been executed or not."
+    )
+    detail: str | None = Field(
+        description="Reason for which it was not carried out, or the controller's error."
+    )
 
 
 def _before(mark: str) -> str:

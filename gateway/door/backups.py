@@ -27,7 +27,10 @@ AS_TEXT: Final[Mapping[str, Any]] = {"media": TEXT, "answered": "The backup."}
 ENDING: Final = ".backup"
 LAST: Final = "last"
 Night = Annotated[
-    str, Field(pattern=r"^\d{4}-\d\d-\d\d$", description="As YYYY-MM-DD.", examples=["2026-11-28"])
+    str,
+    Field(
+        pattern=r"^\d{4}-\d\d-\d\d$", description="The night's date, as YYYY-MM-DD.", examples=["2026-11-28"]
+    ),
 ]
 WITHOUT: Final = "Sections of the backup that are left as they are, such as positions."
 NO_MORE: Final = "Read no more."
@@ -180,7 +183,7 @@ class RestoreRequest(ComparisonRequest):
     )
     flash: bool = Field(False, description="Write it to flash memory, too, once it was read back.")
     power_cycle: bool = Field(
-        False, description="With `flash`: wait until the power was off and on, and compare once more."
+        False, description="True to wait, with `flash`, until the power was off and on, and compare again."
     )
 
 

@@ -15,7 +15,7 @@ _TABLES: Final = {
     name: module for name, family in FAMILIES.items() for module in doors("command_infos", family)
 }
 Family: Any = Literal[tuple(_TABLES)]
-_INFO: Any = Union[tuple(it.INFO for it in _TABLES.values())]  # noqa: UP007
+_INFO: Any = Union[tuple(table.INFO for table in _TABLES.values())]  # noqa: UP007
 
 
 class CommandList(BaseModel):
@@ -25,16 +25,16 @@ class CommandList(BaseModel):
 
 
 class Translations(BaseModel):
-    """What the gateway says in English only, in other languages: hints of parameters, reasons, notes."""
+    """Translations of texts that the gateway has in English only: hints of parameters, reasons, notes."""
 
-    ja: dict[str, str] = Field(description="Japanese by the English sentence.")
+    ja: dict[str, str] = Field(description="The Japanese sentence for each English one.")
 
 
 class Numbers(BaseModel):
     """Numbers that never change, in later versions neither; each type and cause has one of its own."""
 
-    events: dict[str, int] = Field(description="By the type of an event, from 1.")
-    alarms: dict[str, int] = Field(description="By the cause of an alarm, from 1.")
+    events: dict[str, int] = Field(description="Number of each type of event, from 1.")
+    alarms: dict[str, int] = Field(description="Number of each cause of an alarm, from 1.")
 
 
 FamilyName = Annotated[Family | None, Field(description="Only the commands of one family.")]

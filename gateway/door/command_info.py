@@ -11,18 +11,20 @@ from protocols.table import Command, Effect, Retry
 class CommandInfoBase(BaseModel):
     """The part of a command's description that all families share."""
 
-    code: str = Field(description="Its three characters; empty where a macro's name takes their place.")
+    code: str = Field(
+        description="The three characters of the command; empty where a macro's name takes their place."
+    )
     name: str = Field(description="The last part of its route, .../commands/NAME.")
     title_ja: str
     title_en: str
     parameters: dict[str, Any] = Field(description="JSON Schema of the request body.")
     reply: dict[str, Any] = Field(description="JSON Schema of the reply.")
-    usage: list[str] = Field(description="How the parameters are written on the line.")
+    usage: list[str] = Field(description="Forms in which the parameters are written on the line.")
     starts_motion: bool
-    effect: Effect = Field(description="What it does, by which the right follows.")
-    right: Right = Field(description="What sending it takes.")
+    effect: Effect = Field(description="The effect of the command, from which the right follows.")
+    right: Right = Field(description="The right that a caller needs to send the command.")
     retry: Retry = Field(
-        description="What repeating it without a reply would do. The gateway repeats only "
+        description="The effect of repeating it after a missing reply. The gateway repeats only "
         "`read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look "
         "first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice."
     )

@@ -30,7 +30,7 @@ def rows_of(family: type[Family]) -> list[Operation]:
     """All rows of a family, by what they are addressed to; then moves and stops that it lists no rows for."""
     listed = [_operation(family, place, row) for place, row in family.commands]
     others = {place.path: place for place, _ in family.commands if not place.listed}
-    return [*listed, *(it for place in others.values() for it in _moves_and_stop(place))]
+    return [*listed, *(operation for place in others.values() for operation in _moves_and_stop(place))]
 
 
 def _moves_and_stop(place: TargetKind) -> Iterator[Operation]:
@@ -82,7 +82,8 @@ def _operation(family: type[Family], place: TargetKind, row: Row) -> Operation:
         title=row.titles()[1].capitalize(),
         description=describe(family, row),
         effect=row.effect,
-        request_optional=row.may_be_empty() and not any(it.is_required() for it in row.model_fields.values()),
+        request_optional=row.may_be_empty()
+        and not any(field.is_required() for field in row.model_fields.values()),
         code=row.code,
         example=partial(_example, family, row),
         **_results(family, place, row),

@@ -18,7 +18,7 @@ ROWS: Final = Rows("configuration")
 
 
 class CommissioningRequest(RequestModel, json_schema_extra=example(line_id="arm")):
-    """What to commission."""
+    """The line to commission."""
 
     line_id: str = Field(min_length=1, max_length=32, description="A line of the configuration.")
 
@@ -29,8 +29,9 @@ async def start_commissioning(
 ) -> Commissioning:
     """Try which assumptions about real hardware hold on a line, by questions alone.
 
-    Nothing may move on the line, and meanwhile it is down for all else; a stop ends it at once. What sets
-    or moves something is tried by `motion-gateway commission LINE --config FILE` only.
+    Nothing may move on the line, and meanwhile it is down for all other requests; a stop ends it at once.
+    Assumptions that take a setting or a motion are tried by `motion-gateway commission LINE --config FILE`
+    only.
     """
     plant.admission.require()
     record = plant.commission(wanted.line_id)

@@ -26,11 +26,13 @@ NOT_ADDED: Final = "Correct what is to be added; the file is as it was."
 
 
 class Reloaded(Changes):
-    """What differed from what was served."""
+    """The differences between the configuration file and what was served."""
 
-    applied: bool = Field(description="Whether the lines are served so now; false after a dry run.")
+    applied: bool = Field(
+        description="True if the lines are served as the file says now; false after a dry run."
+    )
     busy: list[str] = Field(
-        description="What moves or is at work on lines that would be closed: nothing changes while it does."
+        description="Parts that move or work on lines that would be closed: nothing changes while they do."
     )
 
 
@@ -131,7 +133,7 @@ async def _serve(plant: Plant, wanted: Config, *, dry_run: bool) -> Reloaded:
     busy = plant.busy(wanted)
     if not dry_run:
         await plant.reload(wanted)
-        lines = [f"{it.line_id} {it.change}" for it in found.lines]
+        lines = [f"{line.line_id} {line.change}" for line in found.lines]
         await plant.security.keep(entries.RELOAD, lines=lines, needs_restart=found.needs_restart)
     return Reloaded(**found.model_dump(), applied=not dry_run, busy=busy)
 

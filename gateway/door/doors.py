@@ -25,4 +25,4 @@ def door_of(kind: type[Registered], module: str = "") -> ModuleType | None:
 def doors(module: str, *kinds: type[Registered]) -> Iterator[ModuleType]:
     """The modules of this name in the doors of these, or of all."""
     found = (door_of(kind, f".{module}") for kind in kinds or registered())
-    return (it for it in found if it is not None)
+    return (module for module in found if module is not None)

@@ -57,8 +57,8 @@ Sample = Annotated[
     Field(
         ge=SLOWEST_HZ,
         le=FASTEST_HZ,
-        description="Live values too (body.position, robot.position, io): each so many times a second at "
-        "most. They are no events: a new value takes the place of one that was not sent yet.",
+        description="Highest rate of each live value (body.position, robot.position, io) in Hz; left out, "
+        "there are none. They are no events: a new value takes the place of one that was not sent yet.",
     ),
 ]
 
@@ -137,7 +137,7 @@ def _known_types() -> tuple[Collection[str], Collection[str]]:
     names = [name.split(".") for name in EVENT_TYPES]
     beginnings = [(*words[:most], "*") for words in names for most in range(1, len(words))]
     known = dict.fromkeys(map(".".join, (*beginnings, *names)))
-    return sorted(it for it in known if it.count(".") < 2 and it.endswith("*")), known
+    return sorted(pattern for pattern in known if pattern.count(".") < 2 and pattern.endswith("*")), known
 
 
 def _split(text: str | None) -> list[str] | None:

@@ -66,7 +66,7 @@ class RequestKey(NamedTuple):
 
 
 class KeptAnswer(NamedTuple):
-    """What was answered."""
+    """The stored answer of an earlier request with the same Idempotency-Key."""
 
     status: int
     text: str
@@ -82,7 +82,7 @@ class LeftOpen(NamedTuple):
 
     def begun(self) -> BegunMoves:
         """The moves, as they were to be told when they had begun."""
-        first, *_ = its_own = [it for it in self.moves if type(it) is type(self.moves[0])]
+        first, *_ = its_own = [move for move in self.moves if type(move) is type(self.moves[0])]
         return BegunMoves(f"/{self.among}/{first.body_id}", its_own, getattr(first, "group_id", None))
 
     def unknown(self) -> NoReply:
@@ -120,9 +120,9 @@ class Keys:
 
     async def _left_open(self, key: RequestKey) -> LeftOpen | None:
         rows = await self._rows("SELECT move_id FROM intents WHERE key = ? ORDER BY id", key.name)
-        ids = dict.fromkeys(it for (ids,) in rows for it in (ids or "").split())
-        moves = [found for it in ids if (found := self._move(it))]
-        return LeftOpen([it for _, it in moves], *(among for among, _ in moves[:1])) if rows else None
+        ids = dict.fromkeys(move_id for (ids,) in rows for move_id in (ids or "").split())
+        moves = [found for move_id in ids if (found := self._move(move_id))]
+        return LeftOpen([move for _, move in moves], *(among for among, _ in moves[:1])) if rows else None
 
     def place_of(self, path: str) -> str:
         """The path with the whole address in it: a body and a group have several, `3f`, `3F` and `arm.3F`."""
@@ -133,10 +133,10 @@ class Keys:
         return path
 
     def _move(self, move_id: str) -> tuple[str, MoveRecord] | None:
-        for it in self._plant.registered:
-            for moves in it.move_logs():
+        for kind in self._plant.registered:
+            for moves in kind.move_logs():
                 with suppress(NotFound):
-                    return it.collections[0], moves.get(move_id)
+                    return kind.collections[0], moves.get(move_id)
         return None
 
     def begin(self, key: RequestKey) -> None:

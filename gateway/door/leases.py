@@ -20,13 +20,16 @@ LeaseId = Annotated[str, Field(description="The id of a lease.", examples=["leas
 
 
 class LeaseRequest(RequestModel, json_schema_extra=example(scope="line1.3F", ttl_s=10.0)):
-    """What to lease, and for how long."""
+    """The part to lease, and for how long."""
 
     scope: str = Field(
         pattern="^[A-Za-z0-9.-]{1,64}$", description="The address of a line, a body, a group or a robot."
     )
     ttl_s: float = Field(
-        10.0, ge=0.5, le=LONGEST_S, description="In seconds; it ends then, unless it is renewed before."
+        10.0,
+        ge=0.5,
+        le=LONGEST_S,
+        description="Seconds after which the lease ends, unless it is renewed before.",
     )
     take_over: bool = Field(
         default=False, description="End the leases of others that are in the way; takes the right `admin`."
@@ -47,12 +50,12 @@ async def list_leases(plant: Plant) -> LeaseList:
 
 @ROWS.post("/leases", Right.OPERATE, any_scope=True, leased=False, result=Taken, opens=True)
 async def take_lease(plant: Plant, lease: LeaseRequest) -> Opened:
-    """Lease a line, a body, a group or a robot: until it ends, nobody else moves or sets what is in it.
+    """Lease a line, a body, a group or a robot: until it ends, no other caller moves or sets what is in it.
 
-    Its holder sends its `token` as the header `Lease-Token` with each motion and each setting; several
-    tokens stand side by side with commas. A token that is not good any more is refused though nobody else has
-    a lease. Reads and stops need none. When it ends, moves go on to their ends, and what would never end (a
-    JOG, a move without an end) is stopped.
+    Its holder sends its `token` as the header `Lease-Token` with each motion and each setting; several tokens
+    stand side by side with commas. A token that is not good any more is refused even if there is no other
+    lease. Reads and stops need none. When the lease ends, moves go on to their ends, and motion that would
+    never end (a JOG, a move without an end) is stopped.
     """
     right = Right.ADMIN if lease.take_over else Right.OPERATE
     require(plant, right, lease.scope, leased=False)
@@ -80,7 +83,7 @@ async def renew_lease(plant: Plant, lease_id: LeaseId) -> Taken:
 
 @ROWS.delete("/leases/{lease_id}", Right.OPERATE, any_scope=True, leased=False)
 async def end_lease(plant: Plant, lease_id: LeaseId) -> Lease:
-    """Give a lease back; an admin ends that of anybody."""
+    """Give a lease back; an admin may end any caller's."""
     own = plant.leases.is_of(lease_id, holder())
     right = Right.OPERATE if own else Right.ADMIN
     require(plant, right, plant.leases.get(lease_id).scope, leased=False)

@@ -42,7 +42,7 @@ async def get_line(plant: Plant, line_id: LineId) -> Any:
 
 
 class TakeOverRequest(RequestModel, json_schema_extra=example(old="stocker1", has_cut=True)):
-    """What a person has done before a line is taken over."""
+    """Confirmation that a line may be taken over from another gateway."""
 
     old: Slug = Field(description="The gateway that has had the line.")
     has_cut: Literal[True] = Field(
@@ -52,10 +52,11 @@ class TakeOverRequest(RequestModel, json_schema_extra=example(old="stocker1", ha
 
 @TAKE_OVERS.post("/lines/{line_id}/take-over", Right.SETUP, leased=False)
 async def take_over_line(plant: Plant, line_id: LineId, take_over: TakeOverRequest) -> AnyLineInfo:
-    """Have a line that another gateway has had, because a person says so.
+    """Take over a line that another gateway has had, because a person says so.
 
-    The terminal server throws the old gateway out as this one connects; all is proved as at each start.
-    What the old one had begun is followed as foreign, and is unknown until its position is read.
+    The terminal server closes the old gateway's connection as this one connects; everything is proved as at
+    each start. Moves that the old gateway began are followed as foreign, and are unknown until their
+    positions are read.
     """
     await taking_over.take_over(plant, line_id, take_over.old)
     return plant.info(line_id)

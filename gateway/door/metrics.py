@@ -141,10 +141,10 @@ class PlantCollector(Collector):
             )
             for line in self._plant.config.lines:
                 if line.protocol == protocol:
-                    own = [it.now for it in seen if it.line_id == line.id]
+                    own = [one.now for one in seen if one.line_id == line.id]
                     gauge.add_metric((line.id, "configured"), len(own))
-                    gauge.add_metric((line.id, "offline"), sum(not it.online for it in own))
-                    gauge.add_metric((line.id, "moving"), sum(it.moving is True for it in own))
+                    gauge.add_metric((line.id, "offline"), sum(not now.online for now in own))
+                    gauge.add_metric((line.id, "moving"), sum(now.moving is True for now in own))
             yield gauge
 
 

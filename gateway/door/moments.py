@@ -34,8 +34,8 @@ class PlaceThen(BaseModel):
     target: str = Field(description="line1.3F, r1/units/1 or wafer.")
     state: Literal["moving", "standing"]
     position: JsonValue = Field(
-        description="As moves have it: pulses or encoder counts, or by axis; on the way in between start and "
-        "end, as the time is between. Null where nobody knows."
+        description="Position as moves have it: pulses or encoder counts, or by axis; on the way it is "
+        "interpolated by time between start and end. Null if unknown."
     )
     move_id: str = Field(description="The move that was under way, or the last one.")
 
@@ -45,18 +45,20 @@ class Moment(BaseModel):
 
     at: datetime
     known_since: datetime | None = Field(description="The journal goes back to this time; null: it is empty.")
-    places: list[PlaceThen] = Field(description="Of all that had moved by then.")
+    places: list[PlaceThen] = Field(description="Places of all parts that had moved by then.")
     unreached: list[str] = Field(description="Addresses of bodies, robots and lines that did not answer.")
-    alarms: list[Alarm] = Field(description="Those that stood, newest first.")
+    alarms: list[Alarm] = Field(description="Alarms that stood at that moment, newest first.")
 
 
 @ROWS.get("/moment", whole_plant=True)
 async def get_moment(
-    plant: Plant, *, at: Annotated[AwareDatetime | None, Field(description="Left out: now.")] = None
+    plant: Plant,
+    *,
+    at: Annotated[AwareDatetime | None, Field(description="The moment; left out, now.")] = None,
 ) -> Moment:
-    """Tell where everything was at a moment, what did not answer, and which alarms stood.
+    """Tell where everything was at a moment, which parts did not answer, and which alarms stood.
 
-    It is made of the journal: nothing is sent to a controller. What went over a line then is in its trace.
+    The journal answers: nothing is sent to a controller. The trace has what went over a line then.
 
     :raises NotFound: this gateway keeps no journal.
     """
@@ -75,7 +77,9 @@ def _read(journal: Journal, at: datetime) -> Moment:
         at=at,
         known_since=None if oldest is None else datetime.fromtimestamp(oldest, UTC),
         places=list(_places(read_beside(journal, _MOVES, [now]), at)),
-        unreached=sorted(it.rpartition("/")[2] for it, what, _ in states if what.endswith(_UNREACHED)),
+        unreached=sorted(
+            subject.rpartition("/")[2] for subject, what, _ in states if what.endswith(_UNREACHED)
+        ),
         alarms=[_as_of(alarm, at) for alarm in alarms],
     )
 
@@ -113,7 +117,7 @@ def _time(text: str | None) -> datetime | None:
 def _between(start: Any, end: Any, share: float) -> Any:
     """A place on the way; axes one by one. Null where one of both is not known."""
     if isinstance(start, dict) and isinstance(end, dict):
-        return {axis: _between(it, end.get(axis), share) for axis, it in start.items()}
+        return {axis: _between(place, end.get(axis), share) for axis, place in start.items()}
     if isinstance(start, int | float) and isinstance(end, int | float):
         return round(start + share * (end - start), 3)
     return None

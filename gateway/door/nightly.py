@@ -130,12 +130,14 @@ def seconds_until(at: str, now: datetime) -> float:
 
 def readings(plant: Plant) -> dict[str, ReadingOrder]:
     """All that is read by night, by what is backed up as one."""
-    return {name: it for backups in doors("backups") for name, it in backups.readings(plant).items()}
+    return {
+        name: reading for backups in doors("backups") for name, reading in backups.readings(plant).items()
+    }
 
 
 def _moving(plant: Plant) -> set[str]:
     """The addresses of what moves, as far as is known; a unit of a robot moves the robot."""
-    moving = (it.subject for family in plant.families.values() for it in family.left_moving())
+    moving = (seen.subject for family in plant.families.values() for seen in family.left_moving())
     return {subject.split("/")[2] for subject in moving}
 
 
@@ -145,7 +147,7 @@ def keep(folder: Path, target: str, night: str, text: str) -> None:
     :raises OSError: it was not written.
     """
     own = folder / target
-    before = max((it for it in own.glob(f"*{ENDING}") if it.stem < night), default=None)
+    before = max((file for file in own.glob(f"*{ENDING}") if file.stem < night), default=None)
     if before is not None:
         changes = unified_diff(
             before.read_text("utf-8").splitlines(True), text.splitlines(True), before.stem, night, n=1
@@ -156,10 +158,10 @@ def keep(folder: Path, target: str, night: str, text: str) -> None:
 
 def kept(folder: Path) -> list[NightlyBackup]:
     """List the backups of a folder, the newest first."""
-    files = sorted(folder.glob(f"*/*{ENDING}"), key=lambda it: (it.stem, it.parent.name), reverse=True)
+    files = sorted(folder.glob(f"*/*{ENDING}"), key=lambda file: (file.stem, file.parent.name), reverse=True)
     return [
-        NightlyBackup(target=it.parent.name, date=it.stem, changed=_changed(it.with_suffix(DIFF)))
-        for it in files
+        NightlyBackup(target=file.parent.name, date=file.stem, changed=_changed(file.with_suffix(DIFF)))
+        for file in files
     ]
 
 

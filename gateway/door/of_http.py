@@ -37,26 +37,28 @@ class Liveness(BaseModel):
 
 
 class Readiness(BaseModel):
-    """Whether requests can be carried out, and by which part they cannot."""
+    """Readiness of the gateway: can requests be carried out, and if not, because of which part?"""
 
-    ready: bool = Field(description="Whether every line is open and set up, and somebody answers on it.")
+    ready: bool = Field(
+        description="True if every line is open and set up, and at least one controller answers on it."
+    )
     lines: dict[str, LineState] = Field(
-        description="Those that the key of the request is for; without a good key none is named."
+        description="State of each line that the request's key is for; without a good key none is named."
     )
     journal: Literal["ready", "unavailable"] = Field(
         description="While it is unavailable, reads and stops go on; what else has an effect is refused."
     )
-    detail: str = Field(description="The same in words, and what to do.")
+    detail: str = Field(description="The reasons in words, and what to do.")
 
 
 class Ticket(BaseModel):
-    """What opens one event stream."""
+    """A secret that opens one event stream."""
 
     ticket: str = Field(
-        description="To be sent as the query parameter `ticket` of /events, /events/stream or the stream "
+        description="The secret, for the query parameter `ticket` of /events, /events/stream or the stream "
         "of a trace."
     )
-    expires_in_s: float = Field(description="It is valid for this time, and once.")
+    expires_in_s: float = Field(description="Seconds for which the ticket is valid, once.")
 
 
 def ticket_of(text: str) -> Ticket:

@@ -132,11 +132,11 @@ def _values(operation: Operation, arguments: Mapping[str, Any], request: Any) ->
     :raises InvalidRequest: something is missing, unknown, or not of its kind; nothing was sent.
     """
     kinds = {name: NAMES.get(name, str) for name in operation.named}
-    kinds |= {name: it.annotation for name, it in operation.parameters.items()}
+    kinds |= {name: parameter.annotation for name, parameter in operation.parameters.items()}
     for name in arguments:
         if name not in kinds:
             raise InvalidRequest(f"{name}: there is none ({unknown(name, kinds)}); nothing was sent.")
-    values = {name: _valid(name, kinds[name], it) for name, it in arguments.items()}
+    values = {name: _valid(name, kinds[name], value) for name, value in arguments.items()}
     for name in kinds.keys() - values.keys():
         if not operation.may_leave_out(name):
             raise InvalidRequest(f"{name}: it is missing; nothing was sent.")

@@ -36,7 +36,7 @@ class PortScanRequest(RequestModel, json_schema_extra=example(ports=["/dev/ttyUS
     )
 
 
-_MAY_BE: Final = ", or ".join(it.told_of_ports for it in FAMILIES.values() if it.told_of_ports)
+_MAY_BE: Final = ", or ".join(family.told_of_ports for family in FAMILIES.values() if family.told_of_ports)
 
 
 @ROWS.get("/system/ports", Right.ADMIN)
@@ -71,7 +71,7 @@ async def get_port_scan(plant: Plant, scan_id: str, *, wait: Wait = None) -> Por
 
 @ROWS.delete("/system/scans/current", Right.ADMIN)
 async def break_off_port_scan(plant: Plant) -> PortScan:
-    """Ask nobody more; what was found until then is in the record."""
+    """End the running scan of ports; its record keeps the controllers found until then."""
     for scan in plant.port_scans.under_way():
         plant.port_scans.break_off(scan)
         await plant.port_scans.wait(scan, float("inf"))

@@ -56,12 +56,12 @@ _STATUS: Final[Mapping[type[GatewayError], int]] = {
 
 
 class InvalidField(BaseModel):
-    """What is wrong with one part of the request."""
+    """One fault of the request, and the field it is in."""
 
-    field: str = Field(description="Where: distance.value")
+    field: str = Field(description="Path of the field in the request, such as distance.value.")
     message: str
-    line: int | None = Field(default=None, description="In a text of many lines: which one, from 1.")
-    column: int | None = Field(default=None, description="Where in that line, from 1.")
+    line: int | None = Field(default=None, description="Number of the line in a text of many lines, from 1.")
+    column: int | None = Field(default=None, description="Number of the character in that line, from 1.")
 
 
 class Problem(BaseModel):
@@ -70,11 +70,15 @@ class Problem(BaseModel):
     type: str = Field(description=f"The kind of error, {TYPE_PREFIX}KIND; never changes.")
     title: str = Field(description="The kind of error in words.")
     status: int = Field(description="The HTTP status.")
-    detail: str = Field(description="What happened, and what was and was not done to the motor.")
+    detail: str = Field(
+        description="One sentence: what happened, and what was and was not done to the motor."
+    )
     instance: str = Field(description="The path that was asked for.")
-    moved: Moved = Field(description="Whether the motor did anything because of this request.")
-    remedy: str = Field(description="What to do next.")
-    retryable: bool = Field(description="Whether the same request may succeed later.")
+    moved: Moved = Field(
+        description="Says if the motor did anything because of this request: no, yes or unknown."
+    )
+    remedy: str = Field(description="The next step for the caller.")
+    retryable: bool = Field(description="True if the same request may succeed later.")
     request_id: str | None = Field(
         default_factory=lambda: current().request_id,
         description="The header X-Request-Id of this answer, which the line's trace has too.",

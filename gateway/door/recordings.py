@@ -62,7 +62,7 @@ async def start_recording(plant: Plant, wanted: RecordingRequest, *, wait: Wait 
 @ROWS.get("/recordings", any_scope=True)
 async def list_recordings(plant: Plant) -> RecordingList:
     """List the recordings of the lines that the caller may see."""
-    return RecordingList(recordings=[it for it in plant.recordings.list() if _sees(plant, it)])
+    return RecordingList(recordings=[record for record in plant.recordings.list() if _sees(plant, record)])
 
 
 @ROWS.get("/recordings/{recording_id}", any_scope=True, whole_plant=True)

@@ -36,15 +36,15 @@ class GroupMove(BaseModel):
 
 
 _CONFIRMED: Final = Field(
-    description="Whether every controller reports standstill. If not, use the hardware stop."
+    description="True if every controller reports standstill. If false, use the hardware stop."
 )
 _REPORTS: Final[dict[str, Any]] = {
-    it.collections[0]: list[it.stop_report]  # type: ignore[name-defined]
-    for it in FAMILIES.values()
+    family.collections[0]: list[family.stop_report]  # type: ignore[name-defined]
+    for family in FAMILIES.values()
 }
 StopResult: Any = create_model(
     "StopResult",
-    __doc__="How far the stop has come, after two seconds at most.",
+    __doc__="Progress of the stop, after two seconds at most.",
     confirmed=(bool, _CONFIRMED),
     **_REPORTS,
 )
@@ -54,19 +54,19 @@ _ANY_REPLY: Final = {"anyOf": [{"type": "object", "additionalProperties": True},
 
 
 class MemberReply(BaseModel):
-    """What one member answered."""
+    """The reply of one member of a group."""
 
     model_config = ConfigDict(frozen=True)
 
     body_id: str
     reply: Annotated[SerializeAsAny[Reply] | None, WithJsonSchema(_ANY_REPLY)] = Field(
-        description="As the same command to a single body is answered; null if there is none: see `error`."
+        description="The member's reply, as a single body would give it; null if there is none: see `error`."
     )
-    error: Problem | None = Field(description="Why there is no reply.")
+    error: Problem | None = Field(description="Reason for which there is no reply.")
 
 
 class GroupReply(BaseModel):
-    """What the members of a group answered to one command."""
+    """The replies of a group's members to one command."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -102,7 +102,7 @@ def _member(body_id: str, reply: Reply | GatewayError, instance: str, *, japanes
 
 
 def _stopped(result: Stopped, *, japanese: bool) -> dict[str, Any]:
-    reports = {**{it.collections[0]: [] for it in FAMILIES.values()}, **result.reports}
+    reports = {**{family.collections[0]: [] for family in FAMILIES.values()}, **result.reports}
     if japanese:
-        reports = {what: [it.in_japanese() for it in those] for what, those in reports.items()}
+        reports = {what: [report.in_japanese() for report in those] for what, those in reports.items()}
     return {"confirmed": result.confirmed, **reports}

@@ -60,10 +60,12 @@ class AxisOfShift(BaseModel):
     """The moves of one body, or of one unit of a robot."""
 
     target: str = Field(description="line1.3F, or r1/units/1.")
-    moves: int = Field(description="Their number.")
-    succeeded: int = Field(description="Number of those that ended well.")
-    failed: int = Field(description="Number of those that failed, were lost or rejected, or are unknown.")
-    mean_s: float | None = Field(description="From the command to the end, as a mean; null if nothing moved.")
+    moves: int = Field(description="Number of moves.")
+    succeeded: int = Field(description="Number of moves that ended well.")
+    failed: int = Field(description="Number of moves that failed, were lost or rejected, or are unknown.")
+    mean_s: float | None = Field(
+        description="Mean time from the command to the end, in seconds; null if nothing moved."
+    )
     longest_s: float | None
     longest_move: str | None = Field(description="The id of the move that took longest.")
 
@@ -72,7 +74,7 @@ class FailureOfShift(BaseModel):
     """The moves that failed for one reason."""
 
     cause: str = Field(description="The end's cause, such as ems; else the kind of error, or the status.")
-    moves: int = Field(description="Their number.")
+    moves: int = Field(description="Number of moves.")
     targets: int = Field(description="Number of bodies or units that were concerned.")
     last_move: str = Field(description="The id of the last of them.")
 
@@ -83,13 +85,13 @@ class HomingOfShift(BaseModel):
     target: str
     homings: int = Field(description="Number of homings that can be compared with the one before.")
     last_off_by: int = Field(
-        description="In pulses or encoder counts: its place by the origin found, less that by the one before."
+        description="Place by the latest origin less that by the one before, in pulses or encoder counts."
     )
-    largest_off_by: int = Field(description="In pulses or encoder counts, the one farthest from 0.")
+    largest_off_by: int = Field(description="The difference farthest from 0, in pulses or encoder counts.")
 
 
 class PersonOfShift(BaseModel):
-    """What one caller has done."""
+    """The actions of one caller in the shift."""
 
     caller: str
     motions: int = Field(description="Number of commands that move something.")
@@ -101,8 +103,8 @@ class AlarmOfShift(BaseModel):
     """The alarms of one cause that were raised."""
 
     cause: str
-    raised: int = Field(description="Number of those that were raised.")
-    standing: int = Field(description="Number of those that still stand.")
+    raised: int = Field(description="Number of alarms that were raised.")
+    standing: int = Field(description="Number of alarms that still stand.")
 
 
 class Shift(BaseModel):
@@ -115,14 +117,16 @@ class Shift(BaseModel):
     )
     moves: int = Field(description="Number of moves that were asked for.")
     ends: dict[str, int] = Field(description="Number of moves by status.")
-    failures: list[FailureOfShift] = Field(description="By cause, the most frequent first.")
-    axes: list[AxisOfShift] = Field(description="The one with the longest move first.")
+    failures: list[FailureOfShift] = Field(description="One entry for each cause, the most frequent first.")
+    axes: list[AxisOfShift] = Field(
+        description="One entry for each axis, the one with the longest move first."
+    )
     homings: list[HomingOfShift] = Field(
-        description="Of bodies that were homed after another homing, with their power kept between."
+        description="Bodies that were homed after another homing, with their power kept between."
     )
     stops: int = Field(description="Number of requests for stops.")
     people: list[PersonOfShift]
-    alarms: list[AlarmOfShift] = Field(description="By cause, the most frequent first.")
+    alarms: list[AlarmOfShift] = Field(description="One entry for each cause, the most frequent first.")
 
 
 Since = Annotated[AwareDatetime | None, Field(description="Its begin; left out, eight hours before the end.")]
@@ -164,7 +168,9 @@ _COLUMNS: Final = (*AxisOfShift.model_fields, "homings", "last_off_by", "largest
 
 
 def _lines(shift: Shift) -> Iterator[list[object]]:
-    homings = {it.target: [it.homings, it.last_off_by, it.largest_off_by] for it in shift.homings}
+    homings = {
+        homing.target: [homing.homings, homing.last_off_by, homing.largest_off_by] for homing in shift.homings
+    }
     for axis in shift.axes:
         cells = [*axis.model_dump().values(), *homings.get(axis.target, ["", "", ""])]
         yield ["" if cell is None else cell for cell in cells]
@@ -192,7 +198,7 @@ def _summed_up(journal: Journal, wanted: AuditFilter) -> Shift:
         failures=list(_made(FailureOfShift, read(_FAILURES))),
         axes=list(_made(AxisOfShift, read(_AXES))),
         homings=list(_drifts(read(_HOMINGS), losses)),
-        stops=sum(it.stops for it in people),
+        stops=sum(person.stops for person in people),
         people=people,
         alarms=list(_made(AlarmOfShift, read(_ALARMS))),
     )
@@ -211,9 +217,13 @@ def _drifts(
     for target, at, off_by in homings:
         found.setdefault(target, []).append((at, off_by))
     for target, of_target in found.items():
-        lost = [at for it, at in losses if it == target]
+        lost = [at for loser, at in losses if loser == target]
         pairs = pairwise(of_target)
-        off = [off_by for (before, _), (at, off_by) in pairs if not any(before <= it < at for it in lost)]
+        off = [
+            off_by
+            for (before, _), (at, off_by) in pairs
+            if not any(before <= lost_at < at for lost_at in lost)
+        ]
         if off:
             yield HomingOfShift(
                 target=target, homings=len(off), last_off_by=off[-1], largest_off_by=max(off, key=abs)

@@ -31,7 +31,11 @@ async def note_states(plant: Plant) -> None:
 
 
 async def _note(plant: Plant) -> None:
-    rows = {it.path: it for it in operations() if it.verb == "GET" and it.path in LISTS}
+    rows = {
+        operation.path: operation
+        for operation in operations()
+        if operation.verb == "GET" and operation.path in LISTS
+    }
     told: dict[str, tuple[bytes, int]] = {}
     while True:
         for path, operation in rows.items():

@@ -26,7 +26,7 @@ async def stop(plant: Plant, target: str, mode: StopMode) -> Stopped:
 async def stop_all(plant: Plant, mode: StopMode) -> Stopped:
     """Stop everything; the frames are queued before anything is awaited."""
     stopped = await asyncio.gather(*retry_once("a stop", partial(_begin_all, plant, mode)))
-    return Stopped({name: those for it in stopped for name, those in it.reports.items()})
+    return Stopped({name: those for stop in stopped for name, those in stop.reports.items()})
 
 
 def _begin_one(plant: Plant, target: str, mode: StopMode) -> Awaitable[Stopped]:

@@ -23,7 +23,7 @@ class StopRequest(RequestModel, json_schema_extra=example(mode="decelerate")):
 
     mode: StopMode = Field(
         default="decelerate",
-        description=f"{'; '.join(it.told_of_stops for it in FAMILIES.values() if it.told_of_stops)}.",
+        description="; ".join(filter(None, (family.told_of_stops for family in FAMILIES.values()))) + ".",
     )
 
 

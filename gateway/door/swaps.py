@@ -66,13 +66,13 @@ class Recognition:
 
     async def _told(self, address: str, differences: Sequence[Difference], certain: str) -> Swap:
         own = folder_of_nights(self._plant) / address.partition(".")[0]
-        nights = await asyncio.to_thread(lambda: [it.stem for it in own.glob(f"*{ENDING}")])
-        told = [_told(it) for it in differences]
-        other = any(certain and (it.wanted or "").startswith(certain) for it in differences)
+        nights = await asyncio.to_thread(lambda: [file.stem for file in own.glob(f"*{ENDING}")])
+        told = [_told(difference) for difference in differences]
+        other = any(certain and (difference.wanted or "").startswith(certain) for difference in differences)
         return Swap(night=max(nights), differing=len(differences), told=told[:TOLD], certain=other)
 
 
-def _told(it: Difference) -> str:
+def _told(difference: Difference) -> str:
     """A difference in the words of the controller: the commands of a body have their names in themselves."""
-    name = "" if it.section == "settings" else f"{it.section}, {it.name}: "
-    return f"{name}{it.wanted or '-'} -> {it.held or '-'}"
+    name = "" if difference.section == "settings" else f"{difference.section}, {difference.name}: "
+    return f"{name}{difference.wanted or '-'} -> {difference.held or '-'}"

@@ -22,25 +22,29 @@ HEALTH: Final = Rows("health")
 class Weakened(BaseModel):
     """A setting that protects less than its default."""
 
-    setting: str = Field(description="As the configuration writes it.")
-    value: str | None = Field(description="What it is set to; null to those who are no admins.")
-    meaning: str = Field(description="What that allows.")
+    setting: str = Field(description="Name of the setting in the configuration file.")
+    value: str | None = Field(description="Value of the setting; null for callers who are no admins.")
+    meaning: str = Field(description="The risk that the value allows, in words.")
 
 
 class UntriedLine(BaseModel):
     """A line that rests on assumptions about real hardware."""
 
     line_id: str
-    assumptions: list[str] = Field(description="By their names; empty where none was ever tried.")
-    meaning: str = Field(description="What that means, and what to do.")
+    assumptions: list[str] = Field(description="Names of the assumptions; empty if none was ever tried.")
+    meaning: str = Field(description="The meaning for the line, and what to do.")
 
 
 class Posture(BaseModel):
     """How the gateway is protected, and what it rests on."""
 
-    access: Literal["keys", "open"] = Field(description="Whether a key is needed.")
-    tls: bool = Field(description="Whether the gateway itself speaks TLS.")
-    network: bool = Field(description="Whether other machines may reach it, a proxy's clients included.")
+    access: Literal["keys", "open"] = Field(
+        description="`keys`: each request needs a key; `open`: none does."
+    )
+    tls: bool = Field(description="True if the gateway itself speaks TLS.")
+    network: bool = Field(
+        description="True if other machines can reach the gateway, a proxy's clients included."
+    )
     weakened: Annotated[
         list[Weakened],
         Field(description="Every default of the configuration that protects less than it could."),
@@ -51,7 +55,7 @@ class Posture(BaseModel):
 
 
 class Identity(BaseModel):
-    """Who asks, and what they may do."""
+    """The caller as the gateway knows it: name, role and rights."""
 
     name: str = Field(
         description="The name of the key, or of the person; `everybody` where no key is needed."
@@ -83,21 +87,23 @@ async def get_posture(plant: Plant) -> Posture:
         tls=server.tls_certificate is not None,
         network=not server.is_local or bool(server.trusted_proxies),
         weakened=[
-            Weakened(setting=it.setting, value=str(it.value) if told else None, meaning=it.meaning)
-            for it in weakened(config)
+            Weakened(
+                setting=setting.setting, value=str(setting.value) if told else None, meaning=setting.meaning
+            )
+            for setting in weakened(config)
         ],
-        untried=[UntriedLine(**it._asdict()) for it in await asyncio.to_thread(_untried, plant)],
+        untried=[UntriedLine(**line._asdict()) for line in await asyncio.to_thread(_untried, plant)],
     )
 
 
 def _untried(plant: Plant) -> list[Untried]:
     """Read the reports of the lines that the caller sees."""
-    found = (untried(it) for it in plant.config.lines if sees(plant, it.id))
-    return [it for it in found if it is not None]
+    found = (untried(line) for line in plant.config.lines if sees(plant, line.id))
+    return [line for line in found if line is not None]
 
 
 class Version(BaseModel):
-    """What is running here."""
+    """The program that runs here, and its version."""
 
     name: str
     version: str = Field(description="Semantic version of the gateway.")

@@ -39,14 +39,15 @@ TracedRequest = Annotated[
 
 
 class TraceRecord(BaseModel):
-    """What happened on the port at one moment."""
+    """An event at the port: bytes were received or sent, or the port opened, was lost or closed."""
 
     at: datetime = Field(description="UTC wall time, which jumps when the clock is set.")
     monotonic_ns: int = Field(description="A clock that never jumps.")
     kind: Literal["rx", "tx", "opened", "lost", "closed"]
     data: str = Field(description="The bytes; unprintable ones as \\r, \\n, \\t or \\x00.")
     caller: str | None = Field(
-        default=None, description="Who had it sent: an interface and a client's address, or `gateway: fence`."
+        default=None,
+        description="The caller of sent bytes: an interface and a client's address, or `gateway: fence`.",
     )
     request_id: str | None = Field(default=None, description="The X-Request-Id of the request behind it.")
 
@@ -98,7 +99,7 @@ async def newest(
     records = plant.recorders[line_id].records(since)
     if until is not None:
         latest = wall_ns(until)
-        records = [it for it in records if it[0] <= latest]
+        records = [record for record in records if record[0] <= latest]
     passed = await aside(_passed, passing, records, limit)
     return [entry for piece in _pieces(passed) for entry in await aside(_told, piece)]
 
@@ -151,7 +152,9 @@ async def get_trace(
     plant: Plant,
     line_id: LineId,
     *,
-    limit: Annotated[int, Field(ge=1, le=MAX_TRACE_ENTRIES, description="How many records.")] = 1000,
+    limit: Annotated[
+        int, Field(ge=1, le=MAX_TRACE_ENTRIES, description="Number of records, the newest.")
+    ] = 1000,
     last: Annotated[
         int | None,
         Field(ge=1, le=MAX_TRACE_ENTRIES, deprecated=True, description="Another word for `limit`."),

@@ -106,7 +106,9 @@ class Chain:
             return file, []
         found = _mended(file) if files else []
         last = _last_of(files)
-        kept = max(it for it in (self._head, _noted_head(self.folder), Head(0, ZEROS)) if it is not None)
+        kept = max(
+            head for head in (self._head, _noted_head(self.folder), Head(0, ZEROS)) if head is not None
+        )
         if last.number < kept.number or (last.number == kept.number and last.hash != kept.hash):
             why = f"The log ends with entry {last.number}, and {kept.number} was written as {kept.hash}."
             found.append(draft(LOG_CHANGED.name, data={"why": why}))
@@ -162,7 +164,7 @@ def content(data: Path) -> dict[str, bytes]:
     if not folder.is_dir():
         return {}
     with _turn(folder, fcntl.LOCK_SH):
-        return {it.name: it.read_bytes() for it in sorted(folder.iterdir()) if it.name != _LOCK}
+        return {file.name: file.read_bytes() for file in sorted(folder.iterdir()) if file.name != _LOCK}
 
 
 def newest(data: Path, limit: int, before: int | None = None) -> list[Entry]:
@@ -272,13 +274,13 @@ def _last_of(files: Sequence[Path]) -> Head:
 
 def _mended(file: Path) -> list[Draft]:
     """Take off a last line that was not written to its end, and say what it was."""
-    with file.open("r+b") as it:
-        text = it.read()
+    with file.open("r+b") as opened:
+        text = opened.read()
         end = text.rfind(b"\n") + 1
         if end == len(text):
             return []
-        it.truncate(end)
-        os.fsync(it.fileno())
+        opened.truncate(end)
+        os.fsync(opened.fileno())
     torn = text[end : end + LONGEST_LINE // 8].decode("ascii", "backslashreplace")
     return [draft(LOG_MENDED.name, data={"text": torn})]
 
@@ -335,7 +337,7 @@ def _noted_head(folder: Path) -> Head | None:
 
 def _files(folder: Path) -> list[Path]:
     """In the order in which they were begun."""
-    return sorted(it for it in folder.glob("entries-*.jsonl") if stat.S_ISREG(it.lstat().st_mode))
+    return sorted(path for path in folder.glob("entries-*.jsonl") if stat.S_ISREG(path.lstat().st_mode))
 
 
 def _state_of(file: Path) -> tuple[object, ...]:

@@ -12,19 +12,17 @@ class Entry(BaseModel):
 
     number: int = Field(description="Counts up by one from the first entry; none is given twice.")
     time: datetime
-    type: str = Field(description="Such as `key.made`; docs/configuration.md lists all.")
+    type: str = Field(description="Type of the entry, such as `key.made`; docs/configuration.md lists all.")
     caller: str | None = Field(
         description="The name of the key or of the token's holder, what else has caused it, such as SIGHUP, "
         "or null where the caller is not known."
     )
     address: str | None = Field(description="The network address that the request came from.")
     request_id: str | None = Field(description="The X-Request-Id of the request.")
-    target: str = Field(description="What it is about: the name of a key, an address, a path.")
-    count: int = Field(
-        description="1, or the number of those alike that were counted in this entry in a flood."
-    )
-    since: datetime | None = Field(description="When the first of these came; null where `count` is 1.")
-    data: dict[str, Any] = Field(description="What else belongs to it, by its type.")
+    target: str = Field(description="Subject of the entry: the name of a key, an address, a path.")
+    count: int = Field(description="Number of like entries that were counted in this one in a flood, else 1.")
+    since: datetime | None = Field(description="Time of the first of them; null where `count` is 1.")
+    data: dict[str, Any] = Field(description="Further facts, by the entry's type.")
     previous: str = Field(description="The `hash` of the entry before, 64 zeros in the first.")
     hash: str = Field(description="SHA-256 of the entry's line up to this member, in hex.")
 

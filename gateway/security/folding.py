@@ -73,8 +73,10 @@ class Folding:
             self._singly[sender] = singly + 1
             return True
         known = sender in self._counted or len(self._counted) < MOST_SENDERS
-        it = self._counted.setdefault(sender if known else OTHERS, Counted(0, datetime.now(UTC), members))
-        it.number, it.last, self._is_flood = it.number + 1, members, True
+        counted = self._counted.setdefault(
+            sender if known else OTHERS, Counted(0, datetime.now(UTC), members)
+        )
+        counted.number, counted.last, self._is_flood = counted.number + 1, members, True
         return False
 
     @property

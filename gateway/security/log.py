@@ -220,7 +220,7 @@ class SecurityLog:
         for name, folding in self._foldings.items():
             if folding.is_counting and folding.is_over(now):
                 self._write_count(name, folding)
-        if any(it.is_counting for it in self._foldings.values()):
+        if any(folding.is_counting for folding in self._foldings.values()):
             self._see_to_counts()
 
     def _write_counts(self) -> None:
@@ -228,9 +228,9 @@ class SecurityLog:
             self._write_count(name, folding)
 
     def _write_count(self, name: str, folding: Folding) -> None:
-        for (caller, address), it in folding.taken():
-            members = {**it.last, "caller": caller, "address": address}
-            self._put(draft(name, **members, count=it.number, since=it.since))
+        for (caller, address), counted in folding.taken():
+            members = {**counted.last, "caller": caller, "address": address}
+            self._put(draft(name, **members, count=counted.number, since=counted.since))
 
     def _look_for_burst(self, type_: EntryType, address: str | None) -> None:
         most, now = self.keeping.refusals_per_minute, self._clock()

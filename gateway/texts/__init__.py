@@ -65,7 +65,7 @@ def has(key: str) -> bool:
 def catalogue(language: str) -> Mapping[str, Any]:
     """Read the whole catalogue of one language."""
     files = sorted(Path(__file__).parents[1].glob(f"*/{language}.toml"))
-    return reduce(_joined, (tomllib.loads(it.read_text("utf-8")) for it in files))
+    return reduce(_joined, (tomllib.loads(file.read_text("utf-8")) for file in files))
 
 
 def _joined(one: Mapping[str, Any], other: Mapping[str, Any]) -> Mapping[str, Any]:

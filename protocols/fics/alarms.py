@@ -1,4 +1,4 @@
-"""What has gone wrong, and resetting it (C-HOST manual 2-12 to 2-14)."""
+"""Errors of the system, and resetting them (C-HOST manual 2-12 to 2-14)."""
 
 from enum import StrEnum
 from typing import Annotated, Any
@@ -36,7 +36,7 @@ class TakeCurrentError(
 
 
 class DriverSignals(BaseModel):
-    """What a driver reports beside its error code."""
+    """Signals of a driver beside its error code."""
 
     model_config = ConfigDict(strict=True, frozen=True, extra="forbid")
 
@@ -103,10 +103,10 @@ _LAYOUTS = (
 
 
 class ErrorDetail(Reply, args=_LAYOUTS):
-    """What is known of the latest error; which fields are given depends on its kind."""
+    """Details of the latest error; its kind decides which fields are given."""
 
     unit: Annotated[int, Field(ge=0, le=LAST_UNIT), UnitCharacter()] | None = Field(
-        None, description="Null in a system of a single unit, too."
+        None, description="Number of the unit; null in a system of a single unit, too."
     )
     axis: AxisName | None = Field(None, description="The motor axis.")
     driver_error: DriverError | None = Field(
@@ -119,10 +119,10 @@ class ErrorDetail(Reply, args=_LAYOUTS):
     program: Annotated[int, Field(ge=0, le=999), FicsDigits(3)] | None = None
     step: Annotated[int, Field(ge=0, le=9999), FicsDigits(4)] | None = None
     routine_error: Annotated[int, Field(ge=0, le=99), FicsDigits(2)] | None = Field(
-        None, description="With error 183: what the coordinate conversion says."
+        None, description="Error of the coordinate conversion, with error 183."
     )
     text: Annotated[str, Field(pattern="^[ -~]*$"), Token("[ -~]*")] | None = Field(
-        None, description="What was printed, where it is in no known layout."
+        None, description="The answer as it came, if it has no known layout."
     )
 
     @field_serializer("unit")

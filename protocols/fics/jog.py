@@ -76,4 +76,6 @@ class StepAxis(
     """
 
     axis: AxisName = Field(description=AXIS)
-    steps: Steps = Field(description="In the smallest amounts the axis displays; 1-255 in either direction.")
+    steps: Steps = Field(
+        description="Distance in the smallest amounts the axis displays; 1-255 in either direction."
+    )

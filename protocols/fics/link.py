@@ -107,7 +107,7 @@ class _Reader:
     def feed(self, data: bytes) -> list[Frame]:
         """Take bytes, give the frames that are complete now."""
         classify = self._classify
-        return [_frame(line, classify) for it in self._lines.feed(data) if (line := it.strip(_PADDING))]
+        return [_frame(line, classify) for text in self._lines.feed(data) if (line := text.strip(_PADDING))]
 
     def pending(self) -> int:
         """Bytes of a line that has begun and not ended."""

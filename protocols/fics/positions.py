@@ -100,7 +100,9 @@ class DownloadPositions(
     first: PositionNumber | None = Field(
         default=None, description="Number of the first position, 1-1999; left out, 1."
     )
-    count: PositionNumber | None = Field(default=None, description="How many, 1-1999; left out, all.")
+    count: PositionNumber | None = Field(
+        default=None, description="Number of positions, 1-1999; left out, all."
+    )
 
 
 class ClearPositions(
@@ -118,4 +120,6 @@ class ClearPositions(
     first: PositionNumber | None = Field(
         default=None, description="Number of the first position, 1-1999; left out, 1."
     )
-    count: PositionNumber | None = Field(default=None, description="How many, 1-1999; left out, all.")
+    count: PositionNumber | None = Field(
+        default=None, description="Number of positions, 1-1999; left out, all."
+    )

@@ -28,7 +28,7 @@ class WhenAnswered(StrEnum):
 
 @at_hand
 class Block(StrEnum):
-    """What keeps the system from taking a command: the letters of the manual's table (C-HOST manual 1-7)."""
+    """A state in which the system takes no command: a letter of the manual's table (C-HOST manual 1-7)."""
 
     TERMINAL_RUNS = "a"
     """Automatic operation, homing or JOG from the teaching terminal."""

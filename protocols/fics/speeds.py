@@ -29,7 +29,7 @@ class SetSpeedPercent(PercentSetting, code="VAO", example=("VAO 10,,30", "VAO", 
 
 
 class SmoothAcceleration(Reply, args="{enabled}"):
-    """Whether acceleration follows an S-curve, for all axes of the unit."""
+    """S-curve acceleration on or off, for all axes of the unit."""
 
     enabled: Flag = Field(description=FLAG)
 

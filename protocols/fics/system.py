@@ -78,7 +78,7 @@ class SetCommunicationMode(
 ):
     """通信モードの切り替え: set the communication mode.
 
-    Whether it is answered is decided by the new mode. That is an assumption: the manual is silent.
+    The new mode decides if the command is answered. That is an assumption: the manual is silent.
     """
 
     mode: Mode = Field(description="2: most commands are silent; 3: every command is answered.")
@@ -102,15 +102,15 @@ Date = Annotated[str, Field(pattern="^[0-9]{6}$"), Token(r"[0-9]{6}")]
 
 
 class SystemVersion(Reply, args="{project_id}{version}{built}{project_folder}{saved}R{revision}<H{c_host}>"):
-    """What system it is; dates are year, month and day of two digits each."""
+    """Identity of the system; dates are year, month and day of two digits each."""
 
     project_id: Annotated[str, Field(pattern="^[ -~]{8}$"), Token("[ -~]{8}")]
     version: Annotated[str, Field(pattern="^[0-9]{4}$"), Token(r"[0-9]{4}")] = Field(
         description="`0310` is version 3.10."
     )
-    built: Date = Field(description="When the system was made.")
+    built: Date = Field(description="Date on which the system was built.")
     project_folder: Annotated[str, Field(pattern=f"^([ -~]{{0,{FOLDER_WIDTH - 1}}}[!-~])?$"), Padded()]
-    saved: Date = Field(description="When the project was saved.")
+    saved: Date = Field(description="Date on which the project was saved.")
     revision: Annotated[int, Field(ge=0, le=99), FicsDigits(2)]
     c_host: Annotated[int, Field(ge=0, le=99), FicsDigits(2)] | None = Field(
         None, description="Version of C-HOST; absent in Ver.2 mode."

@@ -1,4 +1,4 @@
-"""What is kept in flash memory: code F (RC-420 manual 14, 18)."""
+"""The flash memory: code F (RC-420 manual 14, 18)."""
 
 from typing import Annotated, Literal
 

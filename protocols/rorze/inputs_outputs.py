@@ -71,7 +71,7 @@ class Outputs(Reply, args="{on}|{bits}"):
 
 
 class ErrorOutputs(Reply, args="{on}|{bits}"):
-    """Whether one cause has set its error output, or which causes have."""
+    """Error outputs: on or off for one cause, or the bits of all causes."""
 
     on: FlagValue | None = Field(None, description=ONE_BIT)
     bits: Annotated[int, Field(ge=0, le=0xF), Hex(1)] | None = Field(
@@ -93,7 +93,7 @@ class ErrorOutput(Reply, args="<{output},{state}>"):
 
 
 class InterruptAction(Reply, args="<{number}>|<{output},{state},{duration_ms}>"):
-    """What an interrupt does; nothing where it does nothing."""
+    """The action of an interrupt; both fields are empty if it has none."""
 
     number: Annotated[int, Field(ge=0, le=2047), Digits(4)] | None = Field(
         None, description="Position number that takes the value, 0-2047."

@@ -426,7 +426,7 @@ class PrepareFingerRotation(
     The point is on the line of the finger.
     """
 
-    radius: Measure = Field(description="From axis 2 to the centre of the turn, in micrometres.")
+    radius: Measure = Field(description="Distance from axis 2 to the centre of the turn, in micrometres.")
     angle: Measure = Field(description=ANGLE)
 
 
@@ -494,5 +494,5 @@ class SetPulsesPerTurn(
 
     axis: Axis = Field(description=AXIS)
     pulses: Annotated[PulsesOfTurn, EightDecimals(1, 7)] = Field(
-        description="1 to 9,999,999.99 with up to eight decimals; 1 at first."
+        description="Pulses of a full turn, 1 to 9,999,999.99 with up to eight decimals; 1 at first."
     )

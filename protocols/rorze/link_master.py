@@ -47,7 +47,7 @@ Members = Annotated[
 
 
 class ConnectedControllers(Reply, args="{text}"):
-    """What the link master answers to XID; the RC-420 manual does not say in which form."""
+    """The link master's answer to XID; the RC-420 manual does not say in which form."""
 
     text: Annotated[str, Field(pattern=r"^[ -~]*$"), Printable(r"[ -~]*")]
 
@@ -73,7 +73,7 @@ class SetReplyFormat(
 ):
     """応答書式の設定: set the form of replies.
 
-    Of its settings only M is known.
+    M is the only known setting.
     """
 
     end_of_move: Flag = Field(

@@ -129,7 +129,15 @@ class OriginOffset(Reply, args="{offset}"):
     """The distance from the CW edge of the origin sensor to the origin."""
 
     # Width as that of the other settings up to 65535; the page is lost.
-    offset: Annotated[int, Field(ge=1, le=65_535, description="In pulses."), Digits(5)]
+    offset: Annotated[
+        int,
+        Field(
+            ge=1,
+            le=65_535,
+            description="Distance from the CW edge of the origin sensor to the origin, in pulses.",
+        ),
+        Digits(5),
+    ]
 
 
 class GetOriginOffset(Question[OriginOffset], code="0SD", example=("&3F0SD", ">&3F0SD00020")):
@@ -148,4 +156,4 @@ class SetOriginOffset(
     Distance from the CW edge of the origin sensor to the origin (RC-420 manual 13.5.1).
     """
 
-    offset: Annotated[int, Field(ge=1, le=65_535, description="In pulses, initially 10."), Number()]
+    offset: Annotated[int, Field(ge=1, le=65_535, description="Offset in pulses, initially 10."), Number()]

@@ -323,6 +323,6 @@ def _join(first: Knot, *between_and_last: Knot) -> bool:
     *between, last = between_and_last
     step = (last.pulses - first.pulses) / len(between_and_last)
     return all(
-        abs(it.pulses - first.pulses - number * step) <= TOLERANCE_PULSES
-        for number, it in enumerate(between, 1)
+        abs(knot.pulses - first.pulses - number * step) <= TOLERANCE_PULSES
+        for number, knot in enumerate(between, 1)
     )

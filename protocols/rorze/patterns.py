@@ -86,8 +86,8 @@ class GetSpeedChangePulses(
 ):
     """加減速パルス数取得: get the pulses a change of speed takes."""
 
-    start_speed: Speed = Field(description="1 to 1,000,000 pps.")
-    end_speed: Speed = Field(description="1 to 1,000,000 pps.")
+    start_speed: Speed = Field(description="Speed before the change, 1 to 1,000,000 pps.")
+    end_speed: Speed = Field(description="Speed after the change, 1 to 1,000,000 pps.")
     pattern: Slot | None = None
 
 

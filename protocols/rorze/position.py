@@ -12,13 +12,13 @@ from protocols.table import Ack, Effect, Reply, Retry
 class SignedPulses(Reply, args="{pulses}"):
     """A position or an amount."""
 
-    pulses: SignedValue = Field(description="In pulses; encoder counts in encoder mode.")
+    pulses: SignedValue = Field(description="Value in pulses; in encoder counts in encoder mode.")
 
 
 class EncoderCount(Reply, args="{count}"):
     """The encoder counter."""
 
-    count: SignedValue = Field(description="In encoder counts.")
+    count: SignedValue = Field(description="Value of the encoder counter, in counts.")
 
 
 class GetEncoderCount(Question[EncoderCount], code="6ED", example=("&3F6ED", ">&3F6ED+000050000")):

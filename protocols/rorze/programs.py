@@ -84,7 +84,7 @@ class PlaceQuery(PlaceCommand[R_co], errors=frozenset({0x4A, 0x5B}), retry=Retry
 
 
 class AutostartReply(Reply, args="{autostart}"):
-    """Whether the program starts at power-on."""
+    """Start of the program at power-on, on or off."""
 
     autostart: FlagValue
 
@@ -132,7 +132,7 @@ class ClearProgram(
 
 
 class MemoryReply(Reply, args="{value}|{bits}"):
-    """What a user memory holds: a value, or its 32 bits where these were asked for."""
+    """Content of a user memory: a value, or its 32 bits if these were asked for."""
 
     value: SignedValue | None = None
     bits: Annotated[int, Field(ge=0, le=0xFFFFFFFF), Hex(8)] | None = None
@@ -215,7 +215,7 @@ class EndProgram(
             Word(stop_immediately="0", stop_decelerating="1"),
         ]
         | None
-    ) = Field(None, description="What a moving motor does first; left out, it moves on.")
+    ) = Field(None, description="Stop of a moving motor before the end; left out, it moves on.")
 
 
 class GetProgramAddress(ProgramQuestion[AddressReply], code="UND", example=("&3FUND", ">&3FUND00125")):
@@ -285,7 +285,7 @@ class StepProgram(
 
 
 class ProgramInstruction(Reply, args="<{instruction}>"):
-    """What stands at an address of the user program; nothing where it is empty."""
+    """The instruction at an address of the user program; null where the address is empty."""
 
     instruction: StoredInstruction | None = None
 

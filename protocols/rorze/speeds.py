@@ -101,7 +101,7 @@ class SetMaximumSpeed(
 ):
     """最大速度設定: set the maximum speed."""
 
-    speed: Speed = Field(description="1 to 1,000,000 pps; 50,000 at first.")
+    speed: Speed = Field(description="Maximum speed, 1 to 1,000,000 pps; 50,000 at first.")
 
 
 class GetStartSpeed(
@@ -121,7 +121,7 @@ class SetStartSpeed(
 ):
     """起動速度設定: set the start speed."""
 
-    speed: StartSpeed = Field(description="1 to 30,000 pps; 50 at first.")
+    speed: StartSpeed = Field(description="Start speed, 1 to 30,000 pps; 50 at first.")
 
 
 class GetMaximumAcceleration(
@@ -141,4 +141,4 @@ class SetMaximumAcceleration(
 ):
     """最大加速度設定: set the maximum acceleration."""
 
-    acceleration: Acceleration = Field(description="1 to 10,000,000 pps/s; 100,000 at first.")
+    acceleration: Acceleration = Field(description="Acceleration, 1 to 10,000,000 pps/s; 100,000 at first.")

@@ -10,13 +10,13 @@ from protocols.table import Ack, Effect, Reply, Retry
 
 
 class Enabled(Reply, args="{enabled}"):
-    """Whether a function is switched on."""
+    """A function, on or off."""
 
     enabled: FlagValue = Field(description="0 off, 1 on.")
 
 
 class StallError(Reply, args="{stalled}"):
-    """Whether a STALL error stands."""
+    """The STALL error, present or not."""
 
     stalled: FlagValue = Field(description="0 no STALL error, 1 STALL error.")
 

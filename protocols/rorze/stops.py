@@ -34,7 +34,7 @@ class ChangeSpeed(
     The point where deceleration starts stays as it was planned: see RC-420 manual 13.3.6.
     """
 
-    speed: Speed = Field(description="In pulses per second.")
+    speed: Speed = Field(description="New speed in pulses per second.")
 
 
 class Decelerate(MoveChange, code="5DS", example=("&3F5DS", ">&3F5DS")):

@@ -72,10 +72,10 @@ class Status(Reply):
     place: Annotated[int, Packed("i")]
     speed: Annotated[int, Packed("H")]
     moves: Annotated[bool, Packed("?")]
-    stopped: Annotated[bool, Packed("?")] = Field(description="Whether a stop has ended its last motion.")
+    stopped: Annotated[bool, Packed("?")] = Field(description="True if a stop has ended its last motion.")
     alarm: Annotated[int, Packed("B")]
     newest: Annotated[int, Packed("H")] = Field(description="The number of the newest motion it has taken.")
-    life: Annotated[int, Packed("H")] = Field(description="How often it was switched on.")
+    life: Annotated[int, Packed("H")] = Field(description="Number of times it was switched on.")
 
 
 class Done(Ack):

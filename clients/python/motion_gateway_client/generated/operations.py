@@ -2323,8 +2323,9 @@ class Operations(Protocol):
     ) -> Commissioning:
         """Try which assumptions about real hardware hold on a line, by questions alone.
 
-        Nothing may move on the line, and meanwhile it is down for all else; a stop ends it at once. What sets
-        or moves something is tried by `motion-gateway commission LINE --config FILE` only.
+        Nothing may move on the line, and meanwhile it is down for all other requests; a stop ends it at once.
+        Assumptions that take a setting or a motion are tried by `motion-gateway commission LINE --config FILE`
+        only.
         """
         answer: Commissioning = self.call(
             "POST",
@@ -2388,10 +2389,11 @@ class Operations(Protocol):
     def take_over_line(
         self, line_id: str, body: TakeOverRequest, /, *, idempotency_key: str | None = None
     ) -> LineInfo | RobotLineInfo:
-        """Have a line that another gateway has had, because a person says so.
+        """Take over a line that another gateway has had, because a person says so.
 
-        The terminal server throws the old gateway out as this one connects; all is proved as at each start.
-        What the old one had begun is followed as foreign, and is unknown until its position is read.
+        The terminal server closes the old gateway's connection as this one connects; everything is proved as at
+        each start. Moves that the old gateway began are followed as foreign, and are unknown until their
+        positions are read.
         """
         answer: LineInfo | RobotLineInfo = self.call(
             "POST",
@@ -2433,7 +2435,7 @@ class Operations(Protocol):
         return answer
 
     def break_off_port_scan(self, *, idempotency_key: str | None = None) -> PortScan:
-        """Ask nobody more; what was found until then is in the record."""
+        """End the running scan of ports; its record keeps the controllers found until then."""
         answer: PortScan = self.call(
             "DELETE", filled("/system/scans/current"), idempotency_key=idempotency_key
         )
@@ -2475,9 +2477,9 @@ class Operations(Protocol):
         return answer
 
     def get_moment(self, *, at: str | None = None) -> Moment:
-        """Tell where everything was at a moment, what did not answer, and which alarms stood.
+        """Tell where everything was at a moment, which parts did not answer, and which alarms stood.
 
-        It is made of the journal: nothing is sent to a controller. What went over a line then is in its trace.
+        The journal answers: nothing is sent to a controller. The trace has what went over a line then.
 
         :raises NotFound: this gateway keeps no journal.
         """
@@ -2511,12 +2513,12 @@ class Operations(Protocol):
         return answer
 
     def take_lease(self, body: LeaseRequest, /, *, idempotency_key: str | None = None) -> Taken:
-        """Lease a line, a body, a group or a robot: until it ends, nobody else moves or sets what is in it.
+        """Lease a line, a body, a group or a robot: until it ends, no other caller moves or sets what is in it.
 
-        Its holder sends its `token` as the header `Lease-Token` with each motion and each setting; several
-        tokens stand side by side with commas. A token that is not good any more is refused though nobody else has
-        a lease. Reads and stops need none. When it ends, moves go on to their ends, and what would never end (a
-        JOG, a move without an end) is stopped.
+        Its holder sends its `token` as the header `Lease-Token` with each motion and each setting; several tokens
+        stand side by side with commas. A token that is not good any more is refused even if there is no other
+        lease. Reads and stops need none. When the lease ends, moves go on to their ends, and motion that would
+        never end (a JOG, a move without an end) is stopped.
         """
         answer: Taken = self.call("POST", filled("/leases"), body=body, idempotency_key=idempotency_key)
         return answer
@@ -2527,7 +2529,7 @@ class Operations(Protocol):
         return answer
 
     def end_lease(self, lease_id: str, *, idempotency_key: str | None = None) -> Lease:
-        """Give a lease back; an admin ends that of anybody."""
+        """Give a lease back; an admin may end any caller's."""
         answer: Lease = self.call(
             "DELETE", filled("/leases/{lease_id}", lease_id=lease_id), idempotency_key=idempotency_key
         )

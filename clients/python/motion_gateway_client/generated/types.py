@@ -38,20 +38,20 @@ class Alarm(TypedDict):
 
     id: str
     cause: str
-    """What it is, such as `body.offline`; never changes."""
+    """Kind of the alarm, such as `body.offline`; never changes."""
     number: int
     """The number of its cause, as `GET /numbers` has it; never changes."""
     subject: str
-    """What it is about, as in events: /bodies/line1.3F, /lines/line1, /gateway."""
+    """The part it is about, as in events: /bodies/line1.3F, /lines/line1, /gateway."""
     raised_at: str
     ended_at: str | None
-    """When its cause was seen to be over; null while it lasts."""
+    """Time at which its cause was seen to be over; null while it lasts."""
     reset_at: str | None
-    """Null while the alarm stands."""
+    """Time of the reset; null while the alarm stands."""
     reset_by: str | None
     """Who has reset it; `gateway: it came again` where a newer one stands in its place, `gateway: disproved` where it turned out to have had no cause."""
     caller: str
-    """In whose name the gateway was at work when it came."""
+    """The caller for whom the gateway worked when the alarm came."""
     request_id: str | None
     """The X-Request-Id of the request behind that."""
     move_id: str | None
@@ -59,7 +59,7 @@ class Alarm(TypedDict):
     code: str | None
     """The controller's own error code."""
     manual: str
-    """Where the manual tells of it; empty where it is no matter of a controller."""
+    """Section of the manual; empty if the alarm is not about a controller."""
     en: AlarmText
     ja: AlarmText
     when_over: PastWords | None
@@ -81,9 +81,9 @@ class AlarmOfShift(TypedDict):
 
     cause: str
     raised: int
-    """Number of those that were raised."""
+    """Number of alarms that were raised."""
     standing: int
-    """Number of those that still stand."""
+    """Number of alarms that still stand."""
 
 
 class AlarmRaisedEvent(TypedDict):
@@ -122,11 +122,11 @@ class AlarmText(TypedDict):
     """An alarm in one language."""
 
     happened: str
-    """What has happened."""
+    """The event, in words."""
     motor: str
-    """What the motor did, or may do."""
+    """The motor's reaction, or what it may still do."""
     remedy: str
-    """What to do next."""
+    """The next step for the operator."""
 
 
 class Amount(TypedDict):
@@ -166,13 +166,13 @@ class AxisOfShift(TypedDict):
     target: str
     """line1.3F, or r1/units/1."""
     moves: int
-    """Their number."""
+    """Number of moves."""
     succeeded: int
-    """Number of those that ended well."""
+    """Number of moves that ended well."""
     failed: int
-    """Number of those that failed, were lost or rejected, or are unknown."""
+    """Number of moves that failed, were lost or rejected, or are unknown."""
     mean_s: float | None
-    """From the command to the end, as a mean; null if nothing moved."""
+    """Mean time from the command to the end, in seconds; null if nothing moved."""
     longest_s: float | None
     longest_move: str | None
     """The id of the move that took longest."""
@@ -258,14 +258,14 @@ class Backup(TypedDict):
 
     id: str
     target: str
-    """The path of what it is of."""
+    """Path of the body, line or robot that is read."""
     status: Literal["running", "succeeded", "failed", "cancelled"]
     controllers: list[str]
     """The bodies, or the robot, it is read from, in their order."""
     controller: str | None
-    """Which of them is being read, or was when it ended."""
+    """The controller that is being read, or was when the reading ended."""
     read: int
-    """Answers so far."""
+    """Answers read so far."""
     expected: int | None
     """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
     left_s: float | None
@@ -273,7 +273,7 @@ class Backup(TypedDict):
     baud: int | None
     """The speed of its line, where its port tells: 38400 takes a third of the time of 9600."""
     error: BackupError | None
-    """Why it was not read."""
+    """The error that ended the reading early."""
     request_id: str | None
     """The X-Request-Id of the request that asked for it."""
     started_at: str
@@ -287,14 +287,14 @@ class BackupComparison(TypedDict):
 
     id: str
     target: str
-    """The path of what it is of."""
+    """Path of the body, line or robot that is read."""
     status: Literal["running", "succeeded", "failed", "cancelled"]
     controllers: list[str]
     """The bodies, or the robot, it is read from, in their order."""
     controller: str | None
-    """Which of them is being read, or was when it ended."""
+    """The controller that is being read, or was when the reading ended."""
     read: int
-    """Answers so far."""
+    """Answers read so far."""
     expected: int | None
     """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
     left_s: float | None
@@ -302,7 +302,7 @@ class BackupComparison(TypedDict):
     baud: int | None
     """The speed of its line, where its port tells: 38400 takes a third of the time of 9600."""
     error: BackupError | None
-    """Why it was not read."""
+    """The error that ended the reading early."""
     request_id: str | None
     """The X-Request-Id of the request that asked for it."""
     started_at: str
@@ -316,7 +316,7 @@ class BackupComparison(TypedDict):
     differing: dict[str, int] | None
     """Number of differences by kind: settings, positions, program and others; a program counts once."""
     restore_s: float | None
-    """Seconds that a restore would take, and read it back; null where nobody knows."""
+    """Seconds that a restore and its reading back would take; null if unknown."""
 
 
 class BackupError(TypedDict):
@@ -1525,7 +1525,7 @@ class BodyRestoreRequest(TypedDict):
     flash: NotRequired[bool]
     """Write it to flash memory, too, once it was read back. Left out: false."""
     power_cycle: NotRequired[bool]
-    """With `flash`: wait until the power was off and on, and compare once more. Left out: false."""
+    """True to wait, with `flash`, until the power was off and on, and compare again. Left out: false."""
 
 
 class BodyRestoreStartedEvent(TypedDict):
@@ -2022,7 +2022,7 @@ class CommandInfo(TypedDict):
     """A row of the RC-420 command table (RC-420 manual 14 and 19)."""
 
     code: str
-    """Its three characters; empty where a macro's name takes their place."""
+    """The three characters of the command; empty where a macro's name takes their place."""
     name: str
     """The last part of its route, .../commands/NAME."""
     title_ja: str
@@ -2032,14 +2032,14 @@ class CommandInfo(TypedDict):
     reply: dict[str, Any]
     """JSON Schema of the reply."""
     usage: list[str]
-    """How the parameters are written on the line."""
+    """Forms in which the parameters are written on the line."""
     starts_motion: bool
     effect: Effect
-    """What it does, by which the right follows."""
+    """The effect of the command, from which the right follows."""
     right: Right
-    """What sending it takes."""
+    """The right that a caller needs to send the command."""
     retry: Retry
-    """What repeating it without a reply would do. The gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice."""
+    """The effect of repeating it after a missing reply. The gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice."""
     example: list[str]
     """Commands and replies in turn, as the manual prints them."""
     family: Literal["rorze"]
@@ -2079,7 +2079,7 @@ class Commissioning(TypedDict):
 
 
 class CommissioningRequest(TypedDict):
-    """What to commission."""
+    """The line to commission."""
 
     line_id: str
     """A line of the configuration."""
@@ -2133,13 +2133,13 @@ class Crashed(TypedDict):
     """What was under way when the last life of the gateway ended without being told to."""
 
     last_seen_at: str | None
-    """When it was last known to live; null where it never was."""
+    """Time at which the last life was known to run; null if it never was."""
     moves: list[str]
     """Moves that were not over: they are followed, or resolved."""
     targets: list[str]
-    """What moves in each of these moves."""
+    """The part that moves in each of these moves."""
     commands: list[str]
-    """Commands of which nobody knows what has become of them."""
+    """Commands with an unknown outcome."""
 
 
 class CurveDraft(TypedDict):
@@ -2176,33 +2176,33 @@ class CurvePoint(TypedDict):
 
 
 class Deed(TypedDict):
-    """Something with an effect that somebody wanted."""
+    """An action with an effect that a caller asked for, and its outcome."""
 
     id: str
-    """Sorts by time; also the cursor after which older deeds follow."""
+    """Id of the action, which sorts by time; also the cursor before which older actions lie."""
     at: str
     caller: str
-    """Who wanted it: the name of a key, an interface and an address."""
+    """The caller: the name of a key, an interface and an address."""
     request_id: str | None
     """The X-Request-Id of the request."""
     target: str
-    """Its target: line1.3F, line1.80 for a group, r1."""
+    """Address of the body, group or robot: line1.3F, line1.80 for a group, r1."""
     command: str
     """The row of the command table."""
     effect: str
     """motion, stop, setting or maintenance."""
     frame: str
-    """The exact bytes."""
+    """The exact bytes for the controller."""
     moves: list[str]
-    """The moves it was to make."""
+    """Ids of the moves that the command was to make."""
     written_at: str | None
-    """When it was handed to the port; null if it was not."""
+    """Time at which the frame was handed to the port; null if it was not."""
     ended_at: str | None
-    """When its outcome was known; null while it is not."""
+    """Time at which the outcome was known; null while it is not."""
     outcome: str | None
-    """answered, refusal, failure, not_sent, or unknown: nobody knows whether it was executed."""
+    """answered, refusal, failure, not_sent, or unknown: it may have been executed or not."""
     detail: str | None
-    """Why it was not carried out, or the controller's error."""
+    """Reason for which it was not carried out, or the controller's error."""
 
 
 class Difference(TypedDict):
@@ -2212,11 +2212,11 @@ class Difference(TypedDict):
     """The body or the robot."""
     section: str
     name: str
-    """What it is, in words."""
+    """The setting, position or instruction in words."""
     wanted: str | None
-    """What the backup has; null where it is empty or was never set."""
+    """Value in the backup; null if it is empty or was never set."""
     held: str | None
-    """What the controller holds."""
+    """Value in the controller."""
     restorable: bool
     """False where no command can bring it back."""
 
@@ -2318,7 +2318,7 @@ class Entry(TypedDict):
     """Counts up by one from the first entry; none is given twice."""
     time: str
     type: str
-    """Such as `key.made`; docs/configuration.md lists all."""
+    """Type of the entry, such as `key.made`; docs/configuration.md lists all."""
     caller: str | None
     """The name of the key or of the token's holder, what else has caused it, such as SIGHUP, or null where the caller is not known."""
     address: str | None
@@ -2326,13 +2326,13 @@ class Entry(TypedDict):
     request_id: str | None
     """The X-Request-Id of the request."""
     target: str
-    """What it is about: the name of a key, an address, a path."""
+    """Subject of the entry: the name of a key, an address, a path."""
     count: int
-    """1, or the number of those alike that were counted in this entry in a flood."""
+    """Number of like entries that were counted in this one in a flood, else 1."""
     since: str | None
-    """When the first of these came; null where `count` is 1."""
+    """Time of the first of them; null where `count` is 1."""
     data: dict[str, Any]
-    """What else belongs to it, by its type."""
+    """Further facts, by the entry's type."""
     previous: str
     """The `hash` of the entry before, 64 zeros in the first."""
     hash: str
@@ -2607,7 +2607,7 @@ class FailureOfShift(TypedDict):
     cause: str
     """The end's cause, such as ems; else the kind of error, or the status."""
     moves: int
-    """Their number."""
+    """Number of moves."""
     targets: int
     """Number of bodies or units that were concerned."""
     last_move: str
@@ -2618,7 +2618,7 @@ class FicsCommandInfo(TypedDict):
     """A row of the C-HOST command table (C-HOST manual 1-7 and 4-1)."""
 
     code: str
-    """Its three characters; empty where a macro's name takes their place."""
+    """The three characters of the command; empty where a macro's name takes their place."""
     name: str
     """The last part of its route, .../commands/NAME."""
     title_ja: str
@@ -2628,14 +2628,14 @@ class FicsCommandInfo(TypedDict):
     reply: dict[str, Any]
     """JSON Schema of the reply."""
     usage: list[str]
-    """How the parameters are written on the line."""
+    """Forms in which the parameters are written on the line."""
     starts_motion: bool
     effect: Effect
-    """What it does, by which the right follows."""
+    """The effect of the command, from which the right follows."""
     right: Right
-    """What sending it takes."""
+    """The right that a caller needs to send the command."""
     retry: Retry
-    """What repeating it without a reply would do. The gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice."""
+    """The effect of repeating it after a missing reply. The gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice."""
     example: list[str]
     """Commands and replies in turn, as the manual prints them."""
     family: Literal["fics"]
@@ -2661,11 +2661,11 @@ class FoundPort(TypedDict):
 
     address: str
     told: str
-    """Who it is, in words."""
+    """The controllers in words."""
     line: dict[str, JsonValue]
     """A table `[[lines]]` that serves it, for `POST /lines`."""
     comment: str
-    """What the table does not tell; of a robot, what to compare first."""
+    """Facts that the table does not hold; of a robot, settings to compare first."""
 
 
 class Gap(TypedDict):
@@ -3226,9 +3226,9 @@ class HomingOfShift(TypedDict):
     homings: int
     """Number of homings that can be compared with the one before."""
     last_off_by: int
-    """In pulses or encoder counts: its place by the origin found, less that by the one before."""
+    """Place by the latest origin less that by the one before, in pulses or encoder counts."""
     largest_off_by: int
-    """In pulses or encoder counts, the one farthest from 0."""
+    """The difference farthest from 0, in pulses or encoder counts."""
 
 
 class HomingSettings(TypedDict):
@@ -3252,7 +3252,7 @@ class HomingSettings(TypedDict):
 
 
 class Identity(TypedDict):
-    """Who asks, and what they may do."""
+    """The caller as the gateway knows it: name, role and rights."""
 
     name: str
     """The name of the key, or of the person; `everybody` where no key is needed."""
@@ -3291,15 +3291,15 @@ class InterruptPulse(TypedDict):
 
 
 class InvalidField(TypedDict):
-    """What is wrong with one part of the request."""
+    """One fault of the request, and the field it is in."""
 
     field: str
-    """Where: distance.value"""
+    """Path of the field in the request, such as distance.value."""
     message: str
     line: NotRequired[int | None]
-    """In a text of many lines: which one, from 1."""
+    """Number of the line in a text of many lines, from 1."""
     column: NotRequired[int | None]
-    """Where in that line, from 1."""
+    """Number of the character in that line, from 1."""
 
 
 class IoEvent(TypedDict):
@@ -3360,19 +3360,19 @@ class KeyInfo(TypedDict):
     scope: list[str] | None
     """The addresses of lines, bodies, groups and robots that it is for; null means all."""
     begins: str
-    """How the key begins, which is no secret."""
+    """Beginning of the key, which is no secret."""
     state: Literal["good", "expired", "revoked", "waiting"]
     """`waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`)."""
     ends_soon: bool
-    """Whether it ends within `access.key_warning_d`, and no newer key has its name."""
+    """True if the key ends within `access.key_warning_d`, and no newer key has its name."""
     made_by: str | None
-    """Who made it over HTTP, if that was noted."""
+    """The caller who made the key over HTTP, if that was noted."""
     approved_by: str | None
     made_at: str
     expires_at: str | None
     revoked_at: str | None
     used_at: str | None
-    """When it was last used, as the gateway notes once a minute."""
+    """Time at which the key was last used, noted once a minute."""
 
 
 class KeyList(TypedDict):
@@ -3406,17 +3406,17 @@ class Lease(TypedDict):
     """Who moves a part of the plant now."""
 
     lease: str
-    """Its id."""
+    """Id of the lease."""
     scope: str
-    """What was leased: a line, a body, a group or a robot."""
+    """Address of the leased line, body, group or robot."""
     covers: list[str]
     """The bodies and robots it is for, or the line."""
     holder: str
     """The name of the key that took it."""
     ttl_s: float
-    """For how long it lasts after each renewal."""
+    """Seconds that the lease lasts after each renewal."""
     expires_in_s: float
-    """For how long it lasts now, unless it is renewed."""
+    """Seconds that the lease still lasts, unless it is renewed."""
 
 
 class LeaseList(TypedDict):
@@ -3426,12 +3426,12 @@ class LeaseList(TypedDict):
 
 
 class LeaseRequest(TypedDict):
-    """What to lease, and for how long."""
+    """The part to lease, and for how long."""
 
     scope: str
     """The address of a line, a body, a group or a robot."""
     ttl_s: NotRequired[float]
-    """In seconds; it ends then, unless it is renewed before. Left out: 10.0."""
+    """Seconds after which the lease ends, unless it is renewed before. Left out: 10.0."""
     take_over: NotRequired[bool]
     """End the leases of others that are in the way; takes the right `admin`. Left out: false."""
 
@@ -3669,13 +3669,13 @@ class LineInfo(TypedDict):
     """The port."""
     state: LineState
     down_reason: str | None
-    """Why the line is `down` or `silent`, and what to check; null while it is neither."""
+    """Reason why the line is `down` or `silent`, and what to check; null if it is neither."""
     waiting: dict[str, int]
     """Requests waiting in each lane."""
     load: dict[str, float]
     """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, live (values that somebody watches), probes (of the silent), fences, stops and set_up."""
     counters: dict[str, int]
-    """What has happened on the line since the start."""
+    """Counters of the line since the start."""
     owner: NotRequired[OwnerInfo]
     """Only of a line that another gateway may take over."""
     protocol: Literal["rorze"]
@@ -3844,7 +3844,7 @@ class LineOwner(TypedDict):
 
     reason: str
     owner: str | None
-    """Its name; null where nobody knows."""
+    """Name of the gateway that has the line; null if unknown."""
     epoch: int
     """The number of take-overs so far, and one."""
 
@@ -3941,7 +3941,7 @@ class LineRestoreRequest(TypedDict):
     flash: NotRequired[bool]
     """Write it to flash memory, too, once it was read back. Left out: false."""
     power_cycle: NotRequired[bool]
-    """With `flash`: wait until the power was off and on, and compare once more. Left out: false."""
+    """True to wait, with `flash`, until the power was off and on, and compare again. Left out: false."""
 
 
 class LineRestoreStartedEvent(TypedDict):
@@ -4091,7 +4091,7 @@ class LineTakenOverEvent(TypedDict):
 
 
 class LineUp(TypedDict):
-    """Who has answered when the line was set up."""
+    """The controllers that answered when the line was set up."""
 
     controllers: NotRequired[str | None]
     """What an RC-400 answered to XID."""
@@ -4143,7 +4143,7 @@ class LoopHeld(TypedDict):
     seconds: float
     """0.25 at least."""
     cancelled: bool
-    """Whether what waited is not sent any more: above 2 s."""
+    """True if commands that waited are not sent any more: after more than 2 s."""
 
 
 class MacroInfo(TypedDict):
@@ -4180,21 +4180,21 @@ class MadeKey(TypedDict):
     scope: list[str] | None
     """The addresses of lines, bodies, groups and robots that it is for; null means all."""
     begins: str
-    """How the key begins, which is no secret."""
+    """Beginning of the key, which is no secret."""
     state: Literal["good", "expired", "revoked", "waiting"]
     """`waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`)."""
     ends_soon: bool
-    """Whether it ends within `access.key_warning_d`, and no newer key has its name."""
+    """True if the key ends within `access.key_warning_d`, and no newer key has its name."""
     made_by: str | None
-    """Who made it over HTTP, if that was noted."""
+    """The caller who made the key over HTTP, if that was noted."""
     approved_by: str | None
     made_at: str
     expires_at: str | None
     revoked_at: str | None
     used_at: str | None
-    """When it was last used, as the gateway notes once a minute."""
+    """Time at which the key was last used, noted once a minute."""
     key: str
-    """What its owner sends. It is told this once: the gateway keeps its hash only."""
+    """The secret that the owner sends. It is told this once: the gateway keeps its hash only."""
 
 
 class MarkMissing(TypedDict):
@@ -4267,11 +4267,11 @@ class Moment(TypedDict):
     known_since: str | None
     """The journal goes back to this time; null: it is empty."""
     places: list[PlaceThen]
-    """Of all that had moved by then."""
+    """Places of all parts that had moved by then."""
     unreached: list[str]
     """Addresses of bodies, robots and lines that did not answer."""
     alarms: list[Alarm]
-    """Those that stood, newest first."""
+    """Alarms that stood at that moment, newest first."""
 
 
 class MotorStatus(TypedDict):
@@ -4298,7 +4298,7 @@ class Move(TypedDict):
     frame: str
     """The exact bytes, CR as \\r."""
     evidence: list[str]
-    """How the gateway knows what it says."""
+    """Observations that the status rests on, in words."""
     error: MoveError | None
     request_id: str | None
     """The X-Request-Id of the request that asked for it."""
@@ -4314,17 +4314,17 @@ class Move(TypedDict):
     end_cause: str | None
     """normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the controller says; not_executed, position_mismatch or not_in_position as the gateway found."""
     counted_in: Literal["pulses", "encoder_counts"] | None
-    """What positions are counted in; null where the body's operating mode is not known."""
+    """Unit of the positions; null if the body's operating mode is not known."""
     start_position: int | None
-    """In `counted_in`, before the move."""
+    """Position before the move, in `counted_in`."""
     target_position: int | None
-    """In `counted_in`, where it can be known beforehand."""
+    """Position to reach, in `counted_in`; null if it cannot be known beforehand."""
     position: int | None
-    """In `counted_in`, as last read."""
+    """Position as last read, in `counted_in`."""
     homing_distance: int | None
-    """Of a homing that ended well: from its end back to its start, in `counted_in` (0PD)."""
+    """Distance from the end of a good homing back to its start, in `counted_in` (0PD)."""
     completion: Literal["frame", "polling"] | None
-    """Whether the end was announced by the link master or found by polling."""
+    """`frame`: the link master announced the end; `polling`: the gateway found it."""
 
 
 class MoveError(TypedDict):
@@ -4335,7 +4335,7 @@ class MoveError(TypedDict):
     title: str
     detail: str
     moved: Literal["no", "yes", "unknown"]
-    """Whether the motor did anything because of this move."""
+    """Says if the motor did anything because of this move: no, yes or unknown."""
     remedy: str
     controller_error: str | None
     """The controller's error code, such as 0x51."""
@@ -4385,13 +4385,13 @@ class NewKey(TypedDict):
     """A key to be made."""
 
     name: str
-    """Who or what it is for: letters, digits and . _ @ -; records name it."""
+    """The person or program it is for: letters, digits and . _ @ -; records name it."""
     role: Role
-    """What it may do; every role may stop."""
+    """The rights of the key; every role may stop."""
     scope: NotRequired[list[str] | None]
     """The addresses of lines, bodies, groups and robots that it is for; left out: all."""
     expires_s: NotRequired[float | None]
-    """In seconds from now; left out: `access.key_lifetime_d`, a year if nothing else is said."""
+    """Seconds from now; left out: `access.key_lifetime_d`, a year if nothing else is said."""
 
 
 class NewLine(TypedDict):
@@ -4411,13 +4411,13 @@ class NextCall(TypedDict):
     method: Literal["GET", "POST", "PUT"]
     path: str
     right: Right
-    """What its sender has to be allowed; that of its route."""
+    """The right that the caller needs."""
     body: NotRequired[dict[str, JsonValue] | None]
-    """What it takes; left out for nothing, or where only the sender can know."""
+    """Content of the request; left out if there is none, or if only the caller can know it."""
     en: str
-    """What it does, in English."""
+    """Effect of the call, in English."""
     ja: str
-    """What it does, in Japanese."""
+    """Effect of the call, in Japanese."""
 
 
 class NightlyBackup(TypedDict):
@@ -4461,9 +4461,9 @@ class Numbers(TypedDict):
     """Numbers that never change, in later versions neither; each type and cause has one of its own."""
 
     events: dict[str, int]
-    """By the type of an event, from 1."""
+    """Number of each type of event, from 1."""
     alarms: dict[str, int]
-    """By the cause of an alarm, from 1."""
+    """Number of each cause of an alarm, from 1."""
 
 
 class OrderViolated(TypedDict):
@@ -4505,7 +4505,7 @@ class OwnerInfo(TypedDict):
     """Who has a line that may be taken over."""
 
     gateway: str | None
-    """Its name in the plant; null where nobody knows."""
+    """Name of the gateway in the plant; null if unknown."""
     epoch: int
     """The number of take-overs so far, and one; the header Owner-Epoch."""
 
@@ -4585,7 +4585,7 @@ class PatternValues(TypedDict):
 
 
 class PersonOfShift(TypedDict):
-    """What one caller has done."""
+    """The actions of one caller in the shift."""
 
     caller: str
     motions: int
@@ -4603,7 +4603,7 @@ class PlaceThen(TypedDict):
     """line1.3F, r1/units/1 or wafer."""
     state: Literal["moving", "standing"]
     position: JsonValue
-    """As moves have it: pulses or encoder counts, or by axis; on the way in between start and end, as the time is between. Null where nobody knows."""
+    """Position as moves have it: pulses or encoder counts, or by axis; on the way it is interpolated by time between start and end. Null if unknown."""
     move_id: str
     """The move that was under way, or the last one."""
 
@@ -4735,11 +4735,11 @@ class PortScan(TypedDict):
     ports: list[str]
     status: Literal["running", "finished", "failed"]
     doing: list[str]
-    """What goes on at the ports now."""
+    """Present work at the ports, in words."""
     found: list[FoundPort]
-    """Who was found, when the scan is over or was broken off."""
+    """Controllers that were found, once the scan is over or was broken off."""
     notes: list[str]
-    """Why a port could not be asked."""
+    """Reasons for which ports could not be asked."""
     error: str | None
     started_at: str
     ended_at: str | None
@@ -4813,14 +4813,14 @@ class PositionReading(TypedDict):
 
     id: str
     target: str
-    """The path of what it is of."""
+    """Path of the body, line or robot that is read."""
     status: Literal["running", "succeeded", "failed", "cancelled"]
     controllers: list[str]
     """The bodies, or the robot, it is read from, in their order."""
     controller: str | None
-    """Which of them is being read, or was when it ended."""
+    """The controller that is being read, or was when the reading ended."""
     read: int
-    """Answers so far."""
+    """Answers read so far."""
     expected: int | None
     """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
     left_s: float | None
@@ -4828,7 +4828,7 @@ class PositionReading(TypedDict):
     baud: int | None
     """The speed of its line, where its port tells: 38400 takes a third of the time of 9600."""
     error: BackupError | None
-    """Why it was not read."""
+    """The error that ended the reading early."""
     request_id: str | None
     """The X-Request-Id of the request that asked for it."""
     started_at: str
@@ -4892,11 +4892,11 @@ class Posture(TypedDict):
     """How the gateway is protected, and what it rests on."""
 
     access: Literal["keys", "open"]
-    """Whether a key is needed."""
+    """`keys`: each request needs a key; `open`: none does."""
     tls: bool
-    """Whether the gateway itself speaks TLS."""
+    """True if the gateway itself speaks TLS."""
     network: bool
-    """Whether other machines may reach it, a proxy's clients included."""
+    """True if other machines can reach the gateway, a proxy's clients included."""
     weakened: list[Weakened]
     """Every default of the configuration that protects less than it could."""
     untried: list[UntriedLine]
@@ -4919,15 +4919,15 @@ class Problem(TypedDict):
     status: int
     """The HTTP status."""
     detail: str
-    """What happened, and what was and was not done to the motor."""
+    """One sentence: what happened, and what was and was not done to the motor."""
     instance: str
     """The path that was asked for."""
     moved: Literal["no", "yes", "unknown"]
-    """Whether the motor did anything because of this request."""
+    """Says if the motor did anything because of this request: no, yes or unknown."""
     remedy: str
-    """What to do next."""
+    """The next step for the caller."""
     retryable: bool
-    """Whether the same request may succeed later."""
+    """True if the same request may succeed later."""
     request_id: NotRequired[str | None]
     """The header X-Request-Id of this answer, which the line's trace has too."""
     code: NotRequired[str | None]
@@ -5055,40 +5055,40 @@ class RawRequest(TypedDict):
 
 
 class Readiness(TypedDict):
-    """Whether requests can be carried out, and by which part they cannot."""
+    """Readiness of the gateway: can requests be carried out, and if not, because of which part?"""
 
     ready: bool
-    """Whether every line is open and set up, and somebody answers on it."""
+    """True if every line is open and set up, and at least one controller answers on it."""
     lines: dict[str, LineState]
-    """Those that the key of the request is for; without a good key none is named."""
+    """State of each line that the request's key is for; without a good key none is named."""
     journal: Literal["ready", "unavailable"]
     """While it is unavailable, reads and stops go on; what else has an effect is refused."""
     detail: str
-    """The same in words, and what to do."""
+    """The reasons in words, and what to do."""
 
 
 class RecordingInfo(TypedDict):
     """One recording, under way or kept."""
 
     id: str
-    """Sorts by time."""
+    """Id of the recording, which sorts by time."""
     status: Literal["running", "finished", "failed"]
     cause: Literal["request", "alarm"]
     alarm_id: str | None
     """The alarm that has begun it."""
     lines: list[str]
     whole_plant: bool
-    """Whether these are all lines."""
+    """True if these are all lines."""
     since: str
-    """When what it holds begins."""
+    """Beginning of the recorded time."""
     until: str | None
-    """When that ends; null while it is not over."""
+    """End of the recorded time; null while the recording goes on."""
     bytes: int | None
     """Size of its file."""
     complete: bool
     """False where the gateway ended in the middle of it: it holds what was on the disk."""
     error: str | None
-    """Why there is no file."""
+    """Reason for which there is no file."""
     request_id: str | None
     """The X-Request-Id of the request that asked for it."""
     started_at: str
@@ -5155,16 +5155,16 @@ class ReloadRequest(TypedDict):
 
 
 class Reloaded(TypedDict):
-    """What differed from what was served."""
+    """The differences between the configuration file and what was served."""
 
     lines: list[LineChange]
     """All others go on undisturbed."""
     needs_restart: list[str]
     """Keys whose change takes a restart of the gateway."""
     applied: bool
-    """Whether the lines are served so now; false after a dry run."""
+    """True if the lines are served as the file says now; false after a dry run."""
     busy: list[str]
-    """What moves or is at work on lines that would be closed: nothing changes while it does."""
+    """Parts that move or work on lines that would be closed: nothing changes while they do."""
 
 
 class Resolution(TypedDict):
@@ -5200,7 +5200,7 @@ class Restore(TypedDict):
 
     id: str
     target: str
-    """The path of what it is for."""
+    """Path of the body, line or robot that is restored."""
     status: Literal["running", "verified", "differs", "failed", "cancelled"]
     """`verified`: read back, all of the backup is there. `differs`: `differences` is all that is not. `failed`: nobody could read it back, or it is not known what flash memory holds."""
     phase: Literal[
@@ -5213,23 +5213,23 @@ class Restore(TypedDict):
     commands: int
     """Commands to be written, as far as is known."""
     written: int
-    """Those that were."""
+    """Commands written so far."""
     read: int
-    """What was read so far, before and after."""
+    """Answers read so far, before and after writing."""
     left_s: float | None
-    """Seconds it takes still; null where nobody knows."""
+    """Seconds that the restore still takes; null if unknown."""
     flash: bool
-    """Whether it is to be written to flash memory."""
+    """True if the settings are to be written to flash memory, too."""
     saved: bool
-    """Whether it was, of all controllers."""
+    """True if the flash memory of all controllers was written."""
     power_cycle: bool
-    """Whether it is compared once more when the power was off and on."""
+    """True if the controllers are compared again after the power was off and on."""
     power_proved: bool
     """False where no mark could prove that the power was kept while it was read back: a short loss of power may have gone unseen."""
     differences: list[Difference] | None
     """What the controllers hold otherwise than the backup; null while nobody knows. Events tell the first 20."""
     error: RestoreError | None
-    """What has ended it early."""
+    """The error that ended the restore early."""
     request_id: str | None
     """The X-Request-Id of the request that asked for it."""
     started_at: str
@@ -5249,7 +5249,7 @@ class RestorePlan(TypedDict):
     """What a restore would do; nothing was written."""
 
     target: str
-    """The path of what it is for."""
+    """Path of the body, line or robot that is restored."""
     dry_run: Literal[True]
     commands: list[str]
     """The exact commands, in their order."""
@@ -5787,13 +5787,13 @@ class RobotLineInfo(TypedDict):
     """The port."""
     state: LineState
     down_reason: str | None
-    """Why the line is `down` or `silent`, and what to check; null while it is neither."""
+    """Reason why the line is `down` or `silent`, and what to check; null if it is neither."""
     waiting: dict[str, int]
     """Requests waiting in each lane."""
     load: dict[str, float]
     """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, live (values that somebody watches), probes (of the silent), fences, stops and set_up."""
     counters: dict[str, int]
-    """What has happened on the line since the start."""
+    """Counters of the line since the start."""
     owner: NotRequired[OwnerInfo]
     """Only of a line that another gateway may take over."""
     protocol: Literal["fics"]
@@ -5838,7 +5838,7 @@ class RobotMove(TypedDict):
     frame: str
     """The exact bytes, CR as \\r."""
     evidence: list[str]
-    """How the gateway knows what it says."""
+    """Observations that the status rests on, in words."""
     error: MoveError | None
     request_id: str | None
     """The X-Request-Id of the request that asked for it."""
@@ -6278,7 +6278,7 @@ class RobotRestoreRequest(TypedDict):
     flash: NotRequired[bool]
     """Write it to flash memory, too, once it was read back. Left out: false."""
     power_cycle: NotRequired[bool]
-    """With `flash`: wait until the power was off and on, and compare once more. Left out: false."""
+    """True to wait, with `flash`, until the power was off and on, and compare again. Left out: false."""
 
 
 class RobotRestoreStartedEvent(TypedDict):
@@ -6568,9 +6568,9 @@ class ScaleDifference(TypedDict):
     backup: str
     """The scale of the backup: 100 pulses/mm."""
     controller: str
-    """That of the body: 250 pulses/mm, or no scale."""
+    """The scale of the body: 250 pulses/mm, or no scale."""
     units: Literal["keep_pulses", "convert"]
-    """What was asked for: the same pulses, or the same lengths and speeds."""
+    """The requested conversion: keep the pulses, or keep lengths and speeds."""
 
 
 class Scaled(TypedDict):
@@ -6749,7 +6749,7 @@ class ScaraMove(TypedDict):
     frame: str
     """The exact bytes, CR as \\r."""
     evidence: list[str]
-    """How the gateway knows what it says."""
+    """Observations that the status rests on, in words."""
     error: MoveError | None
     request_id: str | None
     """The X-Request-Id of the request that asked for it."""
@@ -7057,7 +7057,7 @@ class SessionInfo(TypedDict):
     """A session, without what is secret of it."""
 
     id: str
-    """Names the session, and lets nobody in."""
+    """Id of the session, which does not open it."""
     name: str
     """The name of the key, or of the token's holder."""
     role: Role
@@ -7204,34 +7204,34 @@ class Shift(TypedDict):
     ends: dict[str, int]
     """Number of moves by status."""
     failures: list[FailureOfShift]
-    """By cause, the most frequent first."""
+    """One entry for each cause, the most frequent first."""
     axes: list[AxisOfShift]
-    """The one with the longest move first."""
+    """One entry for each axis, the one with the longest move first."""
     homings: list[HomingOfShift]
-    """Of bodies that were homed after another homing, with their power kept between."""
+    """Bodies that were homed after another homing, with their power kept between."""
     stops: int
     """Number of requests for stops."""
     people: list[PersonOfShift]
     alarms: list[AlarmOfShift]
-    """By cause, the most frequent first."""
+    """One entry for each cause, the most frequent first."""
 
 
 class ShuttingDown(TypedDict):
     """How the gateway ends."""
 
     on_exit: str
-    """What becomes of motors that move, as configured."""
+    """The configured treatment of motors that move: stop or leave."""
 
 
 class Signal(TypedDict):
     """One input or output."""
 
     channel: NotRequired[int | None]
-    """Of a robot: eight inputs or outputs, from 1."""
+    """Channel of a robot: eight inputs or outputs, from 1; null for a body."""
     number: int
-    """From 0; of a robot, within its channel."""
+    """Number of the signal, from 0; of a robot, within its channel."""
     name: NotRequired[str | None]
-    """As the configuration has it."""
+    """Name of the signal in the configuration."""
     on: bool
 
 
@@ -7257,11 +7257,11 @@ class Snapshot(TypedDict):
     as_of: str
     """The cursor of the newest event that it takes account of."""
     lines: list[LineNow]
-    """None where only some bodies or robots are wanted."""
+    """State of the lines; empty if only some bodies or robots were asked for."""
     bodies: list[BodyNow]
     robots: list[RobotNow]
     moves: list[Move | ScaraMove | RobotMove]
-    """Those that are not over."""
+    """Moves that are not over."""
 
 
 class SpeedAccepted(TypedDict):
@@ -7483,10 +7483,10 @@ class StopRequest(TypedDict):
 
 
 class StopResult(TypedDict):
-    """How far the stop has come, after two seconds at most."""
+    """Progress of the stop, after two seconds at most."""
 
     confirmed: bool
-    """Whether every controller reports standstill. If not, use the hardware stop."""
+    """True if every controller reports standstill. If false, use the hardware stop."""
     bodies: list[StopReport]
     robots: list[RobotStopReport]
 
@@ -7588,14 +7588,14 @@ class TableUpload(TypedDict):
 
     id: str
     target: str
-    """The path of what it is of."""
+    """Path of the body, line or robot that is read."""
     status: Literal["running", "succeeded", "failed", "cancelled"]
     controllers: list[str]
     """The bodies, or the robot, it is read from, in their order."""
     controller: str | None
-    """Which of them is being read, or was when it ended."""
+    """The controller that is being read, or was when the reading ended."""
     read: int
-    """Answers so far."""
+    """Answers read so far."""
     expected: int | None
     """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
     left_s: float | None
@@ -7603,7 +7603,7 @@ class TableUpload(TypedDict):
     baud: int | None
     """The speed of its line, where its port tells: 38400 takes a third of the time of 9600."""
     error: BackupError | None
-    """Why it was not read."""
+    """The error that ended the reading early."""
     request_id: str | None
     """The X-Request-Id of the request that asked for it."""
     started_at: str
@@ -7617,7 +7617,7 @@ class TableUpload(TypedDict):
 
 
 class TakeOverRequest(TypedDict):
-    """What a person has done before a line is taken over."""
+    """Confirmation that a line may be taken over from another gateway."""
 
     old: str
     """The gateway that has had the line."""
@@ -7629,28 +7629,28 @@ class Taken(TypedDict):
     """A lease as its holder sees it."""
 
     lease: str
-    """Its id."""
+    """Id of the lease."""
     scope: str
-    """What was leased: a line, a body, a group or a robot."""
+    """Address of the leased line, body, group or robot."""
     covers: list[str]
     """The bodies and robots it is for, or the line."""
     holder: str
     """The name of the key that took it."""
     ttl_s: float
-    """For how long it lasts after each renewal."""
+    """Seconds that the lease lasts after each renewal."""
     expires_in_s: float
-    """For how long it lasts now, unless it is renewed."""
+    """Seconds that the lease still lasts, unless it is renewed."""
     token: int
-    """What the header Lease-Token of motions and settings shows."""
+    """Number for the header Lease-Token of motions and settings."""
 
 
 class Ticket(TypedDict):
-    """What opens one event stream."""
+    """A secret that opens one event stream."""
 
     ticket: str
-    """To be sent as the query parameter `ticket` of /events, /events/stream or the stream of a trace."""
+    """The secret, for the query parameter `ticket` of /events, /events/stream or the stream of a trace."""
     expires_in_s: float
-    """It is valid for this time, and once."""
+    """Seconds for which the ticket is valid, once."""
 
 
 class Trace(TypedDict):
@@ -7661,7 +7661,7 @@ class Trace(TypedDict):
 
 
 class TraceRecord(TypedDict):
-    """What happened on the port at one moment."""
+    """An event at the port: bytes were received or sent, or the port opened, was lost or closed."""
 
     at: str
     """UTC wall time, which jumps when the clock is set."""
@@ -7671,16 +7671,16 @@ class TraceRecord(TypedDict):
     data: str
     """The bytes; unprintable ones as \\r, \\n, \\t or \\x00."""
     caller: NotRequired[str | None]
-    """Who had it sent: an interface and a client's address, or `gateway: fence`."""
+    """The caller of sent bytes: an interface and a client's address, or `gateway: fence`."""
     request_id: NotRequired[str | None]
     """The X-Request-Id of the request behind it."""
 
 
 class Translations(TypedDict):
-    """What the gateway says in English only, in other languages: hints of parameters, reasons, notes."""
+    """Translations of texts that the gateway has in English only: hints of parameters, reasons, notes."""
 
     ja: dict[str, str]
-    """Japanese by the English sentence."""
+    """The Japanese sentence for each English one."""
 
 
 class TurnSpeed(TypedDict):
@@ -7789,9 +7789,9 @@ class UntriedLine(TypedDict):
 
     line_id: str
     assumptions: list[str]
-    """By their names; empty where none was ever tried."""
+    """Names of the assumptions; empty if none was ever tried."""
     meaning: str
-    """What that means, and what to do."""
+    """The meaning for the line, and what to do."""
 
 
 class UploadError(TypedDict):
@@ -7835,7 +7835,7 @@ class VariableValue(TypedDict):
 
 
 class Version(TypedDict):
-    """What is running here."""
+    """The program that runs here, and its version."""
 
     name: str
     version: str
@@ -7866,11 +7866,11 @@ class Weakened(TypedDict):
     """A setting that protects less than its default."""
 
     setting: str
-    """As the configuration writes it."""
+    """Name of the setting in the configuration file."""
     value: str | None
-    """What it is set to; null to those who are no admins."""
+    """Value of the setting; null for callers who are no admins."""
     meaning: str
-    """What that allows."""
+    """The risk that the value allows, in words."""
 
 
 class WentOffline(TypedDict):

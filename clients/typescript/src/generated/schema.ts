@@ -3280,8 +3280,9 @@ export interface paths {
          * Start Commissioning
          * @description Try which assumptions about real hardware hold on a line, by questions alone.
          *
-         *     Nothing may move on the line, and meanwhile it is down for all else; a stop ends it at once. What sets
-         *     or moves something is tried by `motion-gateway commission LINE --config FILE` only.
+         *     Nothing may move on the line, and meanwhile it is down for all other requests; a stop ends it at once.
+         *     Assumptions that take a setting or a motion are tried by `motion-gateway commission LINE --config FILE`
+         *     only.
          */
         post: operations["startCommissioning"];
         delete?: never;
@@ -3367,10 +3368,11 @@ export interface paths {
         put?: never;
         /**
          * Take Over Line
-         * @description Have a line that another gateway has had, because a person says so.
+         * @description Take over a line that another gateway has had, because a person says so.
          *
-         *     The terminal server throws the old gateway out as this one connects; all is proved as at each start.
-         *     What the old one had begun is followed as foreign, and is unknown until its position is read.
+         *     The terminal server closes the old gateway's connection as this one connects; everything is proved as at
+         *     each start. Moves that the old gateway began are followed as foreign, and are unknown until their
+         *     positions are read.
          */
         post: operations["takeOverLine"];
         delete?: never;
@@ -3457,7 +3459,7 @@ export interface paths {
         post?: never;
         /**
          * Break Off Port Scan
-         * @description Ask nobody more; what was found until then is in the record.
+         * @description End the running scan of ports; its record keeps the controllers found until then.
          */
         delete: operations["breakOffPortScan"];
         options?: never;
@@ -3516,9 +3518,9 @@ export interface paths {
         };
         /**
          * Get Moment
-         * @description Tell where everything was at a moment, what did not answer, and which alarms stood.
+         * @description Tell where everything was at a moment, which parts did not answer, and which alarms stood.
          *
-         *     It is made of the journal: nothing is sent to a controller. What went over a line then is in its trace.
+         *     The journal answers: nothing is sent to a controller. The trace has what went over a line then.
          *
          *     :raises NotFound: this gateway keeps no journal.
          */
@@ -3588,12 +3590,12 @@ export interface paths {
         put?: never;
         /**
          * Take Lease
-         * @description Lease a line, a body, a group or a robot: until it ends, nobody else moves or sets what is in it.
+         * @description Lease a line, a body, a group or a robot: until it ends, no other caller moves or sets what is in it.
          *
-         *     Its holder sends its `token` as the header `Lease-Token` with each motion and each setting; several
-         *     tokens stand side by side with commas. A token that is not good any more is refused though nobody else has
-         *     a lease. Reads and stops need none. When it ends, moves go on to their ends, and what would never end (a
-         *     JOG, a move without an end) is stopped.
+         *     Its holder sends its `token` as the header `Lease-Token` with each motion and each setting; several tokens
+         *     stand side by side with commas. A token that is not good any more is refused even if there is no other
+         *     lease. Reads and stops need none. When the lease ends, moves go on to their ends, and motion that would
+         *     never end (a JOG, a move without an end) is stopped.
          */
         post: operations["takeLease"];
         delete?: never;
@@ -3618,7 +3620,7 @@ export interface paths {
         post?: never;
         /**
          * End Lease
-         * @description Give a lease back; an admin ends that of anybody.
+         * @description Give a lease back; an admin may end any caller's.
          */
         delete: operations["endLease"];
         options?: never;
@@ -3927,7 +3929,7 @@ export interface components {
             id: string;
             /**
              * Cause
-             * @description What it is, such as `body.offline`; never changes.
+             * @description Kind of the alarm, such as `body.offline`; never changes.
              */
             cause: string;
             /**
@@ -3937,7 +3939,7 @@ export interface components {
             number: number;
             /**
              * Subject
-             * @description What it is about, as in events: /bodies/line1.3F, /lines/line1, /gateway.
+             * @description The part it is about, as in events: /bodies/line1.3F, /lines/line1, /gateway.
              */
             subject: string;
             /**
@@ -3947,12 +3949,12 @@ export interface components {
             raised_at: string;
             /**
              * Ended At
-             * @description When its cause was seen to be over; null while it lasts.
+             * @description Time at which its cause was seen to be over; null while it lasts.
              */
             ended_at: string | null;
             /**
              * Reset At
-             * @description Null while the alarm stands.
+             * @description Time of the reset; null while the alarm stands.
              */
             reset_at: string | null;
             /**
@@ -3962,7 +3964,7 @@ export interface components {
             reset_by: string | null;
             /**
              * Caller
-             * @description In whose name the gateway was at work when it came.
+             * @description The caller for whom the gateway worked when the alarm came.
              */
             caller: string;
             /**
@@ -3982,7 +3984,7 @@ export interface components {
             code: string | null;
             /**
              * Manual
-             * @description Where the manual tells of it; empty where it is no matter of a controller.
+             * @description Section of the manual; empty if the alarm is not about a controller.
              */
             manual: string;
             en: components["schemas"]["AlarmText"];
@@ -4017,12 +4019,12 @@ export interface components {
             cause: string;
             /**
              * Raised
-             * @description Number of those that were raised.
+             * @description Number of alarms that were raised.
              */
             raised: number;
             /**
              * Standing
-             * @description Number of those that still stand.
+             * @description Number of alarms that still stand.
              */
             standing: number;
         };
@@ -4121,17 +4123,17 @@ export interface components {
         AlarmText: {
             /**
              * Happened
-             * @description What has happened.
+             * @description The event, in words.
              */
             happened: string;
             /**
              * Motor
-             * @description What the motor did, or may do.
+             * @description The motor's reaction, or what it may still do.
              */
             motor: string;
             /**
              * Remedy
-             * @description What to do next.
+             * @description The next step for the operator.
              */
             remedy: string;
         };
@@ -4205,22 +4207,22 @@ export interface components {
             target: string;
             /**
              * Moves
-             * @description Their number.
+             * @description Number of moves.
              */
             moves: number;
             /**
              * Succeeded
-             * @description Number of those that ended well.
+             * @description Number of moves that ended well.
              */
             succeeded: number;
             /**
              * Failed
-             * @description Number of those that failed, were lost or rejected, or are unknown.
+             * @description Number of moves that failed, were lost or rejected, or are unknown.
              */
             failed: number;
             /**
              * Mean S
-             * @description From the command to the end, as a mean; null if nothing moved.
+             * @description Mean time from the command to the end, in seconds; null if nothing moved.
              */
             mean_s: number | null;
             /** Longest S */
@@ -4380,7 +4382,7 @@ export interface components {
             id: string;
             /**
              * Target
-             * @description The path of what it is of.
+             * @description Path of the body, line or robot that is read.
              */
             target: string;
             /**
@@ -4396,12 +4398,12 @@ export interface components {
             controllers: string[];
             /**
              * Controller
-             * @description Which of them is being read, or was when it ended.
+             * @description The controller that is being read, or was when the reading ended.
              */
             controller: string | null;
             /**
              * Read
-             * @description Answers so far.
+             * @description Answers read so far.
              * @default 0
              */
             read: number;
@@ -4421,7 +4423,7 @@ export interface components {
              * @description The speed of its line, where its port tells: 38400 takes a third of the time of 9600.
              */
             baud: number | null;
-            /** @description Why it was not read. */
+            /** @description The error that ended the reading early. */
             error: components["schemas"]["BackupError"] | null;
             /**
              * Request Id
@@ -4450,7 +4452,7 @@ export interface components {
             id: string;
             /**
              * Target
-             * @description The path of what it is of.
+             * @description Path of the body, line or robot that is read.
              */
             target: string;
             /**
@@ -4466,12 +4468,12 @@ export interface components {
             controllers: string[];
             /**
              * Controller
-             * @description Which of them is being read, or was when it ended.
+             * @description The controller that is being read, or was when the reading ended.
              */
             controller: string | null;
             /**
              * Read
-             * @description Answers so far.
+             * @description Answers read so far.
              * @default 0
              */
             read: number;
@@ -4491,7 +4493,7 @@ export interface components {
              * @description The speed of its line, where its port tells: 38400 takes a third of the time of 9600.
              */
             baud: number | null;
-            /** @description Why it was not read. */
+            /** @description The error that ended the reading early. */
             error: components["schemas"]["BackupError"] | null;
             /**
              * Request Id
@@ -4529,7 +4531,7 @@ export interface components {
             } | null;
             /**
              * Restore S
-             * @description Seconds that a restore would take, and read it back; null where nobody knows.
+             * @description Seconds that a restore and its reading back would take; null if unknown.
              */
             restore_s: number | null;
         };
@@ -4560,7 +4562,7 @@ export interface components {
         };
         /**
          * Block
-         * @description What keeps the system from taking a command: the letters of the manual's table (C-HOST manual 1-7).
+         * @description A state in which the system takes no command: a letter of the manual's table (C-HOST manual 1-7).
          * @enum {string}
          */
         Block: "a" | "b" | "c" | "d";
@@ -7708,7 +7710,7 @@ export interface components {
             flash?: boolean;
             /**
              * Power Cycle
-             * @description With `flash`: wait until the power was off and on, and compare once more. Left out: false.
+             * @description True to wait, with `flash`, until the power was off and on, and compare again. Left out: false.
              */
             power_cycle?: boolean;
         };
@@ -8836,7 +8838,7 @@ export interface components {
         CommandInfo: {
             /**
              * Code
-             * @description Its three characters; empty where a macro's name takes their place.
+             * @description The three characters of the command; empty where a macro's name takes their place.
              */
             code: string;
             /**
@@ -8864,16 +8866,16 @@ export interface components {
             };
             /**
              * Usage
-             * @description How the parameters are written on the line.
+             * @description Forms in which the parameters are written on the line.
              */
             usage: string[];
             /** Starts Motion */
             starts_motion: boolean;
-            /** @description What it does, by which the right follows. */
+            /** @description The effect of the command, from which the right follows. */
             effect: components["schemas"]["Effect"];
-            /** @description What sending it takes. */
+            /** @description The right that a caller needs to send the command. */
             right: components["schemas"]["Right"];
-            /** @description What repeating it without a reply would do. The gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice. */
+            /** @description The effect of repeating it after a missing reply. The gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice. */
             retry: components["schemas"]["Retry"];
             /**
              * Example
@@ -8966,7 +8968,7 @@ export interface components {
         };
         /**
          * CommissioningRequest
-         * @description What to commission.
+         * @description The line to commission.
          * @example {
          *       "line_id": "arm"
          *     }
@@ -9090,7 +9092,7 @@ export interface components {
         Crashed: {
             /**
              * Last Seen At
-             * @description When it was last known to live; null where it never was.
+             * @description Time at which the last life was known to run; null if it never was.
              */
             last_seen_at: string | null;
             /**
@@ -9100,12 +9102,12 @@ export interface components {
             moves: string[];
             /**
              * Targets
-             * @description What moves in each of these moves.
+             * @description The part that moves in each of these moves.
              */
             targets: string[];
             /**
              * Commands
-             * @description Commands of which nobody knows what has become of them.
+             * @description Commands with an unknown outcome.
              */
             commands: string[];
         };
@@ -9186,12 +9188,12 @@ export interface components {
         };
         /**
          * Deed
-         * @description Something with an effect that somebody wanted.
+         * @description An action with an effect that a caller asked for, and its outcome.
          */
         Deed: {
             /**
              * Id
-             * @description Sorts by time; also the cursor after which older deeds follow.
+             * @description Id of the action, which sorts by time; also the cursor before which older actions lie.
              */
             id: string;
             /**
@@ -9201,7 +9203,7 @@ export interface components {
             at: string;
             /**
              * Caller
-             * @description Who wanted it: the name of a key, an interface and an address.
+             * @description The caller: the name of a key, an interface and an address.
              */
             caller: string;
             /**
@@ -9211,7 +9213,7 @@ export interface components {
             request_id: string | null;
             /**
              * Target
-             * @description Its target: line1.3F, line1.80 for a group, r1.
+             * @description Address of the body, group or robot: line1.3F, line1.80 for a group, r1.
              */
             target: string;
             /**
@@ -9226,32 +9228,32 @@ export interface components {
             effect: string;
             /**
              * Frame
-             * @description The exact bytes.
+             * @description The exact bytes for the controller.
              */
             frame: string;
             /**
              * Moves
-             * @description The moves it was to make.
+             * @description Ids of the moves that the command was to make.
              */
             moves: string[];
             /**
              * Written At
-             * @description When it was handed to the port; null if it was not.
+             * @description Time at which the frame was handed to the port; null if it was not.
              */
             written_at: string | null;
             /**
              * Ended At
-             * @description When its outcome was known; null while it is not.
+             * @description Time at which the outcome was known; null while it is not.
              */
             ended_at: string | null;
             /**
              * Outcome
-             * @description answered, refusal, failure, not_sent, or unknown: nobody knows whether it was executed.
+             * @description answered, refusal, failure, not_sent, or unknown: it may have been executed or not.
              */
             outcome: string | null;
             /**
              * Detail
-             * @description Why it was not carried out, or the controller's error.
+             * @description Reason for which it was not carried out, or the controller's error.
              */
             detail: string | null;
         };
@@ -9275,17 +9277,17 @@ export interface components {
             section: string;
             /**
              * Name
-             * @description What it is, in words.
+             * @description The setting, position or instruction in words.
              */
             name: string;
             /**
              * Wanted
-             * @description What the backup has; null where it is empty or was never set.
+             * @description Value in the backup; null if it is empty or was never set.
              */
             wanted: string | null;
             /**
              * Held
-             * @description What the controller holds.
+             * @description Value in the controller.
              */
             held: string | null;
             /**
@@ -9313,7 +9315,7 @@ export interface components {
         };
         /**
          * Effect
-         * @description What a command does: who may send it, and which way it goes, is decided by this alone.
+         * @description The effect of a command, which alone decides who may send it and how it is carried out.
          * @enum {string}
          */
         Effect: "read" | "setting" | "clearing" | "motion" | "stop" | "maintenance";
@@ -9511,7 +9513,7 @@ export interface components {
             time: string;
             /**
              * Type
-             * @description Such as `key.made`; docs/configuration.md lists all.
+             * @description Type of the entry, such as `key.made`; docs/configuration.md lists all.
              */
             type: string;
             /**
@@ -9531,22 +9533,22 @@ export interface components {
             request_id: string | null;
             /**
              * Target
-             * @description What it is about: the name of a key, an address, a path.
+             * @description Subject of the entry: the name of a key, an address, a path.
              */
             target: string;
             /**
              * Count
-             * @description 1, or the number of those alike that were counted in this entry in a flood.
+             * @description Number of like entries that were counted in this one in a flood, else 1.
              */
             count: number;
             /**
              * Since
-             * @description When the first of these came; null where `count` is 1.
+             * @description Time of the first of them; null where `count` is 1.
              */
             since: string | null;
             /**
              * Data
-             * @description What else belongs to it, by its type.
+             * @description Further facts, by the entry's type.
              */
             data: {
                 [key: string]: unknown;
@@ -9672,7 +9674,7 @@ export interface components {
             cause: string;
             /**
              * Moves
-             * @description Their number.
+             * @description Number of moves.
              */
             moves: number;
             /**
@@ -9693,7 +9695,7 @@ export interface components {
         FicsCommandInfo: {
             /**
              * Code
-             * @description Its three characters; empty where a macro's name takes their place.
+             * @description The three characters of the command; empty where a macro's name takes their place.
              */
             code: string;
             /**
@@ -9721,16 +9723,16 @@ export interface components {
             };
             /**
              * Usage
-             * @description How the parameters are written on the line.
+             * @description Forms in which the parameters are written on the line.
              */
             usage: string[];
             /** Starts Motion */
             starts_motion: boolean;
-            /** @description What it does, by which the right follows. */
+            /** @description The effect of the command, from which the right follows. */
             effect: components["schemas"]["Effect"];
-            /** @description What sending it takes. */
+            /** @description The right that a caller needs to send the command. */
             right: components["schemas"]["Right"];
-            /** @description What repeating it without a reply would do. The gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice. */
+            /** @description The effect of repeating it after a missing reply. The gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice. */
             retry: components["schemas"]["Retry"];
             /**
              * Example
@@ -9782,7 +9784,7 @@ export interface components {
             address: string;
             /**
              * Told
-             * @description Who it is, in words.
+             * @description The controllers in words.
              */
             told: string;
             /**
@@ -9794,7 +9796,7 @@ export interface components {
             };
             /**
              * Comment
-             * @description What the table does not tell; of a robot, what to compare first.
+             * @description Facts that the table does not hold; of a robot, settings to compare first.
              */
             comment: string;
         };
@@ -11219,12 +11221,12 @@ export interface components {
             homings: number;
             /**
              * Last Off By
-             * @description In pulses or encoder counts: its place by the origin found, less that by the one before.
+             * @description Place by the latest origin less that by the one before, in pulses or encoder counts.
              */
             last_off_by: number;
             /**
              * Largest Off By
-             * @description In pulses or encoder counts, the one farthest from 0.
+             * @description The difference farthest from 0, in pulses or encoder counts.
              */
             largest_off_by: number;
         };
@@ -11271,7 +11273,7 @@ export interface components {
         };
         /**
          * Identity
-         * @description Who asks, and what they may do.
+         * @description The caller as the gateway knows it: name, role and rights.
          */
         Identity: {
             /**
@@ -11336,24 +11338,24 @@ export interface components {
         };
         /**
          * InvalidField
-         * @description What is wrong with one part of the request.
+         * @description One fault of the request, and the field it is in.
          */
         InvalidField: {
             /**
              * Field
-             * @description Where: distance.value
+             * @description Path of the field in the request, such as distance.value.
              */
             field: string;
             /** Message */
             message: string;
             /**
              * Line
-             * @description In a text of many lines: which one, from 1.
+             * @description Number of the line in a text of many lines, from 1.
              */
             line?: number | null;
             /**
              * Column
-             * @description Where in that line, from 1.
+             * @description Number of the character in that line, from 1.
              */
             column?: number | null;
         };
@@ -11487,7 +11489,7 @@ export interface components {
             scope: string[] | null;
             /**
              * Begins
-             * @description How the key begins, which is no secret.
+             * @description Beginning of the key, which is no secret.
              */
             begins: string;
             /**
@@ -11498,12 +11500,12 @@ export interface components {
             state: "good" | "expired" | "revoked" | "waiting";
             /**
              * Ends Soon
-             * @description Whether it ends within `access.key_warning_d`, and no newer key has its name.
+             * @description True if the key ends within `access.key_warning_d`, and no newer key has its name.
              */
             ends_soon: boolean;
             /**
              * Made By
-             * @description Who made it over HTTP, if that was noted.
+             * @description The caller who made the key over HTTP, if that was noted.
              */
             made_by: string | null;
             /** Approved By */
@@ -11519,7 +11521,7 @@ export interface components {
             revoked_at: string | null;
             /**
              * Used At
-             * @description When it was last used, as the gateway notes once a minute.
+             * @description Time at which the key was last used, noted once a minute.
              */
             used_at: string | null;
         };
@@ -11572,12 +11574,12 @@ export interface components {
         Lease: {
             /**
              * Lease
-             * @description Its id.
+             * @description Id of the lease.
              */
             lease: string;
             /**
              * Scope
-             * @description What was leased: a line, a body, a group or a robot.
+             * @description Address of the leased line, body, group or robot.
              */
             scope: string;
             /**
@@ -11592,12 +11594,12 @@ export interface components {
             holder: string;
             /**
              * Ttl S
-             * @description For how long it lasts after each renewal.
+             * @description Seconds that the lease lasts after each renewal.
              */
             ttl_s: number;
             /**
              * Expires In S
-             * @description For how long it lasts now, unless it is renewed.
+             * @description Seconds that the lease still lasts, unless it is renewed.
              */
             expires_in_s: number;
         };
@@ -11611,7 +11613,7 @@ export interface components {
         };
         /**
          * LeaseRequest
-         * @description What to lease, and for how long.
+         * @description The part to lease, and for how long.
          * @example {
          *       "scope": "line1.3F",
          *       "ttl_s": 10
@@ -11625,7 +11627,7 @@ export interface components {
             scope: string;
             /**
              * Ttl S
-             * @description In seconds; it ends then, unless it is renewed before. Left out: 10.0.
+             * @description Seconds after which the lease ends, unless it is renewed before. Left out: 10.0.
              */
             ttl_s?: number;
             /**
@@ -12227,7 +12229,7 @@ export interface components {
             state: components["schemas"]["LineState"];
             /**
              * Down Reason
-             * @description Why the line is `down` or `silent`, and what to check; null while it is neither.
+             * @description Reason why the line is `down` or `silent`, and what to check; null if it is neither.
              */
             down_reason: string | null;
             /**
@@ -12246,7 +12248,7 @@ export interface components {
             };
             /**
              * Counters
-             * @description What has happened on the line since the start.
+             * @description Counters of the line since the start.
              */
             counters: {
                 [key: string]: number;
@@ -12672,7 +12674,7 @@ export interface components {
             reason: string;
             /**
              * Owner
-             * @description Its name; null where nobody knows.
+             * @description Name of the gateway that has the line; null if unknown.
              */
             owner: string | null;
             /**
@@ -12915,7 +12917,7 @@ export interface components {
             flash?: boolean;
             /**
              * Power Cycle
-             * @description With `flash`: wait until the power was off and on, and compare once more. Left out: false.
+             * @description True to wait, with `flash`, until the power was off and on, and compare again. Left out: false.
              */
             power_cycle?: boolean;
         };
@@ -13309,7 +13311,7 @@ export interface components {
         };
         /**
          * LineUp
-         * @description Who has answered when the line was set up.
+         * @description The controllers that answered when the line was set up.
          */
         LineUp: {
             /**
@@ -13420,7 +13422,7 @@ export interface components {
             seconds: number;
             /**
              * Cancelled
-             * @description Whether what waited is not sent any more: above 2 s.
+             * @description True if commands that waited are not sent any more: after more than 2 s.
              */
             cancelled: boolean;
         };
@@ -13491,7 +13493,7 @@ export interface components {
             scope: string[] | null;
             /**
              * Begins
-             * @description How the key begins, which is no secret.
+             * @description Beginning of the key, which is no secret.
              */
             begins: string;
             /**
@@ -13502,12 +13504,12 @@ export interface components {
             state: "good" | "expired" | "revoked" | "waiting";
             /**
              * Ends Soon
-             * @description Whether it ends within `access.key_warning_d`, and no newer key has its name.
+             * @description True if the key ends within `access.key_warning_d`, and no newer key has its name.
              */
             ends_soon: boolean;
             /**
              * Made By
-             * @description Who made it over HTTP, if that was noted.
+             * @description The caller who made the key over HTTP, if that was noted.
              */
             made_by: string | null;
             /** Approved By */
@@ -13523,12 +13525,12 @@ export interface components {
             revoked_at: string | null;
             /**
              * Used At
-             * @description When it was last used, as the gateway notes once a minute.
+             * @description Time at which the key was last used, noted once a minute.
              */
             used_at: string | null;
             /**
              * Key
-             * @description What its owner sends. It is told this once: the gateway keeps its hash only.
+             * @description The secret that the owner sends. It is told this once: the gateway keeps its hash only.
              */
             key: string;
         };
@@ -13666,7 +13668,7 @@ export interface components {
             known_since: string | null;
             /**
              * Places
-             * @description Of all that had moved by then.
+             * @description Places of all parts that had moved by then.
              */
             places: components["schemas"]["PlaceThen"][];
             /**
@@ -13676,7 +13678,7 @@ export interface components {
             unreached: string[];
             /**
              * Alarms
-             * @description Those that stood, newest first.
+             * @description Alarms that stood at that moment, newest first.
              */
             alarms: components["schemas"]["Alarm"][];
         };
@@ -13728,7 +13730,7 @@ export interface components {
             frame: string;
             /**
              * Evidence
-             * @description How the gateway knows what it says.
+             * @description Observations that the status rests on, in words.
              */
             evidence: string[];
             error: components["schemas"]["MoveError"] | null;
@@ -13771,32 +13773,32 @@ export interface components {
             end_cause: string | null;
             /**
              * Counted In
-             * @description What positions are counted in; null where the body's operating mode is not known.
+             * @description Unit of the positions; null if the body's operating mode is not known.
              */
             counted_in: ("pulses" | "encoder_counts") | null;
             /**
              * Start Position
-             * @description In `counted_in`, before the move.
+             * @description Position before the move, in `counted_in`.
              */
             start_position: number | null;
             /**
              * Target Position
-             * @description In `counted_in`, where it can be known beforehand.
+             * @description Position to reach, in `counted_in`; null if it cannot be known beforehand.
              */
             target_position: number | null;
             /**
              * Position
-             * @description In `counted_in`, as last read.
+             * @description Position as last read, in `counted_in`.
              */
             position: number | null;
             /**
              * Homing Distance
-             * @description Of a homing that ended well: from its end back to its start, in `counted_in` (0PD).
+             * @description Distance from the end of a good homing back to its start, in `counted_in` (0PD).
              */
             homing_distance: number | null;
             /**
              * Completion
-             * @description Whether the end was announced by the link master or found by polling.
+             * @description `frame`: the link master announced the end; `polling`: the gateway found it.
              */
             completion: ("frame" | "polling") | null;
         };
@@ -13816,7 +13818,7 @@ export interface components {
             detail: string;
             /**
              * Moved
-             * @description Whether the motor did anything because of this move.
+             * @description Says if the motor did anything because of this move: no, yes or unknown.
              * @enum {string}
              */
             moved: "no" | "yes" | "unknown";
@@ -13932,10 +13934,10 @@ export interface components {
         NewKey: {
             /**
              * Name
-             * @description Who or what it is for: letters, digits and . _ @ -; records name it.
+             * @description The person or program it is for: letters, digits and . _ @ -; records name it.
              */
             name: string;
-            /** @description What it may do; every role may stop. */
+            /** @description The rights of the key; every role may stop. */
             role: components["schemas"]["Role"];
             /**
              * Scope
@@ -13944,7 +13946,7 @@ export interface components {
             scope?: string[] | null;
             /**
              * Expires S
-             * @description In seconds from now; left out: `access.key_lifetime_d`, a year if nothing else is said.
+             * @description Seconds from now; left out: `access.key_lifetime_d`, a year if nothing else is said.
              */
             expires_s?: number | null;
         };
@@ -13995,23 +13997,23 @@ export interface components {
             method: "GET" | "POST" | "PUT";
             /** Path */
             path: string;
-            /** @description What its sender has to be allowed; that of its route. */
+            /** @description The right that the caller needs. */
             right: components["schemas"]["Right"];
             /**
              * Body
-             * @description What it takes; left out for nothing, or where only the sender can know.
+             * @description Content of the request; left out if there is none, or if only the caller can know it.
              */
             body?: {
                 [key: string]: components["schemas"]["JsonValue"];
             } | null;
             /**
              * En
-             * @description What it does, in English.
+             * @description Effect of the call, in English.
              */
             en: string;
             /**
              * Ja
-             * @description What it does, in Japanese.
+             * @description Effect of the call, in Japanese.
              */
             ja: string;
         };
@@ -14092,14 +14094,14 @@ export interface components {
         Numbers: {
             /**
              * Events
-             * @description By the type of an event, from 1.
+             * @description Number of each type of event, from 1.
              */
             events: {
                 [key: string]: number;
             };
             /**
              * Alarms
-             * @description By the cause of an alarm, from 1.
+             * @description Number of each cause of an alarm, from 1.
              */
             alarms: {
                 [key: string]: number;
@@ -14173,7 +14175,7 @@ export interface components {
         OwnerInfo: {
             /**
              * Gateway
-             * @description Its name in the plant; null where nobody knows.
+             * @description Name of the gateway in the plant; null if unknown.
              */
             gateway: string | null;
             /**
@@ -14344,7 +14346,7 @@ export interface components {
         };
         /**
          * PersonOfShift
-         * @description What one caller has done.
+         * @description The actions of one caller in the shift.
          */
         PersonOfShift: {
             /** Caller */
@@ -14380,7 +14382,7 @@ export interface components {
              * @enum {string}
              */
             state: "moving" | "standing";
-            /** @description As moves have it: pulses or encoder counts, or by axis; on the way in between start and end, as the time is between. Null where nobody knows. */
+            /** @description Position as moves have it: pulses or encoder counts, or by axis; on the way it is interpolated by time between start and end. Null if unknown. */
             position: components["schemas"]["JsonValue"];
             /**
              * Move Id
@@ -14668,17 +14670,17 @@ export interface components {
             status: "running" | "finished" | "failed";
             /**
              * Doing
-             * @description What goes on at the ports now.
+             * @description Present work at the ports, in words.
              */
             doing: string[];
             /**
              * Found
-             * @description Who was found, when the scan is over or was broken off.
+             * @description Controllers that were found, once the scan is over or was broken off.
              */
             found: components["schemas"]["FoundPort"][];
             /**
              * Notes
-             * @description Why a port could not be asked.
+             * @description Reasons for which ports could not be asked.
              */
             notes: string[];
             /** Error */
@@ -14836,7 +14838,7 @@ export interface components {
             id: string;
             /**
              * Target
-             * @description The path of what it is of.
+             * @description Path of the body, line or robot that is read.
              */
             target: string;
             /**
@@ -14852,12 +14854,12 @@ export interface components {
             controllers: string[];
             /**
              * Controller
-             * @description Which of them is being read, or was when it ended.
+             * @description The controller that is being read, or was when the reading ended.
              */
             controller: string | null;
             /**
              * Read
-             * @description Answers so far.
+             * @description Answers read so far.
              * @default 0
              */
             read: number;
@@ -14877,7 +14879,7 @@ export interface components {
              * @description The speed of its line, where its port tells: 38400 takes a third of the time of 9600.
              */
             baud: number | null;
-            /** @description Why it was not read. */
+            /** @description The error that ended the reading early. */
             error: components["schemas"]["BackupError"] | null;
             /**
              * Request Id
@@ -15024,18 +15026,18 @@ export interface components {
         Posture: {
             /**
              * Access
-             * @description Whether a key is needed.
+             * @description `keys`: each request needs a key; `open`: none does.
              * @enum {string}
              */
             access: "keys" | "open";
             /**
              * Tls
-             * @description Whether the gateway itself speaks TLS.
+             * @description True if the gateway itself speaks TLS.
              */
             tls: boolean;
             /**
              * Network
-             * @description Whether other machines may reach it, a proxy's clients included.
+             * @description True if other machines can reach the gateway, a proxy's clients included.
              */
             network: boolean;
             /**
@@ -15082,7 +15084,7 @@ export interface components {
             status: number;
             /**
              * Detail
-             * @description What happened, and what was and was not done to the motor.
+             * @description One sentence: what happened, and what was and was not done to the motor.
              */
             detail: string;
             /**
@@ -15092,18 +15094,18 @@ export interface components {
             instance: string;
             /**
              * Moved
-             * @description Whether the motor did anything because of this request.
+             * @description Says if the motor did anything because of this request: no, yes or unknown.
              * @enum {string}
              */
             moved: "no" | "yes" | "unknown";
             /**
              * Remedy
-             * @description What to do next.
+             * @description The next step for the caller.
              */
             remedy: string;
             /**
              * Retryable
-             * @description Whether the same request may succeed later.
+             * @description True if the same request may succeed later.
              */
             retryable: boolean;
             /**
@@ -15385,17 +15387,17 @@ export interface components {
         };
         /**
          * Readiness
-         * @description Whether requests can be carried out, and by which part they cannot.
+         * @description Readiness of the gateway: can requests be carried out, and if not, because of which part?
          */
         Readiness: {
             /**
              * Ready
-             * @description Whether every line is open and set up, and somebody answers on it.
+             * @description True if every line is open and set up, and at least one controller answers on it.
              */
             ready: boolean;
             /**
              * Lines
-             * @description Those that the key of the request is for; without a good key none is named.
+             * @description State of each line that the request's key is for; without a good key none is named.
              */
             lines: {
                 [key: string]: components["schemas"]["LineState"];
@@ -15408,7 +15410,7 @@ export interface components {
             journal: "ready" | "unavailable";
             /**
              * Detail
-             * @description The same in words, and what to do.
+             * @description The reasons in words, and what to do.
              */
             detail: string;
         };
@@ -15419,7 +15421,7 @@ export interface components {
         RecordingInfo: {
             /**
              * Id
-             * @description Sorts by time.
+             * @description Id of the recording, which sorts by time.
              */
             id: string;
             /**
@@ -15443,19 +15445,19 @@ export interface components {
             lines: string[];
             /**
              * Whole Plant
-             * @description Whether these are all lines.
+             * @description True if these are all lines.
              * @default true
              */
             whole_plant: boolean;
             /**
              * Since
              * Format: date-time
-             * @description When what it holds begins.
+             * @description Beginning of the recorded time.
              */
             since: string;
             /**
              * Until
-             * @description When that ends; null while it is not over.
+             * @description End of the recorded time; null while the recording goes on.
              */
             until: string | null;
             /**
@@ -15471,7 +15473,7 @@ export interface components {
             complete: boolean;
             /**
              * Error
-             * @description Why there is no file.
+             * @description Reason for which there is no file.
              */
             error: string | null;
             /**
@@ -15617,7 +15619,7 @@ export interface components {
         };
         /**
          * Reloaded
-         * @description What differed from what was served.
+         * @description The differences between the configuration file and what was served.
          */
         Reloaded: {
             /**
@@ -15632,12 +15634,12 @@ export interface components {
             needs_restart: string[];
             /**
              * Applied
-             * @description Whether the lines are served so now; false after a dry run.
+             * @description True if the lines are served as the file says now; false after a dry run.
              */
             applied: boolean;
             /**
              * Busy
-             * @description What moves or is at work on lines that would be closed: nothing changes while it does.
+             * @description Parts that move or work on lines that would be closed: nothing changes while they do.
              */
             busy: string[];
         };
@@ -15708,7 +15710,7 @@ export interface components {
             id: string;
             /**
              * Target
-             * @description The path of what it is for.
+             * @description Path of the body, line or robot that is restored.
              */
             target: string;
             /**
@@ -15742,35 +15744,35 @@ export interface components {
             commands: number;
             /**
              * Written
-             * @description Those that were.
+             * @description Commands written so far.
              * @default 0
              */
             written: number;
             /**
              * Read
-             * @description What was read so far, before and after.
+             * @description Answers read so far, before and after writing.
              * @default 0
              */
             read: number;
             /**
              * Left S
-             * @description Seconds it takes still; null where nobody knows.
+             * @description Seconds that the restore still takes; null if unknown.
              */
             left_s: number | null;
             /**
              * Flash
-             * @description Whether it is to be written to flash memory.
+             * @description True if the settings are to be written to flash memory, too.
              */
             flash: boolean;
             /**
              * Saved
-             * @description Whether it was, of all controllers.
+             * @description True if the flash memory of all controllers was written.
              * @default false
              */
             saved: boolean;
             /**
              * Power Cycle
-             * @description Whether it is compared once more when the power was off and on.
+             * @description True if the controllers are compared again after the power was off and on.
              */
             power_cycle: boolean;
             /**
@@ -15784,7 +15786,7 @@ export interface components {
              * @description What the controllers hold otherwise than the backup; null while nobody knows. Events tell the first 20.
              */
             differences: components["schemas"]["Difference"][] | null;
-            /** @description What has ended it early. */
+            /** @description The error that ended the restore early. */
             error: components["schemas"]["RestoreError"] | null;
             /**
              * Request Id
@@ -15821,7 +15823,7 @@ export interface components {
         RestorePlan: {
             /**
              * Target
-             * @description The path of what it is for.
+             * @description Path of the body, line or robot that is restored.
              */
             target: string;
             /**
@@ -15855,7 +15857,7 @@ export interface components {
         };
         /**
          * Retry
-         * @description What comes of repeating a command when no reply came; the gateway repeats only reads and stops.
+         * @description The effect of repeating a command that was not answered; the gateway repeats only reads and stops.
          * @enum {string}
          */
         Retry: "read" | "setting" | "conditional" | "never" | "stop";
@@ -17255,7 +17257,7 @@ export interface components {
             state: components["schemas"]["LineState"];
             /**
              * Down Reason
-             * @description Why the line is `down` or `silent`, and what to check; null while it is neither.
+             * @description Reason why the line is `down` or `silent`, and what to check; null if it is neither.
              */
             down_reason: string | null;
             /**
@@ -17274,7 +17276,7 @@ export interface components {
             };
             /**
              * Counters
-             * @description What has happened on the line since the start.
+             * @description Counters of the line since the start.
              */
             counters: {
                 [key: string]: number;
@@ -17377,7 +17379,7 @@ export interface components {
             frame: string;
             /**
              * Evidence
-             * @description How the gateway knows what it says.
+             * @description Observations that the status rests on, in words.
              */
             evidence: string[];
             error: components["schemas"]["MoveError"] | null;
@@ -18560,7 +18562,7 @@ export interface components {
             flash?: boolean;
             /**
              * Power Cycle
-             * @description With `flash`: wait until the power was off and on, and compare once more. Left out: false.
+             * @description True to wait, with `flash`, until the power was off and on, and compare again. Left out: false.
              */
             power_cycle?: boolean;
         };
@@ -19268,7 +19270,7 @@ export interface components {
         };
         /**
          * Role
-         * @description What somebody is to the plant; each role has the rights of those before it.
+         * @description A caller's role at the plant; each role has the rights of those before it.
          * @enum {string}
          */
         Role: "viewer" | "operator" | "setup" | "admin";
@@ -19324,12 +19326,12 @@ export interface components {
             backup: string;
             /**
              * Controller
-             * @description That of the body: 250 pulses/mm, or no scale.
+             * @description The scale of the body: 250 pulses/mm, or no scale.
              */
             controller: string;
             /**
              * Units
-             * @description What was asked for: the same pulses, or the same lengths and speeds.
+             * @description The requested conversion: keep the pulses, or keep lengths and speeds.
              * @enum {string}
              */
             units: "keep_pulses" | "convert";
@@ -19717,7 +19719,7 @@ export interface components {
             frame: string;
             /**
              * Evidence
-             * @description How the gateway knows what it says.
+             * @description Observations that the status rests on, in words.
              */
             evidence: string[];
             error: components["schemas"]["MoveError"] | null;
@@ -20460,7 +20462,7 @@ export interface components {
         SessionInfo: {
             /**
              * Id
-             * @description Names the session, and lets nobody in.
+             * @description Id of the session, which does not open it.
              */
             id: string;
             /**
@@ -20858,17 +20860,17 @@ export interface components {
             };
             /**
              * Failures
-             * @description By cause, the most frequent first.
+             * @description One entry for each cause, the most frequent first.
              */
             failures: components["schemas"]["FailureOfShift"][];
             /**
              * Axes
-             * @description The one with the longest move first.
+             * @description One entry for each axis, the one with the longest move first.
              */
             axes: components["schemas"]["AxisOfShift"][];
             /**
              * Homings
-             * @description Of bodies that were homed after another homing, with their power kept between.
+             * @description Bodies that were homed after another homing, with their power kept between.
              */
             homings: components["schemas"]["HomingOfShift"][];
             /**
@@ -20880,7 +20882,7 @@ export interface components {
             people: components["schemas"]["PersonOfShift"][];
             /**
              * Alarms
-             * @description By cause, the most frequent first.
+             * @description One entry for each cause, the most frequent first.
              */
             alarms: components["schemas"]["AlarmOfShift"][];
         };
@@ -20891,7 +20893,7 @@ export interface components {
         ShuttingDown: {
             /**
              * On Exit
-             * @description What becomes of motors that move, as configured.
+             * @description The configured treatment of motors that move: stop or leave.
              */
             on_exit: string;
         };
@@ -20902,17 +20904,17 @@ export interface components {
         Signal: {
             /**
              * Channel
-             * @description Of a robot: eight inputs or outputs, from 1.
+             * @description Channel of a robot: eight inputs or outputs, from 1; null for a body.
              */
             channel?: number | null;
             /**
              * Number
-             * @description From 0; of a robot, within its channel.
+             * @description Number of the signal, from 0; of a robot, within its channel.
              */
             number: number;
             /**
              * Name
-             * @description As the configuration has it.
+             * @description Name of the signal in the configuration.
              */
             name?: string | null;
             /** On */
@@ -20955,7 +20957,7 @@ export interface components {
             as_of: string;
             /**
              * Lines
-             * @description None where only some bodies or robots are wanted.
+             * @description State of the lines; empty if only some bodies or robots were asked for.
              */
             lines: components["schemas"]["LineNow"][];
             /** Bodies */
@@ -20964,7 +20966,7 @@ export interface components {
             robots: components["schemas"]["RobotNow"][];
             /**
              * Moves
-             * @description Those that are not over.
+             * @description Moves that are not over.
              */
             moves: (components["schemas"]["Move"] | components["schemas"]["ScaraMove"] | components["schemas"]["RobotMove"])[];
         };
@@ -21408,12 +21410,12 @@ export interface components {
         };
         /**
          * StopResult
-         * @description How far the stop has come, after two seconds at most.
+         * @description Progress of the stop, after two seconds at most.
          */
         StopResult: {
             /**
              * Confirmed
-             * @description Whether every controller reports standstill. If not, use the hardware stop.
+             * @description True if every controller reports standstill. If false, use the hardware stop.
              */
             confirmed: boolean;
             /** Bodies */
@@ -21617,7 +21619,7 @@ export interface components {
             id: string;
             /**
              * Target
-             * @description The path of what it is of.
+             * @description Path of the body, line or robot that is read.
              */
             target: string;
             /**
@@ -21633,12 +21635,12 @@ export interface components {
             controllers: string[];
             /**
              * Controller
-             * @description Which of them is being read, or was when it ended.
+             * @description The controller that is being read, or was when the reading ended.
              */
             controller: string | null;
             /**
              * Read
-             * @description Answers so far.
+             * @description Answers read so far.
              * @default 0
              */
             read: number;
@@ -21658,7 +21660,7 @@ export interface components {
              * @description The speed of its line, where its port tells: 38400 takes a third of the time of 9600.
              */
             baud: number | null;
-            /** @description Why it was not read. */
+            /** @description The error that ended the reading early. */
             error: components["schemas"]["BackupError"] | null;
             /**
              * Request Id
@@ -21690,7 +21692,7 @@ export interface components {
         };
         /**
          * TakeOverRequest
-         * @description What a person has done before a line is taken over.
+         * @description Confirmation that a line may be taken over from another gateway.
          * @example {
          *       "has_cut": true,
          *       "old": "stocker1"
@@ -21716,12 +21718,12 @@ export interface components {
         Taken: {
             /**
              * Lease
-             * @description Its id.
+             * @description Id of the lease.
              */
             lease: string;
             /**
              * Scope
-             * @description What was leased: a line, a body, a group or a robot.
+             * @description Address of the leased line, body, group or robot.
              */
             scope: string;
             /**
@@ -21736,33 +21738,33 @@ export interface components {
             holder: string;
             /**
              * Ttl S
-             * @description For how long it lasts after each renewal.
+             * @description Seconds that the lease lasts after each renewal.
              */
             ttl_s: number;
             /**
              * Expires In S
-             * @description For how long it lasts now, unless it is renewed.
+             * @description Seconds that the lease still lasts, unless it is renewed.
              */
             expires_in_s: number;
             /**
              * Token
-             * @description What the header Lease-Token of motions and settings shows.
+             * @description Number for the header Lease-Token of motions and settings.
              */
             token: number;
         };
         /**
          * Ticket
-         * @description What opens one event stream.
+         * @description A secret that opens one event stream.
          */
         Ticket: {
             /**
              * Ticket
-             * @description To be sent as the query parameter `ticket` of /events, /events/stream or the stream of a trace.
+             * @description The secret, for the query parameter `ticket` of /events, /events/stream or the stream of a trace.
              */
             ticket: string;
             /**
              * Expires In S
-             * @description It is valid for this time, and once.
+             * @description Seconds for which the ticket is valid, once.
              */
             expires_in_s: number;
         };
@@ -21778,7 +21780,7 @@ export interface components {
         };
         /**
          * TraceRecord
-         * @description What happened on the port at one moment.
+         * @description An event at the port: bytes were received or sent, or the port opened, was lost or closed.
          */
         TraceRecord: {
             /**
@@ -21804,7 +21806,7 @@ export interface components {
             data: string;
             /**
              * Caller
-             * @description Who had it sent: an interface and a client's address, or `gateway: fence`.
+             * @description The caller of sent bytes: an interface and a client's address, or `gateway: fence`.
              */
             caller?: string | null;
             /**
@@ -21815,12 +21817,12 @@ export interface components {
         };
         /**
          * Translations
-         * @description What the gateway says in English only, in other languages: hints of parameters, reasons, notes.
+         * @description Translations of texts that the gateway has in English only: hints of parameters, reasons, notes.
          */
         Translations: {
             /**
              * Ja
-             * @description Japanese by the English sentence.
+             * @description The Japanese sentence for each English one.
              */
             ja: {
                 [key: string]: string;
@@ -22072,12 +22074,12 @@ export interface components {
             line_id: string;
             /**
              * Assumptions
-             * @description By their names; empty where none was ever tried.
+             * @description Names of the assumptions; empty if none was ever tried.
              */
             assumptions: string[];
             /**
              * Meaning
-             * @description What that means, and what to do.
+             * @description The meaning for the line, and what to do.
              */
             meaning: string;
         };
@@ -22149,7 +22151,7 @@ export interface components {
         };
         /**
          * Version
-         * @description What is running here.
+         * @description The program that runs here, and its version.
          */
         Version: {
             /** Name */
@@ -22216,17 +22218,17 @@ export interface components {
         Weakened: {
             /**
              * Setting
-             * @description As the configuration writes it.
+             * @description Name of the setting in the configuration file.
              */
             setting: string;
             /**
              * Value
-             * @description What it is set to; null to those who are no admins.
+             * @description Value of the setting; null for callers who are no admins.
              */
             value: string | null;
             /**
              * Meaning
-             * @description What that allows.
+             * @description The risk that the value allows, in words.
              */
             meaning: string;
         };
@@ -25042,7 +25044,7 @@ export interface operations {
     getTrace: {
         parameters: {
             query?: {
-                /** @description How many records. */
+                /** @description Number of records, the newest. */
                 limit?: number;
                 /**
                  * @deprecated
@@ -25109,7 +25111,7 @@ export interface operations {
                 /** @description Only events of these types, joined by commas, such as body.move.*,line.down. */
                 types?: string | null;
                 limit?: number;
-                /** @description Live values too (body.position, robot.position, io): each so many times a second at most. They are no events: a new value takes the place of one that was not sent yet. */
+                /** @description Highest rate of each live value (body.position, robot.position, io) in Hz; left out, there are none. They are no events: a new value takes the place of one that was not sent yet. */
                 sample?: number | null;
             };
             header?: never;
@@ -29263,7 +29265,7 @@ export interface operations {
             path: {
                 target: string;
                 /**
-                 * @description As YYYY-MM-DD.
+                 * @description The night's date, as YYYY-MM-DD.
                  * @example 2026-11-28
                  */
                 night: string;
@@ -29308,7 +29310,7 @@ export interface operations {
             path: {
                 target: string;
                 /**
-                 * @description As YYYY-MM-DD.
+                 * @description The night's date, as YYYY-MM-DD.
                  * @example 2026-11-28
                  */
                 night: string;
@@ -31662,7 +31664,7 @@ export interface operations {
     getMoment: {
         parameters: {
             query?: {
-                /** @description Left out: now. */
+                /** @description The moment; left out, now. */
                 at?: string | null;
             };
             header?: never;
