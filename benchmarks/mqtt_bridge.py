@@ -1,4 +1,4 @@
-"""What a bridge to MQTT adds: to an event, to a stop, and to the stops of everybody else.
+"""The delay that a bridge to MQTT adds: to an event, to a stop, and to the stops of others.
 
 The yardsticks are the gateway's own WebSocket and its HTTP, in the same run; the broker is a mosquitto.
 """

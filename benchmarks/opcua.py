@@ -1,4 +1,4 @@
-"""What a bridge to OPC UA costs with 120 axes: its start, its memory, and 1,200 changes a second."""
+"""The cost of a bridge to OPC UA with 120 axes: its start, its memory, and 1,200 changes a second."""
 
 import asyncio
 import sys
@@ -97,7 +97,7 @@ async def _bare_s() -> float:
 
 
 class _Heard:
-    """What a client hears: how late each position is."""
+    """The delays of the positions that a client hears."""
 
     def __init__(self) -> None:
         self.delays_ms: list[float] = []

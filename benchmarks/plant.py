@@ -255,7 +255,7 @@ async def _first_bytes_ms(plant: str, lines: Sequence[Stopped]) -> list[float]:
 
 
 async def _alone_ms(urls: Sequence[str], lines: Sequence[Stopped]) -> list[float]:
-    """The same of one gateway at a time, asked by HTTP without a plant: the yardstick."""
+    """Measure the yardstick: one gateway at a time, asked by HTTP without a plant."""
     taken = []
     async with httpx.AsyncClient(timeout=30) as http:
         for url, line in zip(urls, lines, strict=True):

@@ -70,9 +70,9 @@ class Feed:
         self.holes = 0
         """How often events of a gateway were missing."""
         self._places: dict[str, dict[str, int]] = {}
-        """Of each gateway: where an id, or a cursor, stands."""
+        """Places of ids and cursors, by gateway."""
         self.newest: dict[str, str] = {}
-        """Of each gateway: its last cursor."""
+        """The last cursor of each gateway."""
         self._waiting: set[asyncio.Future[None]] = set()
         self.closed = False
 
@@ -161,7 +161,7 @@ class Feed:
 
 
 def _is_hole(before: str, after: str) -> bool:
-    """Whether events are missing between two cursors of a gateway; another epoch says nothing of that."""
+    """Tell if events are missing between two cursors of a gateway; another epoch says nothing of that."""
     return epoch_of(before) == epoch_of(after) and number_of(after) != number_of(before) + 1
 
 
@@ -226,7 +226,7 @@ class Reader:
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing more will come."""
+        """True if nothing more will come."""
         return self._feed.closed and self._place >= self._feed.last
 
     async def next(self) -> list[PlantEvent]:

@@ -1,4 +1,4 @@
-"""What the plant process serves: what a gateway serves, for all gateways, and nothing that is its own."""
+"""HTTP interface of the plant process: the routes of a gateway, for all gateways together."""
 
 import asyncio
 import json
@@ -409,7 +409,7 @@ class _Guarded:
 
 
 def caller_of(connection: HTTPConnection) -> Caller:
-    """What a request shows: a key in its head, or that of the page on which its sender has signed in."""
+    """Read the key of a request: from its head, or from the cookie of the sign-in page."""
     shown = connection.headers.get("authorization", "")
     if not shown and (key := connection.cookies.get(pages.cookie_name(connection))):
         shown = f"Bearer {key}"

@@ -17,7 +17,7 @@ JSON: Final = {"Content-Type": "application/json"}
 
 
 class PlantLeaseRequest(BaseModel):
-    """What to lease: one address of the plant, or several that are leased together."""
+    """A request to lease one address of the plant, or several together."""
 
     model_config = ConfigDict(extra="forbid")
 

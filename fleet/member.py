@@ -53,7 +53,7 @@ REGISTER_S: Final = 2.0
 BATCH: Final = 500
 """Events that the stream takes, or refuses, together; a server takes 1,000 at most."""
 AT_ONCE: Final = 32
-"""Of these so many are written before all else in the gateway has a turn."""
+"""Events that are written before all else in the gateway has a turn."""
 AGAIN_S: Final = 1.0
 UNREACHABLE_S: Final = 5.0
 """A trouble that lasts so long is told."""

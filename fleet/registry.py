@@ -1,4 +1,4 @@
-"""Which gateways there are, and when each was heard last; nobody is called dead."""
+"""The gateways of the plant, and when each was heard last; a silent one is unheard, never dead."""
 
 import logging
 from collections.abc import Callable, Mapping
@@ -18,7 +18,7 @@ UNHEARD_S: Final = 10.0
 
 
 class Entry(BaseModel):
-    """What a gateway says of itself."""
+    """A gateway's entry: it writes that of itself."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
 
@@ -94,7 +94,7 @@ class Registry:
         return None if gateway.heard_at is None else max(0.0, self._clock() - gateway.heard_at)
 
     def is_online(self, gateway: Gateway) -> bool:
-        """Whether it was heard within the last seconds."""
+        """Tell if a gateway was heard within the last `UNHEARD_S` seconds."""
         age_s = self.age_s(gateway)
         return age_s is not None and age_s <= UNHEARD_S
 

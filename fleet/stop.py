@@ -30,7 +30,7 @@ State = Literal["confirmed", "unconfirmed", "unreached"]
 
 @dataclass
 class Attempt:
-    """What is known of the stop at one gateway."""
+    """The state of the stop at one gateway."""
 
     gateway: str
     report: dict[str, Any] | None = None
@@ -49,7 +49,7 @@ class Attempt:
 
     @property
     def detail(self) -> str:
-        """The same in a sentence."""
+        """The state in a sentence, and what to do."""
         if self.state == "confirmed":
             return "Every controller reports standstill."
         if self.report is not None:
@@ -158,10 +158,10 @@ class PlantStop:
 
 
 class Done(Protocol):
-    """Something that is over some day."""
+    """An attempt, or several: over some day."""
 
     def is_set(self) -> bool:
-        """Whether it is."""
+        """Tell if it is over."""
 
     async def wait(self) -> object:
         """Wait for it."""

@@ -157,7 +157,7 @@ class Commands:
         return None
 
     def _may_answer_at(self, topic: str) -> bool:
-        """Whether an answer can do no harm at a topic: it would be published with the bridge's own rights."""
+        """Tell if an answer can do no harm at a topic: it would be published with the bridge's own rights."""
         if set(topic) & set("+#\0") or topic.startswith("$") or COMMANDS in topic.split("/"):
             return False
         return not topic.startswith(f"{self._root}/") or topic.startswith(f"{self._root}/answers/")

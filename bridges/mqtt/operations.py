@@ -1,4 +1,4 @@
-"""What the gateway's own document says of its operations: which stop, which move, which change something."""
+"""The operations of the gateway's OpenAPI document: which stop, which move, which change something."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -15,15 +15,15 @@ WITHIN: Final = "start_within_s"
 
 @dataclass(frozen=True, slots=True)
 class Operation:
-    """What a command is, as far as a bridge has to know: the rest is the gateway's to judge."""
+    """The properties of an operation that a bridge needs; the gateway judges the rest."""
 
     stops: bool = False
     changes: bool = True
-    """Whether it has an effect, so that to do it twice matters."""
+    """True if it has an effect, so that to do it twice matters."""
     moves: bool = False
-    """Whether it can move a motor, so that it must not come late."""
+    """True if it can move a motor, so that it must not come late."""
     takes_within: bool = False
-    """Whether its request can say how long it may wait for its turn."""
+    """True if its request can say how long it may wait for its turn."""
 
 
 UNKNOWN: Final = Operation()

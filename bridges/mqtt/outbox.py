@@ -1,4 +1,4 @@
-"""What has to arrive at the broker, in order, over as many connections and lives as it takes."""
+"""Messages that have to arrive at the broker in order, over as many connections as it takes."""
 
 import asyncio
 from collections import deque
@@ -10,7 +10,7 @@ MOST_WAITING: Final = 256
 """Letters that wait to be acknowledged; whoever has more to send waits, and the gateway keeps it."""
 MOST_KEPT: Final = 1000
 KEPT_S: Final = 5.0
-"""What a broker has acknowledged it may still lose with its memory: so long it may be sent once more."""
+"""Seconds for which an acknowledged message may be sent again: a broker that crashes loses its memory."""
 
 
 def _nothing() -> None:
@@ -46,9 +46,9 @@ class Outbox:
         self._most, self._kept_s, self._on_arrival = most, kept_s, on_arrival
         self._letters: deque[Letter] = deque()
         self._next = 0
-        """Of the letters, the first that the present connection has not sent."""
+        """Index of the first letter that the present connection has not sent."""
         self._kept: deque[tuple[float, Letter]] = deque()
-        """Those that are acknowledged, since when."""
+        """Acknowledged letters, each with the time of its acknowledgement (monotonic, s)."""
         self._changed = asyncio.Condition()
 
     def __len__(self) -> int:

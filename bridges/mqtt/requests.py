@@ -29,11 +29,11 @@ class Request:
 
     who: str
     path: str
-    """Of the API, with a slash before it; empty where the topic has none."""
+    """Path of the API, with a slash before it; empty where the topic has none."""
     query: Mapping[str, str]
     body: Any
     malformed: str | None
-    """What of the payload cannot be read."""
+    """Why the payload cannot be read; None: it can."""
     correlation: str | None
     """As an idempotency key is written."""
     response_topic: str | None

@@ -29,7 +29,7 @@ BD_SEQ: Final = "bdSeq"
 NUMBERS: Final = 256
 """Sequence numbers begin anew after 255."""
 VERSION: Final = "3.1.1"
-"""Of MQTT, whatever the file says: with 5, a DISCONNECT would have to ask for the will."""
+"""Version of MQTT, whatever the file says: with 5, a DISCONNECT would have to ask for the will."""
 TRY_AGAIN_S: Final = 2.0
 LEAVE_S: Final = 1.0
 METRICS: Final[Mapping[str, tuple[str, DataType]]] = {
@@ -42,7 +42,7 @@ METRICS: Final[Mapping[str, tuple[str, DataType]]] = {
     "position_age_s": ("Position Age", DataType.DOUBLE),
     "last_heard_at": ("Last Heard", DataType.DATE_TIME),
 }
-"""What of a device's document is told, under which name."""
+"""Metrics of a device: their names, and the members of its document."""
 _AGES: Final = frozenset({"Position Age", "Last Heard"})
 """Go with other changes, and make none themselves."""
 
@@ -62,7 +62,7 @@ class Node:
         self._aliases: dict[tuple[str, str], int] = {}
         self._numbers = count(1)
         self._told: dict[str, dict[str, Value]] = {}
-        """What the host knows of each device that is born."""
+        """Metrics of each device that is born, as the host knows them."""
         self._rebirth = False
         self._news = asyncio.Event()
         self._host_online: bool | None = None

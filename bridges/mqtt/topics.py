@@ -11,7 +11,7 @@ COMMANDS: Final = "cmd"
 STATES: Final = ("+/+/state", "+/+/units/+/state", "alarms/+")
 """Filters of all that is retained of documents."""
 OF_ROBOT: Final = ("online", "moving", "power_cycled")
-"""What the document of a robot tells, and that of its units does not."""
+"""Members of a robot's document that the documents of its units lack."""
 
 Document = Mapping[str, Any]
 

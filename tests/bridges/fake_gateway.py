@@ -33,7 +33,7 @@ class FakeGateway:
         }
         self.asked: Counter[str] = Counter()
         self.queries: list[dict[str, str]] = []
-        """Of the streams that were begun."""
+        """Queries of the streams that were begun."""
         self.keys: list[str | None] = []
         self.refusal: httpx.Response | None = None
         """The answer to everything, if there is one."""

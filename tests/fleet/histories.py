@@ -1,4 +1,4 @@
-"""What a history of a plant has to be: every event of a journal in the stream once, in order."""
+"""Judges a plant's history: every event of a journal stands in the stream once, in order."""
 
 import threading
 from collections import Counter

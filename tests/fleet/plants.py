@@ -170,7 +170,7 @@ class PlantProcess:
                 return found, str(after)
 
     def has_up_to(self, gateway: Member) -> bool:
-        """Whether it has all events of a gateway."""
+        """Tell if it has all events of a gateway."""
         news, self._place = self.events(self._place)
         self._newest |= {it["gateway"]: it["cursor"] for it in news}
         return self._newest.get(gateway.name) == gateway.cursor()

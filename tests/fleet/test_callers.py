@@ -1,4 +1,4 @@
-"""Who may do what in a plant: each gateway decides by the caller's own key, for a stop by NATS as well."""
+"""Rights in a plant: each gateway decides by the caller's own key, for a stop by NATS as well."""
 
 import shutil
 import subprocess

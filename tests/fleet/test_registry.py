@@ -1,4 +1,4 @@
-"""Who is there, by what each gateway says of itself."""
+"""The gateways of the plant, by what each says of itself."""
 
 import json
 

@@ -41,7 +41,7 @@ class Pair:
         return gateway
 
     def states(self) -> tuple[Any, Any]:
-        """What the line is at both."""
+        """The line's state at both."""
         return tuple(it.get("/lines/line1")["state"] for it in (self.old, self.spare))
 
 

@@ -19,7 +19,7 @@ pytestmark = [needs_engine, needs_ser2net, pytest.mark.prove, pytest.mark.long]
 
 TAKE_OVERS: Final = int(os.environ.get("TAKE_OVERS", "20"))
 CLEARING: Final = "!"
-"""What an opening begins with, to end whatever was half said; it is no frame."""
+"""First bytes of an opening, which end a frame that was half sent; they are no frame."""
 
 
 @pytest.fixture
@@ -37,7 +37,7 @@ def sent_by(gateway: Member) -> list[str]:
 
 
 def after_the_first_of(new: Sequence[str], arrived: Sequence[str]) -> list[str]:
-    """What has arrived at the controllers from the new owner's first frame on."""
+    """The frames that have arrived at the controllers from the new owner's first one on."""
     for begin in range(len(arrived)):
         if list(arrived[begin:]) == list(new)[: len(arrived) - begin]:
             return list(arrived[begin:])

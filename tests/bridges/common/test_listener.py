@@ -1,4 +1,4 @@
-"""What monitoring reads of a bridge."""
+"""Metrics and status of a bridge, as monitoring reads them."""
 
 import asyncio
 import re

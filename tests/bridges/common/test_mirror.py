@@ -35,7 +35,7 @@ class Kept:
         self.mirror.on_trouble = self.troubles.append
 
     def read(self) -> set[str]:
-        """What was read since it was asked last."""
+        """Paths that were read since the last call."""
         read = {path for path, _ in self.told}
         self.told.clear()
         return read

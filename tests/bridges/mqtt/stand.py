@@ -28,7 +28,7 @@ ROOT: Final = "motion/test"
 BODIES: Final = "00,3F"
 MES: Final = "mes"
 PER_LISTENER: Final = ("per_listener_settings true", "user root", "max_queued_messages 100000")
-"""What stands before the listeners; as root it would become another user, who may not read a test's files."""
+"""Settings before the listeners; without `user root` a broker of root could not read a test's files."""
 
 
 def mosquitto() -> str:
@@ -131,7 +131,7 @@ class Client:
         self._client.loop_stop()
 
     def of(self, topic: str) -> list[Heard]:
-        """What was heard at a topic."""
+        """Messages that were heard at a topic."""
         return [it for it in list(self.heard) if it.topic == f"{self.root}/{topic}"]
 
     def last(self, topic: str, which: Callable[[Any], bool] = lambda _content: True) -> Any:

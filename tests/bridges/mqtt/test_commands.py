@@ -1,4 +1,4 @@
-"""What is judged of a command before anybody is asked."""
+"""The bridge's own verdict on a command, before the gateway is asked."""
 
 from types import SimpleNamespace
 

@@ -65,7 +65,7 @@ class Mover:
                 )
 
     def _answered(self, correlation: str) -> bool:
-        """Whether it has an answer after which nobody repeats it."""
+        """Tell if it has an answer after which it is not repeated."""
         mine = [
             it.json
             for it in list(self._client.heard)

@@ -16,7 +16,7 @@ from tests.e2e.processes import SimulatedLine, simulated_line
 
 COMMANDS: Final = 10_000
 BODIES: Final = [f"{number:02X}" for number in range(30)]
-"""So many commands are under way; twice as many messages are fewer than the bridge takes at once."""
+"""Bodies, each with one command under way, published twice: fewer than the bridge takes at once."""
 BAD_EVERY: Final = 20
 """One in so many has no expiry, and has to be refused."""
 SHORTEST: Final = 10
@@ -55,7 +55,7 @@ class Command:
 
     @property
     def is_over(self) -> bool:
-        """Whether it has an answer after which nobody repeats it: it is done, or refused for good."""
+        """True if it has an answer after which it is not repeated: it is done, or refused for good."""
         return any(it["status"] < 300 or it["status"] == 400 for it in self.answers)
 
 

@@ -1,4 +1,4 @@
-"""What is never carried out: it is answered where that is possible, counted and logged always."""
+"""Commands that are never carried out: answered where that is possible, counted and logged always."""
 
 from typing import Any
 

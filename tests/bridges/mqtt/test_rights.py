@@ -28,7 +28,7 @@ from tests.bridges.inside import DoorsInside
 ROOT: Final = "motion/test"
 DOCUMENT: Final = Path(__file__).parents[3] / "openapi" / "openapi.json"
 SAID: Final = {409: "let in", 403: "refused", 405: "no POST there"}
-"""What a status means where nothing is carried out."""
+"""Verdicts by status where nothing is carried out."""
 Scope = tuple[str, ...] | None
 
 

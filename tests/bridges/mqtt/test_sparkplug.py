@@ -33,7 +33,7 @@ TABLE = "sparkplug = {{ group = 'fab2'{} }}"
 
 
 def decoded(payloads: Iterable[bytes]) -> list[Any]:
-    """What the library of others reads."""
+    """The payloads as npm's library reads them."""
     if not (HERE.parents[1] / "peers" / "node_modules" / "sparkplug-payload").exists():
         pytest.skip("make test installs the peers")
     text = "\n".join(it.hex() for it in payloads)

@@ -52,7 +52,7 @@ class Plant:
     folder: Path
     line: SimulatedLine
     more: str = ""
-    """Of its file."""
+    """Keys of its file."""
     secrets: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -112,7 +112,7 @@ class Bridge:
     folder: Path
     plant: Plant
     more: str = ""
-    """Of its table for OPC UA."""
+    """Keys of its table for OPC UA."""
 
     def __post_init__(self) -> None:
         key = self.folder / "bridge.key"

@@ -1,4 +1,4 @@
-"""Who gets in, and what each may: the gateway's verdict, in OPC UA's words."""
+"""Sign-in and rights: the gateway's verdict, in OPC UA's words."""
 
 import re
 import time

@@ -1,4 +1,4 @@
-"""What is mended of the library: sessions are their owners', and events are judged by their supertypes."""
+"""Mended parts of the library: sessions are their owners', and events are judged by their supertypes."""
 
 from pathlib import Path
 from types import SimpleNamespace
