@@ -18,12 +18,11 @@ from bridges.common.mirror import Document, Mirror
 from bridges.common.process import Host
 from bridges.mqtt.broker import Connection, new_client
 from bridges.mqtt.settings import MqttFile, Sparkplug
-from bridges.mqtt.sparkplug_payload import DataType, Metric, Value, commanded, encode
-from bridges.mqtt.topics import state_of
+from bridges.mqtt.sparkplug_payload import NAMESPACE, DataType, Metric, Value, commanded, encode
+from bridges.mqtt.topics import SHOWN, state_of
 
 log = logging.getLogger(__name__)
 
-NAMESPACE: Final = "spBv1.0"
 REBIRTH: Final = "Node Control/Rebirth"
 BD_SEQ: Final = "bdSeq"
 NUMBERS: Final = 256
@@ -91,7 +90,7 @@ class Node:
             await asyncio.sleep(TRY_AGAIN_S)
 
     async def _use(self, connection: Connection, death: bytes) -> None:
-        self._host_online = None if self._table.host else True
+        self._host_online, self._host_at = None if self._table.host else True, 0
         filters = [self._topic("NCMD"), f"{self._topic('DCMD')}/+"]
         if self._table.host:
             filters.append(self._state_topic)
@@ -129,7 +128,8 @@ class Node:
         try:
             state = json.loads(payload)
             online, at = state["online"] is True, int(state["timestamp"])
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
+            log.warning("Sparkplug: the state of the primary host cannot be read: %s", error)
             return
         if at < self._host_at:  # an older one that comes late
             return
@@ -150,9 +150,8 @@ class Node:
             self._rebirth = True
             self._news.set()
         if wanted:
-            log.warning(
-                "Sparkplug: a command at %s is not carried out: %s", topic, ", ".join(map(str, wanted))
-            )
+            names = ", ".join(map(str, wanted))[:SHOWN]
+            log.warning("Sparkplug: a command at %s is not carried out: %s", topic, names)
 
     async def _tell(self, connection: Connection) -> None:
         self._rebirth = True
