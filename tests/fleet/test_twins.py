@@ -28,8 +28,9 @@ def twins(tmp_path: Path) -> Iterator[Plant]:
             (tmp_path / folder).mkdir()
             line = SimulatedLine(tmp_path / folder, BODIES)
             stack.callback(line.end)
-            gateways.append(Member(tmp_path / folder, "stocker1", engine.url, line).wait_until_ready())
+            gateways.append(Member(tmp_path / folder, "stocker1", engine.url, line))
             stack.callback(gateways[-1].end)
+            gateways[-1].wait_until_ready()
             until(lambda: process.states() == {"stocker1": "online"}, "it is heard")
         yield Plant(engine, gateways, process)
 

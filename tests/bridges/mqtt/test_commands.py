@@ -131,7 +131,7 @@ def test_a_stop_is_sent_again_where_the_connection_breaks_and_a_move_is_not() ->
 
 
 def test_a_fault_of_the_bridge_is_answered_and_counted() -> None:
-    told = {"CorrelationData": b"c", "MessageExpiryInterval": 9}
+    told: dict[str, Any] = {"CorrelationData": b"c", "MessageExpiryInterval": 9}
     answer, figures = commanded(Gateway(ArithmeticError("?")), MOVE, **told)
     assert (answer["status"], answer["moved"]) == (504, "unknown")
     assert (
@@ -141,7 +141,7 @@ def test_a_fault_of_the_bridge_is_answered_and_counted() -> None:
 
 @pytest.mark.parametrize("within", [b"1e400", b"-1", b"0", b"null", b"true", b'"x"', b"9" * 400])
 def test_how_long_a_move_may_wait_is_bounded_by_the_expiry_whatever_its_payload_says(within: bytes) -> None:
-    told = {"CorrelationData": b"c", "MessageExpiryInterval": 9}
+    told: dict[str, Any] = {"CorrelationData": b"c", "MessageExpiryInterval": 9}
     gateway = Gateway()
     timed = Operation(moves=True, takes_within=True)
     answer, _ = commanded(gateway, timed, b'{"start_within_s": %s}' % within, **told)
