@@ -1,6 +1,7 @@
 """Runs the plant process: its HTTP server, and what follows the servers and the gateways."""
 
 import asyncio
+import gc
 import logging
 import signal
 from collections.abc import Iterator
@@ -81,6 +82,8 @@ async def serve(config: PlantConfig, port: int | None = None) -> None:
         )
         listen(listener, settings)
         front.start()
+        gc.collect()
+        gc.freeze()  # a full collection looks through nothing of what is loaded: a stop would wait for it
         watch = [asyncio.create_task(certificate.watch())] if certificate else []
         scheme = "https" if certificate else "http"
         log.info("running on %s://%s:%d", scheme, settings.host, listener.getsockname()[1])

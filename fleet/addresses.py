@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any, Final, NamedTuple
 
 COLLECTIONS: Final = ("bodies", "groups", "robots", "scaras", "lines", "leases", "alarms")
-"""What has an address behind it in a path."""
+"""Parts of a path that an address follows."""
 _PATH: Final = re.compile(f"/({'|'.join(COLLECTIONS)})/")
 _ADDRESSES: Final = frozenset(
     {

@@ -1,4 +1,4 @@
-"""Who may see what of a plant: each gateway is asked with the caller's own key, the plant decides nothing."""
+"""Rights of callers: each gateway judges the caller's own key, the plant process decides nothing."""
 
 import asyncio
 from collections.abc import Mapping
@@ -13,15 +13,15 @@ from gateway.access.errors import NotAuthenticated, NotPermitted
 from gateway.core.errors import GatewayError
 
 FRESH_S: Final = 5.0
-"""What a gateway says of a key counts for so long."""
+"""Seconds for which a gateway's verdict on a key counts."""
 KEPT_S: Final = 3600.0
-"""Of a gateway that cannot be asked its last word counts for so long."""
+"""Seconds for which the last verdict of a gateway that cannot be asked counts."""
 MOST: Final = 10_000
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a gateway says of a caller."""
+    """A gateway's verdict on a caller."""
 
     sees: bool
     scope: frozenset[str] | None
@@ -88,7 +88,7 @@ class Callers:
 
 
 class Sight:
-    """What a caller may see of the events."""
+    """The events that a caller may see."""
 
     def __init__(self, verdicts: Mapping[str, Verdict | None] | None) -> None:
         self._verdicts = verdicts
@@ -97,7 +97,7 @@ class Sight:
         """A gateway that cannot be asked is seen by those whom all others let see everything."""
 
     def sees(self, event: PlantEvent) -> bool:
-        """Whether an event is within it."""
+        """Tell if the caller may see an event."""
         if self._verdicts is None:
             return True
         verdict = self._verdicts.get(event.gateway)
@@ -111,7 +111,7 @@ class Sight:
 
 
 def _covers(scope: frozenset[str], subject: str) -> bool:
-    """Whether a scope covers what an event is about: a line all that is on it, a robot its units."""
+    """Tell if a scope covers the subject of an event: a line covers all that is on it, a robot its units."""
     _, _, address = subject.rpartition(":")
     names = {address, address.partition(".")[0], address.partition("/")[0]}
     return ":" in subject and not scope.isdisjoint(names)

@@ -1,4 +1,4 @@
-"""What gateways say of the lines that several of them may have, and of the moves there: each of itself."""
+"""Claims of gateways: each says which lines with a spare it owns, and which moves are under way there."""
 
 import asyncio
 import json

@@ -6,7 +6,8 @@ from typing import Final
 
 from gateway.core.errors import InvalidRequest
 
-_PLACE: Final = re.compile("([a-z][a-z0-9-]{0,31}):([0-9a-f]{8}-[0-9]{12})")
+_CURSOR: Final = "[0-9a-f]{8}-[0-9]{12}"
+_PLACE: Final = re.compile(f"([a-z][a-z0-9-]{{0,31}}):({_CURSOR})")
 
 
 def written(places: Mapping[str, str]) -> str:
@@ -31,6 +32,11 @@ def read(text: str) -> dict[str, str]:
             )
         places[match[1]] = match[2]
     return places
+
+
+def is_cursor(text: str) -> bool:
+    """Tell if a text is the cursor of a gateway."""
+    return re.fullmatch(_CURSOR, text) is not None
 
 
 def number_of(cursor: str) -> int:

@@ -14,6 +14,13 @@ class GatewayUnreached(NotSent):
     retryable = True
 
 
+class NameTaken(NotSent):
+    """Two gateways have the name in an address: nobody knows whose motor is meant. Nothing was sent."""
+
+    kind = "gateway-conflict"
+    retryable = False
+
+
 class AnswerLost(GatewayError):
     """A gateway was asked, and its answer did not come."""
 

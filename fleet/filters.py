@@ -1,4 +1,4 @@
-"""Which events a client of the plant wants."""
+"""Filters for the events of the plant: by address, type and gateway."""
 
 import re
 from collections.abc import Callable

@@ -47,7 +47,7 @@ class Follower:
         self.trouble: str | None = "not connected yet"
         """Why the servers are not followed now."""
         self.caught_up = False
-        """Whether all that the stream had was read once."""
+        """True once the whole stream was read."""
         self._created: str | None = None
         self._sequence = 0
         """The last message that was read of the stream."""

@@ -1,4 +1,4 @@
-"""What the plant process serves: what a gateway serves, for all gateways, and nothing that is its own."""
+"""HTTP interface of the plant process: the routes of a gateway, for all gateways together."""
 
 import asyncio
 import json
@@ -22,7 +22,7 @@ from api.common.security import SameSite
 from fleet import cursors, pages
 from fleet.addresses import outward, path_outward, place_of, tokens_for
 from fleet.callers import Callers, Sight
-from fleet.errors import GatewaysUnreached, GatewayUnreached
+from fleet.errors import GatewaysUnreached, GatewayUnreached, NameTaken
 from fleet.feed import Feed, PlantEvent, Reader, SlowClient, Wanted
 from fleet.filters import filter_of
 from fleet.follower import Follower
@@ -339,6 +339,10 @@ class Front:
 
     async def _pass(self, request: Request, gateway: Gateway, path: str) -> Response:
         """Ask the owner in the caller's name, and give what it answers."""
+        if not self.registry.is_named(gateway.name) and (conflict := self.registry.conflict_of(gateway.name)):
+            raise NameTaken(
+                f"{conflict} Nothing was sent.", "Ask that gateway itself. POST /stop stops both."
+            )
         caller = caller_of(request)
         headers = {name: value for name, value in request.headers.items() if name in PASSED_ON}
         headers |= caller.headers
@@ -409,7 +413,7 @@ class _Guarded:
 
 
 def caller_of(connection: HTTPConnection) -> Caller:
-    """What a request shows: a key in its head, or that of the page on which its sender has signed in."""
+    """Read the key of a request: from its head, or from the cookie of the sign-in page."""
     shown = connection.headers.get("authorization", "")
     if not shown and (key := connection.cookies.get(pages.cookie_name(connection))):
         shown = f"Bearer {key}"

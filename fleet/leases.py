@@ -1,23 +1,25 @@
 """Leases over several gateways: taken in one order, and given back together."""
 
+import asyncio
 import json
 from collections.abc import Sequence
 from contextlib import suppress
 from typing import Annotated, Any, Final
+from urllib.parse import quote
 
 import httpx
 from pydantic import BaseModel, ConfigDict, Field
 
-from fleet.addresses import outward
+from fleet.addresses import outward, tokens_for
 from fleet.registry import Gateway, Registry
-from fleet.upstream import Caller, Upstream
+from fleet.upstream import WITHIN_S, Caller, Upstream
 from gateway.core.errors import GatewayError, InvalidRequest, NotFound
 
 JSON: Final = {"Content-Type": "application/json"}
 
 
 class PlantLeaseRequest(BaseModel):
-    """What to lease: one address of the plant, or several that are leased together."""
+    """A request to lease one address of the plant, or several together."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -63,37 +65,41 @@ class PlantLeases:
 
     async def _take_one(self, gateway: Gateway, wanted: object, caller: Caller) -> Any:
         content = json.dumps(wanted).encode()
-        answer = await self._upstream.ask(gateway, "POST", "/leases", {**caller.headers, **JSON}, content)
+        headers = {**caller.headers, **JSON}
+        answer = await self._upstream.ask(gateway, "POST", "/leases", headers, content, WITHIN_S)
         if not answer.is_success:
             raise Refusal(gateway.name, answer)
         return answer.json()
 
     async def _give_back(self, taken: Sequence[tuple[Gateway, Any]], caller: Caller) -> None:
         for gateway, lease in reversed(taken):
-            with suppress(GatewayError):  # it ends by itself
-                await self._upstream.ask(gateway, "DELETE", f"/leases/{lease['lease']}", caller.headers)
+            with suppress(GatewayError, Refusal):  # it ends by itself
+                await self._ask(gateway, lease["lease"], "DELETE", "", caller)
 
     async def each(self, leases: str, action: str, tokens: str, caller: Caller) -> dict[str, Any]:
         """Renew (`renew`), read (empty) or end (`DELETE`) leases that were taken together: ids with commas.
 
-        :raises Refusal: a gateway has refused one; of those that are ended the others are ended nevertheless.
+        :raises Refusal: a gateway has refused one; the others are renewed, or ended, nevertheless.
+        :raises GatewayError: a gateway was not reached; the others are renewed, or ended, nevertheless.
         """
-        from fleet.addresses import tokens_for
+        asking = [
+            self._ask(gateway, lease, action, tokens, caller)
+            for gateway, lease in [self._place(it) for it in leases.split(",")]
+        ]
+        told = await asyncio.gather(*asking, return_exceptions=True)
+        if faults := [it for it in told if isinstance(it, BaseException)]:
+            raise faults[0]
+        return _united([it for it in told if not isinstance(it, BaseException)])
 
-        told, refusal = [], None
+    async def _ask(self, gateway: Gateway, lease: str, action: str, tokens: str, caller: Caller) -> Any:
+        path = f"/leases/{quote(lease, safe='')}{'/renew' if action == 'renew' else ''}"
         method = "DELETE" if action == "DELETE" else "POST" if action else "GET"
-        for gateway, lease in map(self._place, leases.split(",")):
-            path = f"/leases/{lease}{'/renew' if action == 'renew' else ''}"
-            shown = tokens_for(gateway.name, tokens)
-            headers = {**caller.headers, **({"Lease-Token": shown} if shown else {})}
-            answer = await self._upstream.ask(gateway, method, path, headers)
-            if not answer.is_success:
-                refusal = refusal or Refusal(gateway.name, answer)
-            else:
-                told.append(outward(gateway.name, answer.json()))
-        if refusal is not None:
-            raise refusal
-        return _united(told)
+        shown = tokens_for(gateway.name, tokens)
+        headers = {**caller.headers, **({"Lease-Token": shown} if shown else {})}
+        answer = await self._upstream.ask(gateway, method, path, headers, within_s=WITHIN_S)
+        if not answer.is_success:
+            raise Refusal(gateway.name, answer)
+        return outward(gateway.name, answer.json())
 
     def _place(self, scope: str) -> tuple[Gateway, str]:
         name, colon, own = scope.strip().partition(":")

@@ -19,6 +19,7 @@ from pydantic import ValidationError
 from pydantic_core import to_jsonable_python
 
 from fleet.claims import Claims
+from fleet.cursors import is_cursor
 from fleet.engine import (
     CURSOR,
     LAST_SEQUENCE,
@@ -38,7 +39,7 @@ from fleet.stop_message import StopMessage
 from fleet.tasks import end
 from gateway.access.principal import EVERYBODY, Principal, asking
 from gateway.core.errors import GatewayError
-from gateway.core.events import SNAPSHOT, Event
+from gateway.core.events import GAP, SNAPSHOT, Event
 from gateway.core.origin import Origin, acting, current
 from gateway.door import stopping
 from gateway.door.results import told
@@ -53,8 +54,10 @@ REGISTER_S: Final = 2.0
 BATCH: Final = 500
 """Events that the stream takes, or refuses, together; a server takes 1,000 at most."""
 AT_ONCE: Final = 32
-"""Of these so many are written before all else in the gateway has a turn."""
+"""Events that are written before all else in the gateway has a turn."""
 AGAIN_S: Final = 1.0
+TAKEN_S: Final = 30.0
+"""Seconds until it is looked again if another gateway has the same name."""
 UNREACHABLE_S: Final = 5.0
 """A trouble that lasts so long is told."""
 HEADERS_BYTES: Final = 1024
@@ -66,7 +69,11 @@ _CURSOR: Final = re.compile(r'"cursor":"([^"]+)"')
 
 
 class Overtaken(Exception):
-    """Somebody has written to this gateway's subject meanwhile: where its events end is to be read again."""
+    """Another writer was faster at this gateway's subject: where its events end is to be read again."""
+
+
+class NameTaken(Exception):
+    """After events of this process there are others in the stream: another gateway has the same name."""
 
 
 class Member:
@@ -88,6 +95,8 @@ class Member:
         self._task: asyncio.Task[None] | None = None
         self._stops: set[asyncio.Task[None]] = set()
         self._troubled_since: float | None = None
+        self._sent = False
+        """True once the stream has taken events of this process."""
 
     def start(self) -> None:
         """Begin, in a task of its own."""
@@ -117,12 +126,12 @@ class Member:
             self._note_trouble(why)
             await asyncio.sleep(AGAIN_S)
 
-    def _note_trouble(self, why: str) -> None:
+    def _note_trouble(self, why: str, lasts_s: float = UNREACHABLE_S) -> None:
         """Tell of a trouble once, when it has lasted."""
         now = monotonic()
         if self._troubled_since is None:
             self._troubled_since = now
-        if now - self._troubled_since >= UNREACHABLE_S and self._membership.trouble is None:
+        if now - self._troubled_since >= lasts_s and self._membership.trouble is None:
             self._membership.trouble = why
             log.warning("the servers of the plant do not take events: %s", why)
             self._plant.events.publish("plant.unreachable", SUBJECT, {"reason": why})
@@ -192,11 +201,26 @@ class Member:
         while True:
             try:
                 cursor, sequence = await self._last_taken(connection)
+                await self._require_own(cursor, sequence)
                 self._note_success()
                 await self._send_on(connection, cursor, sequence)
             except Overtaken:
-                log.warning("the plant has other events of this gateway: is its name given twice?")
                 await asyncio.sleep(AGAIN_S)
+            except NameTaken:
+                name = self._membership.name
+                self._note_trouble(f"another gateway calls itself {name}, too: give it another plant.name", 0)
+                await asyncio.sleep(TAKEN_S)
+
+    async def _require_own(self, cursor: str | None, sequence: int) -> None:
+        """See that the last event in the stream is this gateway's own, if it has sent any.
+
+        :raises NameTaken: it is not. All of the journal would be sent again after it, and again.
+        """
+        if not self._sent or not sequence:
+            return
+        page = await self._plant.events.since(cursor, limit=1)
+        if cursor is None or any(it.type == GAP for it in page.events):
+            raise NameTaken
 
     async def _send_on(self, connection: Connection, cursor: str | None, sequence: int) -> NoReturn:
         hub = self._plant.events
@@ -207,6 +231,7 @@ class Member:
             self._membership.behind = hub.last - int(cursor.rpartition("-")[2])
             if events := [it for it in page.events if it.type != SNAPSHOT]:
                 sequence = await self._send(connection, events, sequence)
+                self._sent = True
                 self._membership.forwarded += len(events)
             else:
                 await self._news.wait()
@@ -222,11 +247,13 @@ class Member:
         headers = told.headers or {}
         if headers.get("Status") == "404":
             return None, 0
-        if CURSOR not in headers:
+        if "Nats-Sequence" not in headers:
             raise EngineTrouble(
-                f"the stream {STREAM} tells nothing: {headers.get('Description', 'no cursor')}"
+                f"the stream {STREAM} tells nothing: {headers.get('Description', 'no sequence')}"
             )
-        return headers[CURSOR], int(headers["Nats-Sequence"])
+        cursor = headers.get(CURSOR, "")
+        # No gateway has written one that is none: who has stolen the password has.
+        return cursor if is_cursor(cursor) else None, int(headers["Nats-Sequence"])
 
     async def _send(self, connection: Connection, events: Sequence[Event], sequence: int) -> int:
         """Have all of these taken, or none: behind the message that is the last of this gateway now.

@@ -120,7 +120,7 @@ def _item(gateway: str, item: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _newest_first(alarms: list[Any]) -> list[Any]:
-    """Those that stand first, as a gateway lists them."""
+    """Sort alarms as a gateway does: those that stand first, each part newest first."""
     newest = sorted(alarms, key=lambda it: str(it["raised_at"]), reverse=True)
     return sorted(newest, key=lambda it: it.get("reset_at") is not None)
 

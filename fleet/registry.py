@@ -1,13 +1,15 @@
-"""Which gateways there are, and when each was heard last; nobody is called dead."""
+"""The gateways of the plant, and when each was heard last; a silent one is unheard, never dead."""
 
 import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from math import inf
 from time import monotonic
 from typing import Any, Final
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from fleet.cursors import epoch_of
 from gateway.core.tables import Slug
 from gateway.membership import check_gateway_url
 
@@ -18,7 +20,7 @@ UNHEARD_S: Final = 10.0
 
 
 class Entry(BaseModel):
-    """What a gateway says of itself."""
+    """A gateway's entry: it writes that of itself."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
 
@@ -59,6 +61,10 @@ class Registry:
         self._named = dict(named or {})
         self._clock = clock
         self._gateways = {name: Gateway(name, url) for name, url in self._named.items()}
+        self._writers: dict[str, dict[tuple[str, str], float]] = {}
+        """Writers of each entry, by address and epoch: when each was heard last."""
+        self._twins: dict[str, tuple[float, str]] = {}
+        """Names that two gateways have: when both were heard last, and their addresses."""
 
     def note(self, subject: str, content: bytes) -> None:
         """Take an entry of the registry; one in the place of another gateway, or without sense, is none."""
@@ -75,6 +81,23 @@ class Registry:
         known.url, known.lines, known.version = url, entry.lines, entry.version
         known.cursor, known.fingerprint, known.owners = entry.cursor, entry.fingerprint, entry.owners
         known.heard_at = self._clock()
+        self._note_writer(entry)
+
+    def _note_writer(self, entry: Entry) -> None:
+        """Notice a writer that comes back after another one: one that was started anew never does."""
+        now, writer = self._clock(), (entry.url, epoch_of(entry.cursor))
+        heard = {it: at for it, at in self._writers.get(entry.name, {}).items() if now - at <= UNHEARD_S}
+        if writer in heard and writer != next(reversed(heard)):
+            self._twins[entry.name] = now, " and ".join(sorted({url for url, _ in heard}))
+        heard.pop(writer, None)
+        self._writers[entry.name] = {**heard, writer: now}
+
+    def conflict_of(self, name: str) -> str | None:
+        """Say that two gateways have a name, in a sentence; None: it is one's alone."""
+        seen_at, urls = self._twins.get(name, (-inf, ""))
+        if self._clock() - seen_at > UNHEARD_S:
+            return None
+        return f"Two gateways call themselves {name} ({urls}): give each a plant.name of its own."
 
     def heard(self, name: str) -> None:
         """Take note that a gateway has answered."""
@@ -94,9 +117,13 @@ class Registry:
         return None if gateway.heard_at is None else max(0.0, self._clock() - gateway.heard_at)
 
     def is_online(self, gateway: Gateway) -> bool:
-        """Whether it was heard within the last seconds."""
+        """Tell if a gateway was heard within the last `UNHEARD_S` seconds."""
         age_s = self.age_s(gateway)
         return age_s is not None and age_s <= UNHEARD_S
+
+    def is_named(self, name: str) -> bool:
+        """Tell if the configuration has the address of a gateway."""
+        return name in self._named
 
     def told(self, gateway: Gateway) -> dict[str, Any]:
         """Tell of one, as `GET /gateways` does."""
@@ -110,4 +137,5 @@ class Registry:
             "version": gateway.version,
             "cursor": gateway.cursor,
             "fingerprint": gateway.fingerprint,
+            "conflict": self.conflict_of(gateway.name),
         }

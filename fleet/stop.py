@@ -30,9 +30,11 @@ State = Literal["confirmed", "unconfirmed", "unreached"]
 
 @dataclass
 class Attempt:
-    """What is known of the stop at one gateway."""
+    """The state of the stop at one gateway."""
 
     gateway: str
+    conflict: str | None = None
+    """Two gateways have this name: the report of one says nothing of the other."""
     report: dict[str, Any] | None = None
     received: bool = False
     refused: str | None = None
@@ -44,14 +46,17 @@ class Attempt:
     def state(self) -> State:
         """How far it has come."""
         if self.report is not None:
-            return "confirmed" if self.report["confirmed"] else "unconfirmed"
+            is_confirmed = self.report["confirmed"] and self.conflict is None
+            return "confirmed" if is_confirmed else "unconfirmed"
         return "unconfirmed" if self.received else "unreached"
 
     @property
     def detail(self) -> str:
-        """The same in a sentence."""
+        """The state in a sentence, and what to do."""
         if self.state == "confirmed":
             return "Every controller reports standstill."
+        if self.conflict is not None:
+            return f"{self.conflict} Nobody knows which of them has stopped. {USE_HARDWARE}"
         if self.report is not None:
             return f"Not every controller reports standstill; the gateway goes on stopping. {USE_HARDWARE}"
         if self.received:
@@ -81,7 +86,7 @@ class PlantStop:
         gateways = self._registry.all()
         # Whoever has the lines of others has to stop them, though it was never heard.
         names = {it.name for it in gateways} | {owner for it in gateways for owner in it.owners.values()}
-        attempts = {name: Attempt(name) for name in names}
+        attempts = {name: Attempt(name, self._registry.conflict_of(name)) for name in names}
         running = asyncio.create_task(self._carry_out(attempts, caller, mode), name="stop of the plant")
         self._running.add(running)
         running.add_done_callback(self._running.discard)
@@ -158,10 +163,10 @@ class PlantStop:
 
 
 class Done(Protocol):
-    """Something that is over some day."""
+    """An attempt, or several: over some day."""
 
     def is_set(self) -> bool:
-        """Whether it is."""
+        """Tell if it is over."""
 
     async def wait(self) -> object:
         """Wait for it."""
@@ -188,6 +193,7 @@ def _take_report(attempt: Attempt, told: Mapping[str, Any]) -> None:
     if isinstance(report, dict) and "confirmed" in report:
         if attempt.report is None or not attempt.report["confirmed"]:
             attempt.report = report
-        attempt.done.set()
+        if attempt.conflict is None:
+            attempt.done.set()
     elif why := told.get("refused") or told.get("failed"):
         attempt.why = str(why)  # by HTTP the whole of what the caller shows is looked at

@@ -12,6 +12,6 @@ class StopMessage(BaseModel):
 
     mode: Literal["decelerate", "immediate"] = "decelerate"
     request_id: str = Field(pattern="^[A-Za-z0-9]{1,64}$")
-    """What the reports of the gateways are told apart by."""
+    """Id by which the gateways' reports are matched to this stop."""
     key_prefix: str = ""
     key_sha256: str = ""

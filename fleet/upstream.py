@@ -43,12 +43,12 @@ class Caller:
 
     @property
     def id(self) -> str:
-        """What tells callers apart, and is no key."""
+        """A hash that tells callers apart, and is no key."""
         return sha256(self.authorization.encode()).hexdigest()
 
     @property
     def headers(self) -> dict[str, str]:
-        """Those of a request in this caller's name, in lower case."""
+        """Headers of a request in this caller's name, in lower case."""
         told = {
             "authorization": self.authorization,
             "accept-language": self.language,

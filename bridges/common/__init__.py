@@ -1,4 +1,4 @@
-"""What bridges to all protocols share: the gateway's side of each.
+"""The gateway's side of every bridge, shared by all protocols.
 
 A protocol is a `process.Kind`: the model of its file, made of `settings.BridgeFile`, and a function that
 works on a `process.Host`:

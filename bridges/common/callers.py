@@ -1,4 +1,4 @@
-"""Those who ask the gateway, each by a key of its own: rights, scopes and leases are the gateway's."""
+"""Callers of the gateway, each with a key of its own: rights, scopes and leases are the gateway's."""
 
 import ssl
 import sys
@@ -97,7 +97,7 @@ class Caller:
 
 
 class Callers:
-    """Those of the file by their names, and others who bring their keys themselves."""
+    """The callers of the file by their names, and others that bring their own keys."""
 
     def __init__(self, doors: Doors, named: Mapping[str, CallerTable]) -> None:
         self._doors = doors

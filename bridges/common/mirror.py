@@ -213,7 +213,7 @@ class Mirror:
         return [*own, *(path for path in self._dependent if self._depends(path, subject, name))]
 
     def _depends(self, path: str, subject: str, name: str) -> bool:
-        """Whether an alarm, or a SCARA robot, is about a subject or on a body of this name."""
+        """Tell if an alarm, or a SCARA robot, is about a subject or on a body of this name."""
         document = self.documents[path]
         if path.startswith("/alarms/"):
             return bool(document["subject"] == subject)

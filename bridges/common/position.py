@@ -13,7 +13,7 @@ from typing import Final, Self
 log = logging.getLogger(__name__)
 
 WRITTEN_EVERY_S: Final = 0.2
-"""What was delivered in this time before a kill is delivered once more, with the same ids."""
+"""Seconds between writes: events delivered in this time before a kill come again, with the same ids."""
 
 
 _CURSOR: Final = re.compile("[!-~]{1,100}")

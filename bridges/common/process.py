@@ -25,7 +25,7 @@ ENDS_WITHIN_S: Final = 5.0
 
 @dataclass(frozen=True)
 class Life:
-    """What the process has around it."""
+    """The service manager and the watchdog of the process."""
 
     tell: Callable[..., object] = lambda *_states: None
     """Tells the service manager: `READY=1`, `STOPPING=1`."""
@@ -38,11 +38,11 @@ class Host:
     """The gateway's side, as a protocol uses it."""
 
     name: str
-    """What other systems call the gateway."""
+    """The gateway's name in other systems."""
     gateway: AsyncGateway
     """With the bridge's own key: it reads."""
     callers: Callers
-    """Those who command, each with a key of its own."""
+    """The callers that give commands, each with a key of its own."""
     mirror: Mirror
     feed: Feed
     position: Position
@@ -69,7 +69,7 @@ class Host:
 
 
 Protocol = Callable[[Host], Awaitable[None]]
-"""What a protocol does for as long as the bridge runs; when cancelled, it takes its leave."""
+"""The work of a protocol for as long as the bridge runs; when cancelled, it says goodbye to its side."""
 F = TypeVar("F", bound=BridgeFile)
 
 
@@ -80,7 +80,7 @@ class Kind(Generic[F]):
     file: type[F]
     """The model of its file."""
     sides: tuple[str, str]
-    """What it is connected to, as `State` and the watchdog name it: the gateway first."""
+    """Names of both sides in `State` and for the watchdog: the gateway first."""
     protocol: Callable[[F], Protocol]
     check: Callable[[F, Say], Coroutine[Any, Any, list[str]]]
     """Tries the other side; gives what is wrong, a sentence each."""

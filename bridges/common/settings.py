@@ -97,7 +97,7 @@ class GatewayTable(Table):
 
     url: Annotated[str, AfterValidator(_check_gateway)]
     name: Name = "gateway"
-    """What other systems call it."""
+    """The gateway's name in other systems."""
     key_file: SecretFile | None = None
     """Holds a key with the role viewer for the whole plant; None: the gateway lets everybody in."""
     ca_file: ExistingFile | None = None

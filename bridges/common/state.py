@@ -45,7 +45,7 @@ class Figures:
 
 
 class State:
-    """Which sides are connected, and why one is not."""
+    """Keeps for each side if it is connected, and why it is not."""
 
     def __init__(self, sides: Iterable[str], figures: Figures) -> None:
         self._figures = figures
@@ -62,7 +62,7 @@ class State:
 
     @property
     def online(self) -> bool:
-        """Whether all sides are connected and nothing is left to do: what is told is up to date."""
+        """True if all sides are connected and nothing is left to do: all published values are up to date."""
         return not self._down and not self._to_do
 
     @property
@@ -71,7 +71,7 @@ class State:
         return "; ".join((*self._down.values(), *self._to_do)) or None
 
     def is_up(self, side: str) -> bool:
-        """Whether a side is connected."""
+        """Tell if a side is connected."""
         return side not in self._down
 
     async def wait_for(self, side: str, *, connected: bool = True) -> None:

@@ -1,6 +1,7 @@
 """The bridge to MQTT: one connection after the other, and what is done on each."""
 
 import asyncio
+import gc
 import logging
 from contextlib import suppress
 from functools import partial
@@ -63,7 +64,7 @@ class Bridge:
 
     async def run(self) -> None:
         """Work until cancelled; then commands are answered, and the broker is told."""
-        works = [self._host.feed.run(self._take), self._connect()]
+        works = [self._host.feed.run(self._take), self._connect(), self._set_aside()]
         if self._file.mqtt.commands:
             works.append(self._read_operations())
         if self._node:
@@ -73,6 +74,12 @@ class Bridge:
         async with asyncio.TaskGroup() as group:
             for work in works:
                 group.create_task(work)
+
+    async def _set_aside(self) -> None:
+        """Keep what is there for good from the garbage collector, which would hold a stop up for 20 ms."""
+        await self._host.mirror.known.wait()
+        gc.collect()
+        gc.freeze()
 
     # the gateway's side
 

@@ -1,7 +1,9 @@
 """The connection to a broker: how it is made, and how it publishes."""
 
+import asyncio
 import socket
 import ssl
+from collections import deque
 from typing import Any, Final
 
 import aiomqtt
@@ -10,6 +12,7 @@ from paho.mqtt.properties import Properties
 
 from bridges.common.settings import secret_in
 from bridges.mqtt.settings import MqttFile
+from bridges.mqtt.topics import STOP
 
 JSON: Final = "application/json"
 CLOUD_EVENT: Final = "application/cloudevents+json"
@@ -18,6 +21,18 @@ IN_FLIGHT: Final = 64
 ANSWER_S: Final = 10.0
 NO_DELAY: Final = [(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)]
 """Else a small message waits for the acknowledgement of the one before: 40 ms."""
+
+
+class StopsFirst(asyncio.Queue[aiomqtt.Message]):
+    """Messages in the order of their arrival, but stops before all others."""
+
+    _queue: deque[aiomqtt.Message]
+
+    def _put(self, item: aiomqtt.Message) -> None:
+        if item.topic.value.endswith(STOP):
+            self._queue.appendleft(item)
+        else:
+            self._queue.append(item)
 
 
 def new_client(
@@ -46,6 +61,7 @@ def new_client(
         will=will,
         timeout=ANSWER_S,
         keepalive=mqtt.keepalive_s,
+        queue_type=StopsFirst,
         max_inflight_messages=IN_FLIGHT,
         tls_context=_context(file) if mqtt.is_tls else None,
         socket_options=NO_DELAY,

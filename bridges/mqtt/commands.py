@@ -8,6 +8,7 @@ from urllib.parse import urlencode
 
 import aiomqtt
 from motion_gateway_client import Answer, NoAnswer
+from motion_gateway_client.async_gateway import STOP_TRIES
 from motion_gateway_client.errors import PREFIX
 
 from bridges.common.callers import Caller, Callers
@@ -15,9 +16,10 @@ from bridges.common.state import Figures, Outcome
 from bridges.mqtt import requests
 from bridges.mqtt.broker import JSON
 from bridges.mqtt.operations import UNKNOWN, WITHIN, Operation
-from bridges.mqtt.outbox import Letter, Outbox
+from bridges.mqtt.outbox import MOST_TRIES, Letter, Outbox
 from bridges.mqtt.requests import Request
-from bridges.mqtt.topics import COMMANDS, written
+from bridges.mqtt.sparkplug_payload import NAMESPACE
+from bridges.mqtt.topics import COMMANDS, SHOWN, written
 
 log = logging.getLogger(__name__)
 
@@ -27,6 +29,11 @@ MOST_ANSWERS: Final = 1000
 LONGEST_WITHIN_S: Final = 60.0
 SECRETS: Final = ("/access", "/tickets", "/sign-in", "/sign-out", "/pendant")
 """Their answers are secrets, which have no place in a message."""
+FAULT: Final = "The bridge itself has failed; the command may have been carried out."
+UNREAD: Final = frozenset({400, 413, 415, 422})
+"""The gateway has not understood what stands beside the path."""
+LONGEST_TOPIC, MOST_LEVELS = 1000, 100
+"""Bytes and parts of a response topic: a broker ends the connection for a longer one."""
 NOT_YET: Final = frozenset({"queued", "rejected", "cancelled"})
 NOBODY_KNOWS: Final = frozenset({"unknown", "lost"})
 """Statuses of moves that are no proof of motion."""
@@ -65,7 +72,7 @@ class Commands:
     ) -> None:
         self._root, self._callers, self._figures, self._find = root, callers, figures, find
         self._under_way: set[asyncio.Task[None]] = set()
-        self.answers = Outbox(MOST_ANSWERS, kept_s=0)
+        self.answers = Outbox(MOST_ANSWERS, kept_s=0, most_tries=MOST_TRIES)
 
     def take(self, message: aiomqtt.Message, *, stored: bool = False) -> None:
         """Begin to see to a command; a retained one that may have been `stored` is refused, a stop too."""
@@ -90,7 +97,7 @@ class Commands:
             return Refusal(
                 "caller-not-mapped",
                 403,
-                f"The bridge has no key for {request.who!r}",
+                f"The bridge has no key for {request.who[:SHOWN]!r}",
                 "Name a caller of the bridge's file in the topic: [callers.NAME].",
             )
         if not request.path:
@@ -128,8 +135,8 @@ class Commands:
             return Refusal(
                 "response-topic",
                 400,
-                f"No answer is published at {request.response_topic!r}, where it could pass for a command "
-                "or a state",
+                f"No answer is published at {request.response_topic[:SHOWN]!r}: it could pass for a command "
+                "or a state, or the broker could refuse it",
                 f"Take a response topic elsewhere, such as {self._root}/answers/{request.who}.",
             )
         if request.expires_in_s is not None and request.expires_in_s <= 0:
@@ -157,8 +164,11 @@ class Commands:
         return None
 
     def _may_answer_at(self, topic: str) -> bool:
-        """Whether an answer can do no harm at a topic: it would be published with the bridge's own rights."""
-        if set(topic) & set("+#\0") or topic.startswith("$") or COMMANDS in topic.split("/"):
+        """Tell if an answer can do no harm at a topic: it would be published with the bridge's own rights."""
+        levels = topic.split("/")
+        if set(topic) & set("+#") or not topic.isprintable() or topic.startswith(("$", NAMESPACE)):
+            return False
+        if len(topic.encode()) > LONGEST_TOPIC or len(levels) > MOST_LEVELS or COMMANDS in levels:
             return False
         return not topic.startswith(f"{self._root}/") or topic.startswith(f"{self._root}/answers/")
 
@@ -173,10 +183,16 @@ class Commands:
         except NoAnswer as error:
             await self._answer(request, _unanswered(error), "refused" if error.moved == "no" else "unknown")
             return
+        except Exception:  # the command is answered and counted nevertheless
+            log.exception("a command has met a fault of the bridge itself")
+            await self._answer(request, _unanswered(NoAnswer(FAULT)), "unknown")
+            return
         outcome: Outcome = "replayed" if answer.replayed else "done" if answer.is_success else "refused"
         await self._answer(request, answer, outcome)
 
     async def _ask(self, caller: Caller, request: Request, operation: Operation) -> Answer:
+        if operation.stops:
+            return await self._stop(caller, request)
         body = request.body
         if operation.takes_within and isinstance(body, dict) and request.expires_in_s is not None:
             within_s = min(request.expires_in_s, LONGEST_WITHIN_S, _number(body.get(WITHIN)))
@@ -190,6 +206,24 @@ class Commands:
             idempotency_key=key,
             lease_tokens=request.lease_tokens,
         )
+
+    async def _stop(self, caller: Caller, request: Request) -> Answer:
+        """Stop, again where the connection breaks; nothing beside the topic keeps a stop from being sent.
+
+        :raises NoAnswer: none of the tries has one.
+        """
+        body, tries = request.body, 0
+        while True:
+            tries += 1
+            try:
+                answer = await caller.ask("POST", request.path, body=body)
+            except NoAnswer:
+                if tries == STOP_TRIES:
+                    raise
+                continue
+            if body is None or answer.status not in UNREAD:
+                return answer
+            body = None
 
     async def _answer(self, request: Request, answer: Answer, outcome: Outcome) -> None:
         self._figures.command(outcome)
@@ -208,8 +242,8 @@ class Commands:
 
 
 def _number(value: object) -> float:
-    """Give a number; what is none the gateway will refuse."""
-    return float(value) if isinstance(value, int | float) and value > 0 else LONGEST_WITHIN_S
+    """Give a number of seconds; what is none the gateway will refuse."""
+    return value if isinstance(value, int | float) and 0 < value < LONGEST_WITHIN_S else LONGEST_WITHIN_S
 
 
 def _unanswered(error: NoAnswer) -> Answer:
@@ -244,7 +278,7 @@ def _moved_by(status: object) -> str:
 
 def _log(request: Request, answer: Answer, outcome: Outcome) -> None:
     content = answer.content if isinstance(answer.content, dict) else {}
-    facts = {"who": request.who, "path": _shown(request), "status": answer.status}
+    facts = {"who": request.who[:SHOWN], "path": _shown(request), "status": answer.status}
     if outcome in ("done", "replayed"):
         log.info("command %s", outcome, extra={"facts": facts})
         return
@@ -253,4 +287,4 @@ def _log(request: Request, answer: Answer, outcome: Outcome) -> None:
 
 
 def _shown(request: Request) -> str:
-    return request.path + (f"?{urlencode(request.query)}" if request.query else "")
+    return f"{request.path}{'?' if request.query else ''}{urlencode(request.query)}"[:SHOWN]

@@ -1,10 +1,12 @@
-"""What the gateway's own document says of its operations: which stop, which move, which change something."""
+"""The operations of the gateway's OpenAPI document: which stop, which move, which change something."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
 from motion_gateway_client import AsyncGateway
+
+from bridges.mqtt.topics import STOP as STOPPING
 
 STOP: Final = "stop"
 MOTION: Final = "motion"
@@ -15,19 +17,21 @@ WITHIN: Final = "start_within_s"
 
 @dataclass(frozen=True, slots=True)
 class Operation:
-    """What a command is, as far as a bridge has to know: the rest is the gateway's to judge."""
+    """The properties of an operation that a bridge needs; the gateway judges the rest."""
 
     stops: bool = False
     changes: bool = True
-    """Whether it has an effect, so that to do it twice matters."""
+    """True if it has an effect, so that to do it twice matters."""
     moves: bool = False
-    """Whether it can move a motor, so that it must not come late."""
+    """True if it can move a motor, so that it must not come late."""
     takes_within: bool = False
-    """Whether its request can say how long it may wait for its turn."""
+    """True if its request can say how long it may wait for its turn."""
 
 
-UNKNOWN: Final = Operation()
-"""Stands for what the document does not have: the gateway will refuse it, or knows more."""
+UNKNOWN: Final = Operation(moves=True)
+"""Stands for an operation that the document lacks: the gateway refuses it, or knows more."""
+RAW: Final = "/raw"
+"""End of the path of a command as text, which may be one that moves."""
 
 
 class Operations:
@@ -43,7 +47,7 @@ class Operations:
             if "post" in its:
                 parts = path.split("/")
                 fixed = tuple(place for place, part in enumerate(parts) if not part.startswith("{"))
-                self._by_shape[_shape(parts, fixed)] = _operation(its["post"], schemas)
+                self._by_shape[_shape(parts, fixed)] = _operation(path, its["post"], schemas)
                 self._shapes.setdefault(len(parts), set()).add(fixed)
 
     def find(self, path: str) -> Operation:
@@ -59,7 +63,7 @@ def _shape(parts: list[str], fixed: tuple[int, ...]) -> tuple[str, ...]:
 
 def without_document(path: str) -> Operation | None:
     """Tell a stop from the rest, of which nothing is known before the gateway has given its document."""
-    return Operation(stops=True) if path.endswith("/stop") else None
+    return Operation(stops=True) if path.endswith(STOPPING) else None
 
 
 async def read(gateway: AsyncGateway) -> Operations:
@@ -70,12 +74,12 @@ async def read(gateway: AsyncGateway) -> Operations:
     return Operations(await gateway.call("GET", "/openapi.json"))
 
 
-def _operation(told: Mapping[str, Any], schemas: Mapping[str, Any]) -> Operation:
+def _operation(path: str, told: Mapping[str, Any], schemas: Mapping[str, Any]) -> Operation:
     right = told.get("x-right")
     return Operation(
         stops=right == STOP,
         changes=right not in READS and right != STOP,
-        moves=told.get("x-effect") == MOTION,
+        moves=told.get("x-effect") == MOTION or path.endswith(RAW),
         takes_within=any(WITHIN in it.get("properties", {}) for it in _requests(told, schemas)),
     )
 

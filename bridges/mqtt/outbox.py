@@ -1,16 +1,22 @@
-"""What has to arrive at the broker, in order, over as many connections and lives as it takes."""
+"""Messages that have to arrive at the broker in order, over as many connections as it takes."""
 
 import asyncio
+import logging
 from collections import deque
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
+from math import inf
 from typing import Final
+
+log = logging.getLogger(__name__)
 
 MOST_WAITING: Final = 256
 """Letters that wait to be acknowledged; whoever has more to send waits, and the gateway keeps it."""
 MOST_KEPT: Final = 1000
+MOST_TRIES: Final = 5
+"""Connections on which an answer is sent; a broker may end each of them because of that very answer."""
 KEPT_S: Final = 5.0
-"""What a broker has acknowledged it may still lose with its memory: so long it may be sent once more."""
+"""Seconds for which an acknowledged message may be sent again: a broker that crashes loses its memory."""
 
 
 def _nothing() -> None:
@@ -28,6 +34,7 @@ class Letter:
     on_settled: Callable[[], object] = _nothing
     """Called when it, and all before it, have been at the broker for a while."""
     arrived: bool = False
+    tries: int = 0
 
 
 Send = Callable[[Letter], Awaitable[None]]
@@ -41,14 +48,19 @@ class Outbox:
     """
 
     def __init__(
-        self, most: int = MOST_WAITING, *, kept_s: float = KEPT_S, on_arrival: Callable[[], object] = _nothing
+        self,
+        most: int = MOST_WAITING,
+        *,
+        kept_s: float = KEPT_S,
+        most_tries: float = inf,
+        on_arrival: Callable[[], object] = _nothing,
     ) -> None:
-        self._most, self._kept_s, self._on_arrival = most, kept_s, on_arrival
+        self._most, self._kept_s, self._most_tries, self._on_arrival = most, kept_s, most_tries, on_arrival
         self._letters: deque[Letter] = deque()
         self._next = 0
-        """Of the letters, the first that the present connection has not sent."""
+        """Index of the first letter that the present connection has not sent."""
         self._kept: deque[tuple[float, Letter]] = deque()
-        """Those that are acknowledged, since when."""
+        """Acknowledged letters, each with the time of its acknowledgement (monotonic, s)."""
         self._changed = asyncio.Condition()
 
     def __len__(self) -> int:
@@ -74,6 +86,7 @@ class Outbox:
         """
         self._letters.extendleft(letter for _, letter in reversed(self._kept))
         self._kept.clear()
+        self._drop_refused()
         self._next = 0
         for letter in self._letters:  # all are sent again, so that they keep their order
             letter.arrived = False
@@ -85,6 +98,11 @@ class Outbox:
                     self._next += 1
                 group.create_task(self._send(letter, send))
 
+    def _drop_refused(self) -> None:
+        for letter in [it for it in self._letters if it.tries >= self._most_tries]:
+            log.warning("no broker takes a message for %s: it is left out", letter.topic)
+            self._letters.remove(letter)
+
     def settle(self) -> None:
         """Let go of what has been at the broker for long enough."""
         until = _now() - self._kept_s
@@ -92,6 +110,7 @@ class Outbox:
             self._kept.popleft()[1].on_settled()
 
     async def _send(self, letter: Letter, send: Send) -> None:
+        letter.tries += 1
         await send(letter)
         letter.arrived = True
         self._on_arrival()

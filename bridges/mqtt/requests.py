@@ -2,16 +2,16 @@
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from hashlib import sha256
 from typing import Any, Final
-from urllib.parse import parse_qsl
+from urllib.parse import parse_qsl, quote, unquote
 
 from aiomqtt import Message
 
-from bridges.mqtt.topics import COMMANDS
+from bridges.mqtt.topics import COMMANDS, written
 
 ENVELOPE: Final = frozenset({"correlation", "response_topic", "expires_at", "lease_token", "body"})
 """Members of a payload that says what properties say in MQTT 5."""
@@ -19,8 +19,14 @@ MARKS: Final = ("correlation", "response_topic", "expires_at")
 """No request of the API has such a member: one of them makes an envelope."""
 LEASE_TOKEN: Final = "lease-token"  # noqa: S105  # the name of a user property
 MOST_BYTES: Final = 1 << 20
-_SEGMENT: Final = re.compile(r"[A-Za-z0-9._~%!$&'()*,;=:@+-]+")
+LONGEST_PATH: Final = 2000
+"""Characters; no path of the API is so long."""
+_SEGMENT: Final = re.compile(r"(?!\.{1,2}$)[^/\x00-\x1f\x7f]+")
+"""A part of a path, decoded. One with a slash in it would be two parts to the gateway."""
+_TOKEN: Final = re.compile("[0-9]{1,19}")
+_WAIT: Final = re.compile(r"[0-9]{1,4}(\.[0-9]{1,6})?")
 _PLAIN: Final = re.compile("[!-~]{1,150}")
+_PLAIN_IN_PATHS: Final = "~!$&'()*,;=:@+"
 
 
 @dataclass(frozen=True)
@@ -29,11 +35,11 @@ class Request:
 
     who: str
     path: str
-    """Of the API, with a slash before it; empty where the topic has none."""
+    """Path of the API, with a slash before it, each part quoted in one way; empty where there is none."""
     query: Mapping[str, str]
     body: Any
     malformed: str | None
-    """What of the payload cannot be read."""
+    """Why the message cannot be read; None: it can."""
     correlation: str | None
     """As an idempotency key is written."""
     response_topic: str | None
@@ -50,7 +56,7 @@ class Request:
 def read(message: Message, root: str) -> Request:
     """Take a message apart."""
     who, path, query = _place(str(message.topic).removeprefix(f"{root}/{COMMANDS}/"))
-    content, malformed = _content(bytes(message.payload))
+    content, fault = _content(bytes(message.payload))
     told = _properties(message)
     correlation_data = told["correlation"]
     envelope = content if _is_envelope(content) else None
@@ -60,12 +66,13 @@ def read(message: Message, root: str) -> Request:
     lease = envelope.get("lease_token") if envelope else None
     leases = (*told["leases"], *([str(lease)] if lease is not None else []))
     expires_in_s, late_fault = _expiry(told)
+    faults = (fault, late_fault, _fault_of_leases(leases), _fault_of_wait(query))
     return Request(
         who=who,
         path=path,
         query=query,
         body=content,
-        malformed=malformed or late_fault,
+        malformed=next(filter(None, faults), None),
         correlation=_correlation(told["correlation"]),
         response_topic=_text(told["response_topic"]),
         correlation_data=correlation_data,
@@ -79,10 +86,25 @@ def read(message: Message, root: str) -> Request:
 def _place(rest: str) -> tuple[str, str, dict[str, str]]:
     who, _, asked = rest.partition("/")
     path, _, query = asked.partition("?")
-    segments = path.split("/")
-    if not all(_SEGMENT.fullmatch(it) and it not in (".", "..") for it in segments):
+    segments = [unquote(it) for it in path.split("/")]
+    if not all(map(_SEGMENT.fullmatch, segments)):
         return who, "", {}
-    return who, f"/{path}", dict(parse_qsl(query, keep_blank_values=True))
+    # Quoted anew: `/%6Doves` would be another operation here than at the gateway.
+    quoted = "".join(f"/{quote(it, safe=_PLAIN_IN_PATHS)}" for it in segments)
+    its_query = dict(parse_qsl(query[:LONGEST_PATH], keep_blank_values=True))
+    return who, quoted if len(quoted) <= LONGEST_PATH else "", its_query
+
+
+def _fault_of_leases(tokens: Iterable[str]) -> str | None:
+    return (
+        None if all(map(_TOKEN.fullmatch, tokens)) else "A lease token is the number that came with a lease"
+    )
+
+
+def _fault_of_wait(query: Mapping[str, str]) -> str | None:
+    if "wait" not in query or _WAIT.fullmatch(query["wait"]):
+        return None
+    return "wait in the topic has to be a number of seconds such as 10"
 
 
 def _content(payload: bytes) -> tuple[Any, str | None]:
@@ -91,9 +113,11 @@ def _content(payload: bytes) -> tuple[Any, str | None]:
     if len(payload) > MOST_BYTES:
         return None, f"The payload is longer than {MOST_BYTES} bytes"
     try:
-        return json.loads(payload), None
+        content = json.loads(payload)
+        written(content)  # not so what is no JSON after all: NaN, halves of characters, too many brackets
     except (ValueError, RecursionError):
         return None, "The payload is no JSON"
+    return content, None
 
 
 def _is_envelope(content: Any) -> bool:

@@ -1,4 +1,4 @@
-"""What is retained of the plant's documents: told after each connect, and on each change."""
+"""Publishes the plant's documents as retained messages: all after each connect, then each change."""
 
 import asyncio
 from collections.abc import Callable, Iterable

@@ -90,7 +90,7 @@ class Mqtt(Table):
 
     @property
     def is_tls(self) -> bool:
-        """Whether the connection is encrypted."""
+        """True if the connection is encrypted."""
         return urlsplit(self.url).scheme in ("mqtts", "wss")
 
     @property
@@ -113,12 +113,12 @@ class MqttFile(BridgeFile):
 
     @property
     def root(self) -> str:
-        """What everything is below."""
+        """The topic that everything is below."""
         return self.mqtt.root or f"motion/{self.gateway.name}"
 
     @property
     def client_id(self) -> str:
-        """What the broker knows the bridge by: a new life ends what is left of the old one by it."""
+        """The client identifier: a broker closes an older connection that has the same one."""
         return self.mqtt.client_id or f"motion-gateway-bridge-{self.gateway.name}"
 
     @property

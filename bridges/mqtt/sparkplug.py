@@ -18,18 +18,17 @@ from bridges.common.mirror import Document, Mirror
 from bridges.common.process import Host
 from bridges.mqtt.broker import Connection, new_client
 from bridges.mqtt.settings import MqttFile, Sparkplug
-from bridges.mqtt.sparkplug_payload import DataType, Metric, Value, commanded, encode
-from bridges.mqtt.topics import state_of
+from bridges.mqtt.sparkplug_payload import NAMESPACE, DataType, Metric, Value, commanded, encode
+from bridges.mqtt.topics import SHOWN, state_of
 
 log = logging.getLogger(__name__)
 
-NAMESPACE: Final = "spBv1.0"
 REBIRTH: Final = "Node Control/Rebirth"
 BD_SEQ: Final = "bdSeq"
 NUMBERS: Final = 256
 """Sequence numbers begin anew after 255."""
 VERSION: Final = "3.1.1"
-"""Of MQTT, whatever the file says: with 5, a DISCONNECT would have to ask for the will."""
+"""Version of MQTT, whatever the file says: with 5, a DISCONNECT would have to ask for the will."""
 TRY_AGAIN_S: Final = 2.0
 LEAVE_S: Final = 1.0
 METRICS: Final[Mapping[str, tuple[str, DataType]]] = {
@@ -42,7 +41,7 @@ METRICS: Final[Mapping[str, tuple[str, DataType]]] = {
     "position_age_s": ("Position Age", DataType.DOUBLE),
     "last_heard_at": ("Last Heard", DataType.DATE_TIME),
 }
-"""What of a device's document is told, under which name."""
+"""Metrics of a device: their names, and the members of its document."""
 _AGES: Final = frozenset({"Position Age", "Last Heard"})
 """Go with other changes, and make none themselves."""
 
@@ -62,7 +61,7 @@ class Node:
         self._aliases: dict[tuple[str, str], int] = {}
         self._numbers = count(1)
         self._told: dict[str, dict[str, Value]] = {}
-        """What the host knows of each device that is born."""
+        """Metrics of each device that is born, as the host knows them."""
         self._rebirth = False
         self._news = asyncio.Event()
         self._host_online: bool | None = None
@@ -91,7 +90,7 @@ class Node:
             await asyncio.sleep(TRY_AGAIN_S)
 
     async def _use(self, connection: Connection, death: bytes) -> None:
-        self._host_online = None if self._table.host else True
+        self._host_online, self._host_at = None if self._table.host else True, 0
         filters = [self._topic("NCMD"), f"{self._topic('DCMD')}/+"]
         if self._table.host:
             filters.append(self._state_topic)
@@ -129,7 +128,8 @@ class Node:
         try:
             state = json.loads(payload)
             online, at = state["online"] is True, int(state["timestamp"])
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
+            log.warning("Sparkplug: the state of the primary host cannot be read: %s", error)
             return
         if at < self._host_at:  # an older one that comes late
             return
@@ -150,9 +150,8 @@ class Node:
             self._rebirth = True
             self._news.set()
         if wanted:
-            log.warning(
-                "Sparkplug: a command at %s is not carried out: %s", topic, ", ".join(map(str, wanted))
-            )
+            names = ", ".join(map(str, wanted))[:SHOWN]
+            log.warning("Sparkplug: a command at %s is not carried out: %s", topic, names)
 
     async def _tell(self, connection: Connection) -> None:
         self._rebirth = True

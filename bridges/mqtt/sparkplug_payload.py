@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final
 
+NAMESPACE: Final = "spBv1.0"
+"""First part of each topic."""
 Value = bool | int | float | str | None
 
 

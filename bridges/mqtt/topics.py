@@ -8,17 +8,24 @@ from urllib.parse import unquote
 
 STATUS: Final = "status"
 COMMANDS: Final = "cmd"
+STOP: Final = "/stop"
+"""End of the topic of each stop."""
 STATES: Final = ("+/+/state", "+/+/units/+/state", "alarms/+")
 """Filters of all that is retained of documents."""
 OF_ROBOT: Final = ("online", "moving", "power_cycled")
-"""What the document of a robot tells, and that of its units does not."""
+"""Members of a robot's document that the documents of its units lack."""
+SHOWN: Final = 200
+"""Characters of what others have sent that a log gets."""
 
 Document = Mapping[str, Any]
 
 
 def written(content: object) -> bytes:
-    """Write JSON as the gateway does."""
-    return json.dumps(content, ensure_ascii=False, separators=(",", ":")).encode()
+    """Write JSON as the gateway does.
+
+    :raises ValueError: it holds a number that is none, or a half of a character.
+    """
+    return json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
 
 
 def now() -> str:

@@ -160,7 +160,7 @@ class Trusted:
 
 
 def _signed(authority: x509.Certificate, certificate: x509.Certificate) -> bool:
-    """Whether a trusted authority has signed a certificate; a client's own certificate signs for none."""
+    """Tell if a trusted authority has signed a certificate; a client's own certificate signs for none."""
     try:
         if not authority.extensions.get_extension_for_class(x509.BasicConstraints).value.ca:
             return False

@@ -28,21 +28,21 @@ FIELDS: Final = (
     ("CountedIn", Type.String, "counted_in"),
     ("RequestId", Type.String, "request_id"),
 )
-"""Of a move's end: their types, and where the record has them. Positions as the controller counts."""
+"""Fields of a move's end: types, and members of the record. Positions as the controller counts."""
 MORE: Final = (
     ("Detail", Type.String),
     ("Remedy", Type.String),
     ("Record", Type.String),
     ("Cursor", Type.String),
 )
-"""What is made of the record: sentences, the whole as JSON, and its place in the gateway's events."""
+"""Fields made from the record: sentences, the whole as JSON, and its place in the gateway's events."""
 ENDS: Final = frozenset(("succeeded", "failed", "stopped", "rejected", "cancelled", "lost", "unknown"))
 SEVERITIES: Final = {"succeeded": 100, "stopped": 300, "cancelled": 300, "rejected": 500}
 """By the status of a move; all else is a fault."""
 FAULT: Final = 700
 ALARM_SEVERITY: Final = 800
 OVER_SEVERITY: Final = 400
-"""Of an alarm whose cause is over, and that nobody has reset yet."""
+"""Severity of an alarm whose cause is over and that is not reset yet."""
 WORDS: Final = {
     "en": {"active": "Active", "inactive": "Inactive", "enabled": "Enabled", "latched": "Latched",
            "unlatched": "Not latched", "acked": "Acknowledged", "ended": "Move {id} of {body_id}: {status}"},
@@ -242,7 +242,7 @@ class Events:
 
 
 def is_end(type_: str) -> bool:
-    """Whether an event is the end of a move."""
+    """Tell if an event is the end of a move."""
     kind, _, status = type_.rpartition(".")
     return status in ENDS and kind in ("body.move", "robot.move")
 

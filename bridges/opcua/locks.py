@@ -22,7 +22,7 @@ AGAIN_S: Final = 1.0
 """Locks that stand are read so often: their time runs."""
 DONE: Final = 0
 NOT: Final = -1
-"""What the methods give (DI 7.6) where it is locked already, or is not locked."""
+"""Status of the methods (DI 7.6) where it is locked already, or is not locked."""
 NOT_HIS: Final = frozenset({ua.StatusCodes.BadLocked, ua.StatusCodes.BadNotFound})
 STATES: Final = (
     ("Locked", Type.Boolean, ua.ObjectIds.Boolean, False),
@@ -66,7 +66,7 @@ class Locks:
         self._names: dict[str, str] = {}
         """Addresses that have a lock, as leases name them, and the names of their nodes."""
         self._ids: dict[str, str] = {}
-        """Of the leases that stand, by the addresses that they cover."""
+        """Ids of the leases that stand, by the addresses that they cover."""
         self._told: dict[str, tuple[Any, ...]] = {}
 
     def add(self, name: str, address: str, node: ua.NodeId) -> None:

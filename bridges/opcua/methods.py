@@ -103,7 +103,7 @@ class Wrong(Exception):
 
 
 class Request(NamedTuple):
-    """What the gateway is asked."""
+    """A request to the gateway."""
 
     path: str
     body: Any = None
@@ -358,7 +358,7 @@ def _plain(status: int) -> ua.CallMethodResult:
 
 
 def _fits(given: ua.Variant, argument: Argument) -> bool:
-    """Whether a value is of an argument's kind; any number is a number, and no text is an empty one."""
+    """Tell if a value is of an argument's kind; any number is a number, and a null text is an empty one."""
     value = given.Value
     if argument.type == Type.Double:
         return isinstance(value, int | float) and not isinstance(value, bool)

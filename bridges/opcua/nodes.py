@@ -14,7 +14,7 @@ DI: Final = "http://opcfoundation.org/UA/DI/"
 ROBOTICS: Final = "http://opcfoundation.org/UA/Robotics/"
 NODESETS: Final = ("Opc.Ua.Di.NodeSet2.xml", "Opc.Ua.Robotics.NodeSet2.xml")
 DEVICE_SET: Final = 5001
-"""Of DI: the folder of all devices."""
+"""The folder of all devices (DI)."""
 
 CONSTANTS: Final = frozenset(
     getattr(ua.AttributeIds, name)
@@ -95,7 +95,7 @@ class Space:
         return self._addresses.get(node)
 
     def has(self, name: str) -> bool:
-        """Whether there is a node of the plant."""
+        """Tell if the plant has a node of this name."""
         return self.id(name) in self._aspace
 
     def remove(self, address: str) -> None:
@@ -223,7 +223,7 @@ class Space:
         return self._aspace.read_attribute_value(node, ua.AttributeIds.Value)
 
     def is_monitored(self, node: ua.NodeId) -> bool:
-        """Whether a client monitors a value."""
+        """Tell if a client monitors a value."""
         its = self._aspace.get(node)
         return its is not None and bool(its.attributes[ua.AttributeIds.Value].datachange_callbacks)
 

@@ -25,7 +25,7 @@ STATES: Final = (
 )
 """Variables beside an axis's position: their types, and where a document has them."""
 NONE: Final = {"MoveId": ""}
-"""What stands for null where that is an answer, too."""
+"""Values of states whose null is an answer, too."""
 
 
 @dataclass(eq=False)
@@ -35,19 +35,19 @@ class Axis:
     node: str
     """Name of its node: `line1.3F`, `r1.1.X`."""
     address: str
-    """Whose it is, as scopes name it: `line1.3F`, `r1`."""
+    """Address of the body or robot, as scopes name it: `line1.3F`, `r1`."""
     path: str
-    """Of the API: `/bodies/line1.3F`, `/robots/r1/units/1`."""
+    """Path of the API: `/bodies/line1.3F`, `/robots/r1/units/1`."""
     unit: str
     scale: float = 1.0
     """Pulses of one unit."""
     name: str | None = None
-    """Of a robot's axis; None: a body."""
+    """Name of a robot's axis; None: a body."""
     value: float | None = None
     read_at: datetime | None = None
     is_online: bool = False
     told: tuple[Any, ...] = field(default=())
-    """What was told of its position last."""
+    """Value, time and quality of its position as written last."""
     limits_known: bool = False
 
 
@@ -74,12 +74,12 @@ class Plant:
         """By the names of their nodes."""
         self._by_path: dict[str, list[Axis]] = {}
         self._shapes: dict[str, tuple[Any, ...]] = {}
-        """What the nodes of a line or a robot were made of."""
+        """Names and units from which the nodes of a line or a robot were made."""
         self._states: dict[ua.NodeId, Any] = {}
         self._clock_ahead = timedelta()
         """How much this machine's clock is ahead of the gateway's."""
         self.is_connected: Callable[[], bool] = lambda: True
-        """Whether the gateway is there: without it nothing is known."""
+        """Tells if the gateway is connected: without it nothing is known."""
 
     def axes_of(self, path: str) -> list[Axis]:
         """Give the axes of a body or a unit by its path."""

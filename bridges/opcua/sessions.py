@@ -1,4 +1,4 @@
-"""Who is signed in: a session has its own key at the gateway, a language, and what the key may see."""
+"""Sessions and their guests: each has its own key at the gateway, a language, and addresses it may see."""
 
 import logging
 from collections.abc import Iterable
@@ -29,20 +29,20 @@ class Guest:
     """One who is signed in, for as long as its session lasts."""
 
     name: str
-    """Of its key, as the gateway has it."""
+    """Name of its key, as the gateway has it."""
     role: str
     caller: Caller
     language: str
     visible: frozenset[str] | None
     """Addresses that its key may see; None: all."""
     leases: dict[str, tuple[str, str]] = field(default_factory=dict)
-    """Those that this session has taken, by their addresses: ids and tokens.
+    """Leases that this session has taken, by their addresses: ids and tokens.
 
     One that has run out stays until it is given back: what was meant to be done with it is refused.
     """
 
     def sees(self, address: str | None) -> bool:
-        """Whether its key may see what a node stands for; what is nothing of the plant everybody sees.
+        """Tell if its key may see the address of a node; nodes without one are seen by all.
 
         `line1/` is the way to what is on a line or a robot: who may see anything there sees it.
         """
@@ -66,7 +66,7 @@ class Guest:
         return await self.caller.ask(method, path, body=body, idempotency_key=key, lease_tokens=tokens)
 
     async def is_known(self) -> bool:
-        """Whether its key is still good; unknown is taken for good: each call is judged anew anyhow."""
+        """Tell if its key is still good; unknown counts as good, for the gateway judges each call anew."""
         try:
             answer = await self.caller.ask("GET", "/system/identity")
         except GatewayError:

@@ -74,7 +74,7 @@ CREATE_SESSION: Final = _request("CreateSession")
 ACTIVATE_SESSION: Final = _request("ActivateSession")
 CALL: Final = _request("Call")
 DISCOVERY: Final = frozenset(map(_request, ("GetEndpoints", "FindServers", "CloseSecureChannel")))
-"""What is answered without encryption."""
+"""Requests that are answered without encryption."""
 REFUSED: Final = frozenset(map(_request, ("RegisterServer", "RegisterServer2")))
 
 SignIn = Callable[[str | None, str | None, Iterable[str]], Awaitable[Guest]]
@@ -379,7 +379,7 @@ class _Names(UserManager):
 
 
 class Where(WhereClauseEvaluator):
-    """Which events a client wants: those of a type and of what is made of it, and a missing field is none."""
+    """Selects events for a client: a subtype counts as its type, and a missing field matches nothing."""
 
     def _eval_el(self, index: int, event: Any) -> Any:
         element = self.elements[index]
@@ -450,7 +450,7 @@ class Subscriptions(SubscriptionService):
 
 
 class PlantServer(InternalServer):
-    """What the server serves, and to whom."""
+    """The server's nodes, sessions and subscriptions."""
 
     def __init__(self, sign_in: SignIn, trusted: Trusted) -> None:
         super().__init__(user_manager=_Names())

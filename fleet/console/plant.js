@@ -6,7 +6,7 @@ const WORDS = {
     plant: "Plant", stopAll: "STOP ALL", signOut: "Sign out", gateways: "Gateways", alarms: "Alarms",
     bodies: "Bodies and robots", search: "Search", address: "Address", name: "Name", state: "State",
     position: "Position", note: "Software stops do not replace a hardware stop.",
-    online: "online", unheard: "not heard for {age}", never: "never heard", lines: "lines: {lines}",
+    online: "online", unheard: "not heard for {age}", never: "never heard", conflict: "two gateways have this name", lines: "lines: {lines}",
     moving: "moving", still: "stands still", offline: "does not answer", old: "as of {age} ago",
     confirmed: "Every controller of every gateway reports standstill.",
     stopping: "Stopping everything …", failed: "Nobody knows whether the stop was sent: {why}. Use the hardware stops.",
@@ -18,7 +18,7 @@ const WORDS = {
     plant: "プラント", stopAll: "全停止", signOut: "サインアウト", gateways: "ゲートウェイ", alarms: "アラーム",
     bodies: "ボディとロボット", search: "検索", address: "アドレス", name: "名前", state: "状態",
     position: "位置", note: "ソフトウェア停止はハードウェア停止の代わりになりません。",
-    online: "接続中", unheard: "{age}応答なし", never: "応答なし", lines: "回線: {lines}",
+    online: "接続中", unheard: "{age}応答なし", never: "応答なし", conflict: "同じ名前のゲートウェイが2台あります", lines: "回線: {lines}",
     moving: "動作中", still: "停止中", offline: "応答なし", old: "{age}前の値",
     confirmed: "すべてのゲートウェイの全コントローラが停止を報告しました。",
     stopping: "全停止中 …", failed: "停止指令が届いたか不明です: {why}。ハードウェア停止を使用してください。",
@@ -73,11 +73,11 @@ function showGateways() {
   const alarmed = new Set(alarms.map((it) => it.gateway));
   at("gatewayCount").textContent = gateways.length;
   at("gateways").replaceChildren(...gateways.map((it) => {
-    const heard = it.state === "online";
+    const heard = it.state === "online" && !it.conflict;
     const row = made("li", "", { className: heard ? (alarmed.has(it.name) ? "alarmed" : "") : "unheard" });
     const name = made("p");
     name.append(made("b", it.name), " ", made("a", say("openConsole"), { href: it.url, target: "_blank", rel: "noreferrer" }));
-    const told = heard ? say("online") : it.heard_age_s === null ? say("never") : say("unheard", { age: age(it.heard_age_s) });
+    const told = it.conflict ? say("conflict") : heard ? say("online") : it.heard_age_s === null ? say("never") : say("unheard", { age: age(it.heard_age_s) });
     row.append(name, made("p", told), made("small", `${say("lines", { lines: it.lines.join(", ") })} · ${it.version ?? ""}`));
     return row;
   }));

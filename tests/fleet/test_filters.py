@@ -1,4 +1,4 @@
-"""Which events a client of a plant wants."""
+"""Filters of a plant's events."""
 
 import pytest
 

@@ -57,3 +57,32 @@ def test_a_gateway_that_was_only_named_was_never_heard() -> None:
     (gateway,) = registry.all()
     assert registry.told(gateway)["heard_age_s"] is None
     assert registry.told(gateway)["state"] == "unheard"
+
+
+def at(epoch: str, url: str = "https://stocker1.example:8420") -> bytes:
+    return json.dumps({"name": "stocker1", "url": url, "cursor": f"{epoch}-000000000009"}).encode()
+
+
+@pytest.mark.parametrize(
+    "twin", [at("0000000b"), at("0000000a", "https://copy.example:8420")], ids=["same address", "another"]
+)
+def test_two_gateways_with_one_name_are_noticed_until_one_of_them_has_gone(twin: bytes) -> None:
+    registry = Registry(clock=(clock := Clock()))
+    for content in (at("0000000a"), twin, at("0000000a")):
+        registry.note("$KV.gateways.stocker1", content)
+        clock.now += 1
+    assert "Two gateways call themselves stocker1" in (registry.conflict_of("stocker1") or "")
+    assert registry.told(registry.all()[0])["conflict"]
+    for _ in range(6):
+        clock.now += 2
+        registry.note("$KV.gateways.stocker1", at("0000000a"))
+    assert registry.conflict_of("stocker1") is None
+
+
+def test_a_gateway_that_was_started_anew_or_has_moved_is_no_other() -> None:
+    registry = Registry(clock=(clock := Clock()))
+    lives = [at("0000000a"), at("0000000a"), at("0000000b"), at("0000000b", "https://new.example:8420")]
+    for content in (*lives, lives[-1]):
+        registry.note("$KV.gateways.stocker1", content)
+        clock.now += 1
+    assert registry.conflict_of("stocker1") is None

@@ -163,3 +163,21 @@ def test_whoever_has_the_lines_of_others_has_to_stop_them_though_never_heard() -
         await stop.aclose()
 
     story()
+
+
+def test_a_report_counts_for_nothing_where_two_gateways_have_the_name() -> None:
+    @in_virtual_time
+    async def story() -> None:
+        http = Http({"s1": DONE, "s2": DONE})
+        stop = stop_of(http, Servers({"gateway": "s1", "report": DONE}), "s1", "s2")
+        registry: Any = stop._registry
+        registry.conflict_of = {"s1": "Two gateways are s1."}.get
+        told = {it.gateway: it for it in await stop.stop(CALLER, "decelerate")}
+        assert (told["s1"].state, told["s2"].state) == ("unconfirmed", "confirmed")
+        assert "Nobody knows which of them has stopped" in told["s1"].detail
+        await asyncio.sleep(GOES_ON_S)
+        assert http.asked.count("s1") > 10, "the one that has the address now is stopped each time"
+        assert http.asked.count("s2") == 1
+        await stop.aclose()
+
+    story()

@@ -146,3 +146,24 @@ def test_a_letter_that_cannot_be_sent_ends_the_delivery() -> None:
         assert len(box) == 1
 
     story(tell)
+
+
+def test_a_letter_for_which_brokers_end_the_connection_is_left_out_at_last() -> None:
+    async def told() -> None:
+        box, sent = Outbox(3, kept_s=0, most_tries=2), list[str]()
+
+        async def send(letter: Letter) -> None:
+            if letter.topic == "bad":
+                raise ConnectionResetError
+            sent.append(letter.topic)
+
+        await box.put(Letter("bad", b"", ""))
+        for _ in range(2):
+            await asyncio.gather(box.deliver(send), return_exceptions=True)
+        await box.put(Letter("good", b"", ""))
+        delivering = asyncio.create_task(box.deliver(send))
+        await box.empty()
+        assert sent == ["good"]
+        await ended(delivering)
+
+    run_virtual(told())

@@ -185,17 +185,39 @@ class Busy:
         self._mirror.documents["/bodies/line1.00"]["moving"] ^= True
 
 
-def test_all_are_born_before_anything_is_told_of_one(tmp_path: Path) -> None:
-    mirror = Mirror(FakeGateway().client())
-    documents = FakeGateway().documents
-    mirror.documents |= {it: documents[it] for it in ("/lines/line1", "/bodies/line1.00", "/bodies/line1.3F")}
+def node_of(mirror: Mirror, folder: Path, scada: str | None = None) -> Node:
     figures = Figures()
     state = State(("gateway",), figures)
     state.up("gateway")
     file = SimpleNamespace(gateway=SimpleNamespace(name="n"))
-    host = SimpleNamespace(mirror=mirror, data=tmp_path, figures=figures, state=state)
-    node = Node(file, Sparkplug(group="g"), host)  # type: ignore[arg-type]  # as much as it needs
-    busy = Busy(mirror)
+    host = SimpleNamespace(mirror=mirror, data=folder, figures=figures, state=state)
+    return Node(file, Sparkplug(group="g", host=scada), host)  # type: ignore[arg-type]  # as much as it needs
+
+
+@pytest.mark.parametrize(
+    "payload",
+    [
+        b"[" * 100_000,
+        b'{"online": true, "timestamp": 1e999}',
+        b'{"online": true, "timestamp": "soon"}',
+        b"[1]",
+        b"7",
+        b"\xff",
+        b"",
+    ],
+)
+def test_a_state_of_the_host_that_is_none_changes_nothing(payload: bytes, tmp_path: Path) -> None:
+    node = node_of(Mirror(FakeGateway().client()), tmp_path, "scada")
+    node._hear_host(b'{"online": true, "timestamp": 5}')
+    node._hear_host(payload)
+    assert node._host_online is True
+
+
+def test_all_are_born_before_anything_is_told_of_one(tmp_path: Path) -> None:
+    mirror = Mirror(FakeGateway().client())
+    documents = FakeGateway().documents
+    mirror.documents |= {it: documents[it] for it in ("/lines/line1", "/bodies/line1.00", "/bodies/line1.3F")}
+    node, busy = node_of(mirror, tmp_path), Busy(mirror)
 
     async def run() -> None:
         await node._tell_births(busy)  # type: ignore[arg-type]
