@@ -19,7 +19,7 @@ from websockets.http11 import Request, Response
 from websockets.protocol import SEND_EOF, State
 from websockets.server import ServerProtocol
 
-from api.front.drain import Drain
+from api.front.flow import Flow, Timer
 from api.front.intake import Frequency, Inlet, Intake
 from api.front.limits import LINGER_S, ConnectionLimits
 from api.front.refusals import Refused, head_of
@@ -44,8 +44,55 @@ class ClientLeft(OSError):
     """The application has sent something to a client that is not there any more."""
 
 
+class EventOutlet:
+    """The way for events to the client of a WebSocket (`EventSink`)."""
+
+    def __init__(self, write: Callable[[bytes], None]) -> None:
+        self.write = write
+        self.takes = True
+        self.writer: Writer = _frames
+        self.on_room: Callable[[], None] = _nobody_asks
+
+
+class Handshake:
+    """The answer to the request for a WebSocket."""
+
+    def __init__(self) -> None:
+        self.acceptance: Response | None = None
+        """What opens it, until that is sent."""
+        self.denial: list[Any] = []
+        """Status, headers and body of what refuses it."""
+        self.answered = False
+
+
+class HeardFrames:
+    """The frames of a client: they are counted, and their texts are checked, and not read."""
+
+    def __init__(self, most_per_s: int) -> None:
+        self.most_per_s = most_per_s
+        self._rate = Frequency(most_per_s)
+        self._text: list[bytes] | None = None
+        """The fragments of a text that has begun."""
+
+    def are_too_many(self, frames: int) -> bool:
+        """Count frames that have come; tell whether that was too often in this second."""
+        return self._rate.is_exceeded(frames)
+
+    def is_good(self, frame: Frame) -> bool:
+        """Tell whether a part of a text, if it ends one, leaves it UTF-8."""
+        if frame.opcode is Opcode.TEXT:
+            self._text = []
+        if self._text is None:
+            return True
+        self._text.append(bytes(frame.data))
+        if not frame.fin:
+            return True
+        text, self._text = b"".join(self._text), None
+        return _is_text(text)
+
+
 class WebSocketProtocol(asyncio.Protocol):
-    """A connection, and the outlet of its events."""
+    """A connection that was taken over from HTTP."""
 
     limits: ClassVar[ConnectionLimits] = ConnectionLimits()
     intake: ClassVar[Intake]
@@ -57,26 +104,14 @@ class WebSocketProtocol(asyncio.Protocol):
         self._conn = ServerProtocol(max_size=config.ws_max_size, logger=_log)
         self._told: asyncio.Queue[Message] = asyncio.Queue()
         """What the application is to receive."""
-        self._answer: Response | None = None
-        """The handshake's, until it is sent."""
-        self._denial: list[Any] = []
-        """Status, headers and body of an answer that refuses the handshake."""
-        self._answered = self._closes = self._lost = False
-        """Whether the handshake is answered; whether the end has begun; whether it is over."""
-        self._in_use = False
-        """Whether the application has it."""
-        self._room = asyncio.Event()
-        self._room.set()
-        self._timer: asyncio.TimerHandle | None = None
+        self._handshake = Handshake()
+        self._closes = self._lost = self._in_use = False
+        """Whether the end has begun; whether it is over; whether the application has it."""
+        self._timer = Timer()
         """Of the next ping, of its pong, or of the end."""
         self._ping = b""
-        self._text: list[bytes] | None = None
-        """The fragments of a text that has begun."""
-        self.takes = True
-        self.writer: Writer = _frames
-        self.on_room: Callable[[], None] = _nobody_asks
         self._inlet = Inlet(self.intake, self.limits.piece_bytes, self._parse, self._hold)
-        self._rate = Frequency(self.limits.frames_per_s)
+        self._heard = HeardFrames(self.limits.frames_per_s)
 
     # the connection
 
@@ -84,8 +119,8 @@ class WebSocketProtocol(asyncio.Protocol):
         """Take it over from HTTP."""
         self.transport = transport
         self._server.connections.add(self)  # type: ignore[arg-type]  # uvicorn names its own
-        self.write: Callable[[bytes], None] = transport.write
-        self._drain = Drain(transport, self.limits.stall_s)
+        self._outlet = EventOutlet(transport.write)
+        self._flow = Flow(transport, self.limits.stall_s)
 
     def open(self, scope: dict[str, Any], head: bytes) -> None:
         """Answer a request that was found good; the application decides whether it is opened."""
@@ -93,14 +128,14 @@ class WebSocketProtocol(asyncio.Protocol):
         asked = self._conn.events_received()
         if not asked:
             refused = Refused(431, "A header of the request is too long for a WebSocket, or it has too many.")
-            self.write(refused.answer(self._server.default_headers, "", ()))
+            self.transport.write(refused.answer(self._server.default_headers, "", ()))
             self._close()
             return
         assert isinstance(asked[0], Request)  # noqa: S101  # nothing else comes first
-        self._answer = self._conn.accept(asked[0])
+        self._handshake.acceptance = self._conn.accept(asked[0])
         offered = b",".join(value for name, value in scope["headers"] if name == b"sec-websocket-protocol")
         scope["subprotocols"] = [it.strip() for it in offered.decode("latin-1").split(",") if it.strip()]
-        scope["extensions"] = {"websocket.http.response": {}, EVENTS: {"outlet": self}}
+        scope["extensions"] = {"websocket.http.response": {}, EVENTS: {"outlet": self._outlet}}
         self._in_use = True
         self._told.put_nowait({"type": "websocket.connect"})
         task = asyncio.get_running_loop().create_task(self._run(scope))
@@ -122,7 +157,7 @@ class WebSocketProtocol(asyncio.Protocol):
 
     def _end(self) -> None:
         """End a connection that the application has done with."""
-        if not self._answered and not self._lost:
+        if not self._handshake.answered and not self._lost:
             self._refuse(500)
         if not self._closes:
             self._close()
@@ -130,12 +165,11 @@ class WebSocketProtocol(asyncio.Protocol):
     def connection_lost(self, _: Exception | None) -> None:
         """Forget it."""
         self._inlet.end()
-        self.takes, self._lost = False, True
-        self._drain.stop()
-        self._stop_timer()
-        self._tell_end(CloseCode.NO_STATUS_RCVD if self._answered else CloseCode.ABNORMAL_CLOSURE)
+        self._outlet.takes, self._lost = False, True
+        self._timer.cancel()
+        self._tell_end(CloseCode.NO_STATUS_RCVD if self._handshake.answered else CloseCode.ABNORMAL_CLOSURE)
         self._server.connections.discard(self)
-        self._room.set()
+        self._flow.resume()
         self._untie()
 
     def _untie(self) -> None:
@@ -145,20 +179,18 @@ class WebSocketProtocol(asyncio.Protocol):
 
     def pause_writing(self) -> None:
         """The client does not take events as fast as they come."""
-        self._room.clear()
-        self.takes = False
-        self._drain.watch()
+        self._flow.pause()
+        self._outlet.takes = False
 
     def resume_writing(self) -> None:
         """It has taken most of them."""
-        self._room.set()
-        self._drain.stop()
-        self.takes = True
-        self.on_room()
+        self._flow.resume()
+        self._outlet.takes = True
+        self._outlet.on_room()
 
     def shutdown(self) -> None:
         """Close, because the gateway ends."""
-        if not self._answered:
+        if not self._handshake.answered:
             self._refuse(500)
         elif not self._closes:
             self._say_close(CloseCode.SERVICE_RESTART)
@@ -171,8 +203,8 @@ class WebSocketProtocol(asyncio.Protocol):
         self._inlet.take(data)
 
     def _hold(self, held: bool) -> None:  # as the inlet calls it
-        if not self.transport.is_closing():
-            (self.transport.pause_reading if held else self.transport.resume_reading)()
+        self._flow.held = held
+        self._flow.read()
 
     def _parse(self, piece: bytes) -> None:
         """Take frames; what they say is not read."""
@@ -181,7 +213,7 @@ class WebSocketProtocol(asyncio.Protocol):
             return
         self._conn.receive_data(piece)
         frames = self._conn.events_received()
-        if self._answered and self._rate.is_exceeded(len(frames)):
+        if self._handshake.answered and self._heard.are_too_many(len(frames)):
             self._end_for_its_frames()
             return
         for frame in frames:
@@ -199,43 +231,34 @@ class WebSocketProtocol(asyncio.Protocol):
             self._wait_to_ping()
         elif frame.opcode is Opcode.CLOSE and not self._closes:
             self._tell_end(Close.parse(frame.data).code)
-        elif frame.opcode in (Opcode.TEXT, Opcode.CONT) and not self._closes:
-            self._take_text(frame)
-
-    def _take_text(self, frame: Frame) -> None:
-        """Pass a text over; one that is none is the client's mistake, and no error of the gateway."""
-        if frame.opcode is Opcode.TEXT:
-            self._text = []
-        if self._text is not None:
-            self._text.append(bytes(frame.data))
-            if frame.fin:
-                text, self._text = b"".join(self._text), None
-                if not _is_text(text):
-                    self._conn.fail(CloseCode.INVALID_DATA, "text is not UTF-8")
+        elif (
+            frame.opcode in (Opcode.TEXT, Opcode.CONT) and not self._closes and not self._heard.is_good(frame)
+        ):
+            # It is the client's mistake, and no error of the gateway.
+            self._conn.fail(CloseCode.INVALID_DATA, "text is not UTF-8")
 
     def _end_for_its_frames(self) -> None:
         """Tell a client that sends more than it can have to say, and leave."""
-        most = self.limits.frames_per_s
-        self._conn.fail(CloseCode.POLICY_VIOLATION, f"more than {most} frames in a second")
+        self._conn.fail(CloseCode.POLICY_VIOLATION, f"more than {self._heard.most_per_s} frames in a second")
         self._closes = True
         self._flush()
         self._tell_end(CloseCode.POLICY_VIOLATION)
         self._inlet.pass_over()
         # It may lose the reason if it still sends when the connection is closed.
-        self._start_timer(LINGER_S, self._close)
+        self._timer.start(LINGER_S, self._close)
 
     # pings
 
     def _wait_to_ping(self) -> None:
         self._ping = b""
         if self._config.ws_ping_interval:
-            self._start_timer(self._config.ws_ping_interval, self._send_ping)
+            self._timer.start(self._config.ws_ping_interval, self._send_ping)
 
     def _send_ping(self) -> None:
         self._ping = token_bytes(PING_BYTES)
         self._conn.send_ping(self._ping)
         self._flush()
-        self._start_timer(self._config.ws_ping_timeout or CLOSE_S, self._end_in_silence)
+        self._timer.start(self._config.ws_ping_timeout or CLOSE_S, self._end_in_silence)
 
     def _end_in_silence(self) -> None:
         """Close; the client has not answered for long, and will not take what it is sent."""
@@ -244,20 +267,12 @@ class WebSocketProtocol(asyncio.Protocol):
         self._tell_end(CloseCode.INTERNAL_ERROR)
         self._close()
 
-    def _start_timer(self, seconds: float, then: Callable[[], None]) -> None:
-        self._stop_timer()
-        self._timer = asyncio.get_running_loop().call_later(seconds, then)
-
-    def _stop_timer(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
-
     # what goes out
 
     async def _send(self, message: Message) -> None:
         """Send for the application; an answer that refuses the handshake is one to it, too."""
-        await self._room.wait()
+        if (room := self._flow.room) is not None:
+            await room.wait()
         if self._lost:
             raise ClientLeft
         kind = message["type"]
@@ -265,31 +280,31 @@ class WebSocketProtocol(asyncio.Protocol):
             self._accept(message)
         elif kind == "websocket.send":
             self._send_frame(message)
-        elif kind == "websocket.close" and self._answered:
+        elif kind == "websocket.close" and self._handshake.answered:
             self._say_close(message.get("code", CloseCode.NORMAL_CLOSURE), message.get("reason") or "")
         elif kind == "websocket.close":
             self._refuse(403)
         elif kind == "websocket.http.response.start":
-            self._denial = [message["status"], list(message.get("headers", ())), b""]
+            self._handshake.denial = [message["status"], list(message.get("headers", ())), b""]
         else:
-            self._denial[2] += message.get("body", b"")
+            self._handshake.denial[2] += message.get("body", b"")
             if not message.get("more_body", False):
-                self._refuse(*self._denial)
+                self._refuse(*self._handshake.denial)
 
     def _accept(self, message: Message) -> None:
-        if self._answer is None or self.transport.is_closing():
+        acceptance, self._handshake.acceptance = self._handshake.acceptance, None  # kilobytes for each client
+        if acceptance is None or self.transport.is_closing():
             return
-        headers = self._answer.headers
+        headers = acceptance.headers
         del headers["Date"]
         for name, value in (*self._server.default_headers, *message.get("headers", ())):
             headers[name.decode("latin-1")] = value.decode("latin-1")
         if subprotocol := message.get("subprotocol"):
             headers["Sec-WebSocket-Protocol"] = subprotocol
-            self.writer = _frame_of_all if subprotocol == TOGETHER else _frames
-        self._answered = True
-        self._conn.send_response(self._answer)
+            self._outlet.writer = _frame_of_all if subprotocol == TOGETHER else _frames
+        self._handshake.answered = True
+        self._conn.send_response(acceptance)
         self._flush()
-        self._answer = None  # kilobytes for each client that stays
         self._wait_to_ping()
 
     def _send_frame(self, message: Message) -> None:
@@ -307,8 +322,8 @@ class WebSocketProtocol(asyncio.Protocol):
         length = (b"content-length", b"%d" % len(body))
         own = [(name, value) for name, value in headers if name not in (b"content-length", b"connection")]
         said = [*self._server.default_headers, *own, length, (b"connection", b"close")]
-        self.write(head_of(status, said) + body)
-        self._answered = True
+        self.transport.write(head_of(status, said) + body)
+        self._handshake.answered = True
         self._tell_end(CloseCode.ABNORMAL_CLOSURE)
         self._close()
 
@@ -319,8 +334,8 @@ class WebSocketProtocol(asyncio.Protocol):
         self._conn.send_close(code, reason)
         self._closes = True
         self._flush()
-        self._start_timer(CLOSE_S, self._close)
-        self._drain.watch()
+        self._timer.start(CLOSE_S, self._close)
+        self._flow.watch()
 
     def _tell_end(self, code: int) -> None:
         self._told.put_nowait({"type": "websocket.disconnect", "code": int(code)})
@@ -329,14 +344,14 @@ class WebSocketProtocol(asyncio.Protocol):
         """Send what the protocol has to say; tell whether the connection ends with it."""
         said = self._conn.data_to_send()
         if data := b"".join(said):
-            self.write(data)
+            self.transport.write(data)
         return SEND_EOF in said
 
     def _close(self) -> None:
         self._closes = True
-        self._stop_timer()
+        self._timer.cancel()
         self.transport.close()
-        self._drain.watch()
+        self._flow.watch()
 
 
 def _is_text(data: bytes) -> bool:

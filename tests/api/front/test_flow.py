@@ -3,7 +3,7 @@
 import asyncio
 from typing import cast
 
-from api.front.drain import Drain
+from api.front.flow import Flow
 from tests.gateway.rorze.far_end import virtual
 
 
@@ -25,10 +25,10 @@ class Wire:
         self.aborted = True
 
 
-def watched(wire: Wire) -> Drain:
-    drain = Drain(cast("asyncio.Transport", wire), 10.0)
-    drain.watch()
-    return drain
+def watched(wire: Wire) -> Flow:
+    flow = Flow(cast("asyncio.Transport", wire), 10.0)
+    flow.watch()
+    return flow
 
 
 @virtual
@@ -65,9 +65,9 @@ async def test_a_closed_transport_that_does_not_end_is_aborted_even_without_byte
 async def test_nobody_is_cut_off_who_has_taken_everything_or_is_not_watched_any_more() -> None:
     done, stopped = Wire(5), Wire(5)
     watched(done)
-    drain = watched(stopped)
+    flow = watched(stopped)
     done.left = 0
-    drain.stop()
+    flow.stop()
     await asyncio.sleep(30.0)
     assert not done.aborted
     assert not stopped.aborted
