@@ -1,1 +1,1 @@
-"""What all families of controllers share: it knows none of them."""
+"""The common part of all families of controllers; it knows none of them."""

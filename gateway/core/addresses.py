@@ -8,11 +8,11 @@ from gateway.core.spelling import numbered_address, spelled
 from protocols.wording import as_given
 
 MOST_LISTED = 32
-"""As many bodies as a line is likely to have."""
+"""Addresses listed in a sentence: as many as a line is likely to have bodies."""
 
 
 def fits(name: str, address: str) -> bool:
-    """Whether a name, `3F`, `line1.3F` or `r1`, fits an address."""
+    """Say whether a name, `3F`, `line1.3F` or `r1`, fits an address."""
     written = numbered_address(name)
     return address in (name, written) or ("." not in written and address.endswith(f".{written}"))
 

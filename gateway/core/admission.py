@@ -1,4 +1,4 @@
-"""What may be begun now: nothing at the end of the gateway, and nothing that may be too old."""
+"""Admission of new work: none at the end of the gateway, and none that may be too old."""
 
 from gateway.core.errors import GatewayEnding, HeldUp
 from gateway.core.loop_watch import LoopWatch

@@ -8,7 +8,7 @@ from gateway.core.alarms import Alarm
 NEAR_S: Final = 5.0
 """Alarms that were raised so close to each other may tell the same event, in seconds."""
 SAME_S: Final = 60.0
-"""The same of the same cause at several bodies of a line, which are asked one after the other, in seconds."""
+"""Seconds between alarms of one cause at several bodies of a line, which are asked one after the other."""
 _SILENT: Final = ("body.offline", "robot.offline")
 _POWER_CYCLED: Final = ("body.power_cycled", "robot.power_cycled")
 _STOP_OR_MOVE: Final = (".move.", ".stop.unconfirmed")
@@ -37,7 +37,7 @@ def _root(alarm_id: str, heads: dict[str, str]) -> str | None:
 
 
 def _tells(head: Alarm, alarm: Alarm, lines: dict[str, str | None]) -> bool:
-    """Whether `head` tells the event of `alarm`, too; never both of each other."""
+    """Say whether `head` tells the event of `alarm`, too; never both of each other."""
     if _rank(head) > _rank(alarm) or lines[alarm.id] is None:
         return False
     if _rank(head) < _rank(alarm):
@@ -63,14 +63,14 @@ def _near(one: Alarm, other: Alarm, within_s: float = NEAR_S) -> bool:
 
 
 def _explains(power: Alarm, silence: Alarm) -> bool:
-    """Whether the loss of power that was seen when something answered again tells why it was silent."""
+    """Say whether a loss of power, seen when the part answered again, explains its silence."""
     if power.cause not in _POWER_CYCLED or silence.cause not in _SILENT or silence.ended_at is None:
         return False
     return abs((power.raised_at - silence.ended_at).total_seconds()) <= NEAR_S
 
 
 def _during(line: Alarm, alarm: Alarm) -> bool:
-    """Whether an alarm came about while its line had one, or is the silence that told of it."""
+    """Say whether an alarm came while its line had one, or is the silence that led to the line's."""
     is_before_end = line.ended_at is None or alarm.raised_at <= line.ended_at
     return (
         _near(line, alarm)
@@ -80,6 +80,6 @@ def _during(line: Alarm, alarm: Alarm) -> bool:
 
 
 def _led_to(silence: Alarm, line: Alarm) -> bool:
-    """Whether a silence lasted when the line was given up: its bodies are asked one after the other."""
+    """Say whether a silence lasted when the line was given up: its bodies are asked one after the other."""
     lasted = silence.ended_at is None or silence.ended_at >= line.raised_at
     return lasted and silence.raised_at <= line.raised_at and _near(line, silence, SAME_S)

@@ -1,8 +1,8 @@
-"""Alarms: what has gone wrong, told so that a technician can act on it, and kept until somebody resets it.
+"""Alarms: faults told so that a technician can act on them, and kept until a person resets them.
 
-An event raises an alarm by the table of causes. Whether its cause lasts is asked of the plant itself, never
+An event raises an alarm by the table of causes. The plant itself is asked if the cause lasts; that is never
 remembered. A cause that comes again after its end raises a new alarm in the place of the old one: a reset
-means what was seen.
+means the alarm that was seen.
 """
 
 from collections import OrderedDict
@@ -26,7 +26,7 @@ from gateway.texts import Text
 from protocols.wording import as_given
 
 HISTORY: Final = 1000
-"""Alarms that are over and reset are kept until so many newer ones exist."""
+"""Alarms that are over and reset, and still kept; newer ones push them out."""
 AGAIN: Final = "gateway: it came again"
 """`reset_by` of an alarm that a newer one has replaced."""
 DISPROVED: Final = "gateway: disproved"
@@ -73,7 +73,7 @@ class AlarmWords(NamedTuple):
     en: AlarmText
     ja: AlarmText
     over: PastWords | None = None
-    """What is told once it is over; None where the same words go on being true."""
+    """Words of the alarm once it is over; None if the same words stay true."""
 
 
 def words_of(key: str) -> AlarmWords:
@@ -85,7 +85,7 @@ def words_of(key: str) -> AlarmWords:
 
 
 class Alarm(Record):
-    """Something that has gone wrong, from then until somebody has reset it."""
+    """A fault of the plant, from its time until a person has reset it."""
 
     id: str
     cause: str = Field(description="Kind of the alarm, such as `body.offline`; never changes.")
@@ -108,7 +108,7 @@ class Alarm(Record):
         description=f"Who has reset it; `{AGAIN}` where a newer one stands in its place, `{DISPROVED}` where "
         "it turned out to have had no cause.",
     )
-    caller: str = Field(description="The caller for whom the gateway worked when the alarm came.")
+    caller: str = Field(description="The caller in whose name the gateway worked when the alarm came.")
     request_id: str | None = Field(description="The X-Request-Id of the request behind that.")
     move_id: str | None = Field(default=None, description="The move it has ended, if it has.")
     code: str | None = Field(default=None, description="The controller's own error code.")
@@ -151,17 +151,17 @@ class Cause:
     manual: str = ""
     next: Sequence[NextCall] = ()
     lasts: Callable[[str], bool] = _over
-    """Whether it is so now, by the subject. What only happened at a moment is over at once."""
+    """Says, by the subject, whether the cause lasts now. A cause that was only a moment is over at once."""
     applies: Callable[[Facts], bool] = _always
-    """Whether an event of the type means it."""
+    """Says whether an event of the type means this cause."""
     facts: Callable[[Facts], Facts] = _as_told
-    """What its words need of the event's data."""
+    """Facts for the words, made of the event's data."""
     wanted: bool = False
-    """Somebody has asked for it: it is an alarm only where alarms latch."""
+    """True if a caller asked for it: it is an alarm only where alarms latch."""
     is_told: Callable[[str], bool] = _over
-    """Whether an alarm of something larger tells it, too, by the subject; not where alarms latch."""
+    """Says, by the subject, whether an alarm of something larger tells it, too; not where alarms latch."""
     latches: bool = True
-    """Whether it keeps its subject from moving, where alarms latch."""
+    """True if it keeps its subject from moving, where alarms latch."""
     disproved: Callable[[str], bool] = _over
     """Asked when it is over, by the subject: has it turned out that there was no cause?"""
 
@@ -184,16 +184,16 @@ class CauseKind(Generic[T]):
     manual: str = ""
     next: Sequence[NextCall] = ()
     lasts: Callable[[T], bool] | None = None
-    """Whether it is so of one now; None where it only happened at a moment."""
+    """Says of a target whether the cause lasts now; None if it was only a moment."""
     applies: Callable[[Facts], bool] = _always
     facts: Callable[[Facts], Facts] = _as_told
     event: str = ""
     """The type of the event, where that has another name."""
     wanted: bool = False
     is_told: Callable[[T], bool] | None = None
-    """Whether an alarm of its line tells it, too."""
+    """Says of a target whether an alarm of its line tells it, too."""
     latches: bool = True
-    """Whether it keeps its subject from moving, where alarms latch."""
+    """True if it keeps its subject from moving, where alarms latch."""
     disproved: Callable[[T], bool] | None = None
     """Asked when it is over: has it turned out that there was no cause?"""
     words: str = ""
@@ -336,12 +336,12 @@ class Alarms:
                 self.on_change(alarm)
 
     def standing(self) -> list[Alarm]:
-        """Those that are not reset, newest first."""
+        """Alarms that are not reset, newest first."""
         self.note_ends()
         return sorted(self._standing.values(), key=lambda it: it.id, reverse=True)
 
     def history(self) -> list[Alarm]:
-        """Those that were reset, newest first."""
+        """Alarms that were reset, newest first."""
         return sorted(self._over.values(), key=lambda it: it.id, reverse=True)
 
     def get(self, alarm_id: str) -> Alarm:

@@ -1,4 +1,4 @@
-"""What takes long is done in a thread, and by one at a time."""
+"""Long work beside the event loop, in a thread, one piece at a time."""
 
 import asyncio
 from collections.abc import Callable

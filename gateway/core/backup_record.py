@@ -1,4 +1,4 @@
-"""What is read from controllers, one after the other, tells: how far it has come, and what was read."""
+"""The record of a reading of controllers, one after the other: its progress, and the answers."""
 
 from datetime import datetime
 from typing import Literal
@@ -37,8 +37,8 @@ class Reading(Record):
     read: int = Field(0, description="Answers read so far.")
     expected: int | None = Field(
         0,
-        description="Answers it takes at most, as far as is known: what was never set is not asked for. Null "
-        "where nobody knows.",
+        description="Answers it takes at most, as far as is known: settings that were never set are not "
+        "asked for. Null if unknown.",
     )
     left_s: float | None = LEFT_S
     baud: int | None = BAUD

@@ -8,7 +8,7 @@ from gateway.core.errors import InvalidText, Misplaced
 
 COMMENT_COLUMN = 30
 MOST_TOLD = 100
-"""So many faults of a text are told at once."""
+"""Faults of a text that are told at once, at most."""
 
 _HEADING = re.compile(r"\[\s*(?P<words>[^\[\]]*?)\s*\]\s*(;.*)?")
 
@@ -22,10 +22,10 @@ class BackupLine(NamedTuple):
 
 
 class BackupPart(NamedTuple):
-    """What a backup has of one controller."""
+    """The part of a backup that is about one controller."""
 
     name: str
-    """As it stands in the heading: a body's number, a robot's id."""
+    """Name in the heading: a body's number, a robot's id."""
     line: int
     sections: dict[str, list[BackupLine]]
     headings: dict[str, int]

@@ -23,7 +23,7 @@ from gateway.core.targets import Stopped, stopped
 
 
 class Controller(Protocol):
-    """What stands on a line: a robot, or an axis."""
+    """A controller on a line: a robot, or an axis."""
 
     id: str
     line: Any
@@ -34,7 +34,7 @@ class Controller(Protocol):
 
     @property
     def moving(self) -> bool | None:
-        """Whether it moves; None where nobody knows."""
+        """True while it moves; None if unknown."""
 
     @property
     def moves_under_way(self) -> Sequence[str]:
@@ -52,7 +52,7 @@ class Controllers(Family, Generic[C]):
     """All controllers of a kind, each on a line of its own."""
 
     kind: ClassVar[str]
-    """What one is called in events and sentences, such as `robot`; the first of `collections` has many."""
+    """Singular noun for events and sentences, such as `robot`; the first of `collections` is its plural."""
     moves: Any
     """The `MoveRuns` of all, with `take_over`."""
 

@@ -1,7 +1,7 @@
-"""Replies of which a copy may still be on its way, and whose answer such a copy would look like.
+"""Replies of which a copy may still be on its way, and commands that such a copy would seem to answer.
 
-A reply may come twice, and the copy later than what was said since. What one speaker says comes in order,
-though: after the echo of its fence come no copies of what it said before.
+A reply may come twice, and the copy later than other frames. One speaker's frames come in order, though:
+after the echo of its fence come no copies of its earlier replies.
 """
 
 from collections.abc import Hashable
@@ -15,9 +15,9 @@ class Copies(Generic[X, F]):
 
     def __init__(self, remembered: int) -> None:
         self._remembered = remembered
-        """Different replies of one name. After so many a fence goes before the next, whatever it asks."""
+        """Different replies of one name that are remembered; beyond them a fence goes before the next one."""
         self._said: dict[int, dict[Hashable, dict[Hashable, RememberedReply]]] = {}
-        """By speaker, by name, and by the command's frame and the kind of reply."""
+        """Replies by speaker, by name, and by the command's frame and the kind of reply."""
 
     def note(self, speaker: int, name: Hashable, said: RememberedReply, now: float) -> None:
         """A reply was credited, or may come; of one command and one kind the last is remembered."""
@@ -33,7 +33,7 @@ class Copies(Generic[X, F]):
         self._said.pop(speaker, None)
 
     def could_answer(self, exchange: X, speaker: int, now: float) -> bool:
-        """Whether a copy of what somebody said could be taken for the reply to this, and be wrong."""
+        """Say whether a copy of an earlier reply could be taken for the reply to this, and be wrong."""
         said = self._said.get(speaker, {})
         for name in exchange.reply_names if said else ():
             replies = said.get(name, {})
@@ -45,6 +45,6 @@ class Copies(Generic[X, F]):
         return False
 
     def include(self, speaker: int, frame: F) -> bool:
-        """Whether somebody has said this before."""
+        """Say whether the speaker has sent this frame before."""
         names = self._said.get(speaker, {}).values()
         return any(it.frame == frame for replies in names for it in replies.values())

@@ -63,22 +63,22 @@ from protocols.table import Effect
 TARGET: Final = 0
 """The target of all that is asked of a drive: it is alone on its line."""
 POLL_S: Final = 0.1
-"""How often a drive that moves is asked."""
+"""Seconds between the questions to a drive that moves."""
 WATCH_S: Final = 1.0
-"""How often one that stands still is."""
+"""Seconds between the questions to a drive that stands still."""
 
 
 class Status(NamedTuple):
-    """What a drive tells of itself."""
+    """A drive's own report of its state."""
 
     moves: bool
     place: int
     newest: int
     """The number of the newest motion that it has taken."""
     life: int
-    """How often it was switched on."""
+    """Number of times that the drive was switched on."""
     stopped: bool = False
-    """Whether a stop has ended its last motion."""
+    """True if a stop has ended its last motion."""
     alarm: int = 0
     """The code of what is wrong; 0 where nothing is."""
 
@@ -152,7 +152,7 @@ class Drive(Target):
 
     @abstractmethod
     def target_of(self, command: Any) -> int | None:
-        """Where a motion ends; None where nobody knows."""
+        """Give the end of a motion; None if it cannot be known."""
 
     @abstractmethod
     async def status(self) -> Status:
@@ -168,12 +168,12 @@ class Drive(Target):
 
     @property
     def online(self) -> bool:
-        """Whether it can be asked, as far as is known."""
+        """True if the drive can be asked, as far as is known."""
         return self.line.state in (LineState.READY, LineState.OUT_OF_STEP)
 
     @property
     def moving(self) -> bool | None:
-        """Whether it moves, as far as is known."""
+        """True while the drive moves, as far as is known; None if unknown."""
         if self.told is None or not self.online:
             return None
         return self.told.moves or (self.move is not None and self.move.status is not MoveStatus.QUEUED)
@@ -204,7 +204,7 @@ class Drive(Target):
         return self.told
 
     async def stands_still(self) -> bool:
-        """Whether it says so itself."""
+        """Ask the drive whether it stands still."""
         with suppress(GatewayError):
             return not (await self.look()).moves
         return False
@@ -471,7 +471,7 @@ class DriveMoves(MoveRuns[Drive, DriveMove]):
 
 
 def found(move: DriveMove, told: Status) -> AtRest:
-    """What a drive at rest tells of a move: it names the newest motion that it has taken."""
+    """Turn the status of a drive at rest into a finding: it names the newest motion that it has taken."""
     is_taken, is_there = told.newest == move.number, told.place == move.target
     if not is_taken:
         place = Place.START

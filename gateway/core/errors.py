@@ -1,4 +1,4 @@
-"""What can go wrong between a request and a controller, said in one sentence each."""
+"""Errors between a request and a controller, each told in one sentence."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Literal, NamedTuple, Protocol, Self
@@ -25,7 +25,7 @@ class GatewayError(Exception):
     moved: Moved = "no"
     retryable: bool = False
     usual_remedy: ClassVar[str] = "Read the state there is now, and decide anew."
-    """What to do next, where an error has nothing better to say."""
+    """Next step for the caller, if an error names no better one."""
     detail_ja: str = ""
     """Empty where it is told in English only."""
     remedy_ja: str = ""
@@ -100,7 +100,7 @@ class InvalidRequest(GatewayError):
 
 
 class Outdated(GatewayError):
-    """What was to be changed is no longer what its sender has read."""
+    """The document is no longer as the sender of the change has read it."""
 
     kind = "precondition-failed"
 
@@ -111,7 +111,7 @@ class Outdated(GatewayError):
 
 
 class Misplaced(NamedTuple):
-    """What is wrong with a text, and where: line and column count from 1."""
+    """A fault in a text, and its place: line and column count from 1."""
 
     line: int
     column: int
@@ -217,12 +217,12 @@ class GatewayEnding(NotSent):
 
 
 Overtaking = type[StoppedFirst] | type[HeldUp] | type[GatewayEnding]
-"""What can come between the admission of a command and the moment it could be sent."""
+"""Reasons to revoke a command between its admission and its write."""
 OVERTAKEN = StoppedFirst, HeldUp, GatewayEnding
 
 
 class PowerCycled(NotSent):
-    """A controller has been switched off and on: what it knew of places is gone, and somebody has to know."""
+    """A controller was switched off and on: its positions may be wrong, and a person has to confirm that."""
 
     kind = "power-cycled"
     retryable = False
@@ -231,7 +231,7 @@ class PowerCycled(NotSent):
 class NoReply(GatewayError):
     """The command was written, and no reply could be credited to it.
 
-    Only motion could have moved something; of a `command` that is not told, nobody knows.
+    Only motion could have moved something; if no `command` is named, that is unknown.
     """
 
     kind = "no-reply"
@@ -295,23 +295,23 @@ class MoveOver(GatewayError):
 
 
 class ErrorText(Protocol):
-    """What one error of a controller means and what helps, in both languages."""
+    """One error of a controller, its meaning and its remedy, in both languages."""
 
     @property
     def en(self) -> str:
-        """What it means, in English."""
+        """The meaning, in English."""
 
     @property
     def ja(self) -> str:
-        """What it means, in Japanese."""
+        """The meaning, in Japanese."""
 
     @property
     def remedy_en(self) -> str:
-        """What helps, in English."""
+        """The remedy, in English."""
 
     @property
     def remedy_ja(self) -> str:
-        """What helps, in Japanese."""
+        """The remedy, in Japanese."""
 
 
 class ControllerError(GatewayError, titled="controller-error"):
@@ -321,7 +321,7 @@ class ControllerError(GatewayError, titled="controller-error"):
         super().__init__(detail, text.remedy_en)
         self.command_code = command_code
         self.error_code = error_code
-        """As its manual writes it, such as 0x51 or E05; None where the controller told none."""
+        """The code in its manual's notation, such as 0x51 or E05; None where the controller told none."""
         self.detail_ja = f"{command_code}: {text.ja}"
         self.remedy_ja = text.remedy_ja
 

@@ -21,7 +21,7 @@ class KeptEvent(NamedTuple):
 
 
 class EventRing:
-    """Keeps so many events, numbered from the one after `begun`."""
+    """Keeps the newest events, numbered from the one after `begun`."""
 
     def __init__(self, capacity: int, begun: int = 0) -> None:
         self.first = begun + 1
@@ -31,8 +31,11 @@ class EventRing:
         self._capacity = capacity
         self._begun = begun
         self._packed: deque[bytes] = deque()
-        """Texts and bytes are nothing to the garbage collector, which would hold the loop for 100 ms to look
-        through so many objects (decision 9)."""
+        """Events as compressed texts.
+
+        Texts and bytes are nothing to the garbage collector, which would hold the loop for 100 ms to look
+        through objects (decision 9).
+        """
         self._dropped = 0
         """Blocks that are no longer kept."""
         self._newest: list[KeptEvent] = []

@@ -1,7 +1,7 @@
 """The types of events: each with its subject, its data and the version that brought it.
 
-Each family has a table of its own; `gateway.event_types` joins them. What stands in none is not published:
-the tests check every event of every plant.
+Each family has a table of its own; `gateway.event_types` joins them. An event of a type in none of them is
+not published: the tests check every event of every plant.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -16,7 +16,7 @@ from gateway.core.leases import Lease
 
 
 class EventData(BaseModel):
-    """What an event tells."""
+    """The data of an event."""
 
     model_config = ConfigDict(extra="forbid", strict=True, defer_build=True)
 
@@ -26,7 +26,7 @@ class Nothing(EventData):
 
 
 class Swap(EventData):
-    """What a controller holds otherwise than its backup of the last night, after a loss of power."""
+    """Differences between a controller and its backup of the last night, after a loss of power."""
 
     night: str = Field(description="The night of the backup, as YYYY-MM-DD.")
     differing: int = Field(description="Number of settings, and of a robot's positions, that differ.")
@@ -59,7 +59,7 @@ class EventType:
     since: str = "0.1.0"
     """The version of the gateway that brought it."""
     live: bool = False
-    """Whether it is a value that is told while somebody watches it, and is not kept."""
+    """True for a value that is told while a client watches it, and is not kept."""
 
 
 def news_types(topic: str, subject: str, data: type[BaseModel], **news: str) -> list[EventType]:
@@ -173,7 +173,7 @@ class LineOwner(EventData):
 
 
 class OrderViolated(EventData):
-    """What was answered too late: it was credited to its own command, or to none."""
+    """A reply that came too late: it was credited to its own command, or to none."""
 
     late: str = Field(description="The command whose reply came late, such as `1+M of line1.3F`.")
     before: str = Field(description="The fence that was sent after it and answered before it.")
@@ -218,7 +218,7 @@ class ShuttingDown(EventData):
 
 
 class LeftMoving(EventData):
-    """What still moves, or is not seen to stand still, when the gateway ends."""
+    """A part that still moves, or is not seen to stand still, when the gateway ends."""
 
     move_id: str | None = Field(description="Its move, if it has one.")
     detail: str
@@ -244,7 +244,7 @@ class JournalSetAside(EventData):
 
 
 class Crashed(EventData):
-    """What was under way when the last life of the gateway ended without being told to."""
+    """The work under way when the last life of the gateway ended unasked."""
 
     last_seen_at: datetime | None = Field(
         description="Time at which the last life was known to run; null if it never was."

@@ -1,4 +1,4 @@
-"""What has happened at the plant, in one order for everybody, and how a client reads on after a break."""
+"""The events of the plant, in one order for all clients, and how a client reads on after a break."""
 
 import asyncio
 import logging
@@ -24,7 +24,7 @@ from gateway.core.waiting import happens
 log = logging.getLogger(__name__)
 
 RETAINED_EVENTS = 125_000
-"""How many of the newest events can be read again."""
+"""Newest events that can be read again."""
 
 MAX_BACKLOG = 1024
 """Events a live subscription may be behind: eight from each of 120 bodies at once are not its fault."""
@@ -39,7 +39,7 @@ MAX_PAGE = 1000
 """Events in one page of the list."""
 
 SLOWEST_HZ, FASTEST_HZ = 0.1, 50.0
-"""How often a second somebody may ask for live values."""
+"""Lowest and highest rate at which a client may ask for live values, in Hz."""
 
 VALUES_WITHIN_S = 1.0
 """The list waits for live values no longer."""
@@ -52,7 +52,7 @@ SNAPSHOT = "stream.snapshot"
 
 _SOURCE = "/motion-gateway"
 _MADE_FOR_ONE = {GAP: "-gap", SNAPSHOT: "-snapshot"}
-"""What the ids of events end with that have no number of their own."""
+"""Ends of the ids of events that have no number of their own."""
 _CURSOR = re.compile("([0-9a-f]{8})-([0-9]{12})")
 _NOT_ADDRESSED = frozenset({"events", "gateway", "lines"})
 """Subjects without an address that a filter can name."""
@@ -118,12 +118,12 @@ class Event(NamedTuple):
 
     @property
     def data(self) -> dict[str, Any]:
-        """What it tells, read from its text."""
+        """The event's data, read from its text."""
         return dict(from_json(self.json)["data"])
 
 
 Data = Mapping[str, Any] | BaseModel
-"""What an event tells: it is written at once, and may change afterwards."""
+"""Data of an event: it is written at once, and may change afterwards."""
 
 
 class SlowConsumer(Exception):  # the name clients see
@@ -135,7 +135,7 @@ class SlowConsumer(Exception):  # the name clients see
 
 
 class Filter(NamedTuple):
-    """Which events somebody wants; empty means all."""
+    """The events that a client wants; empty means all."""
 
     bodies: frozenset[str] = frozenset()
     types: frozenset[str] = frozenset()
@@ -163,18 +163,18 @@ class Filter(NamedTuple):
         return cls(addresses, frozenset(exact), tuple(prefixes))
 
     def wants(self, event: Event) -> bool:
-        """Whether the event passes."""
+        """Say whether the event passes."""
         return self.passes(event.type, event.subject)
 
     def passes(self, type_: str, subject: str) -> bool:
-        """Whether events of a type, about a subject, do."""
+        """Say whether events of a type, about a subject, pass."""
         if (self.types or self.prefixes) and not (type_ in self.types or type_.startswith(self.prefixes)):
             return False
         kind, _, address = subject.removeprefix("/").partition("/")
         return not self.bodies or (kind not in _NOT_ADDRESSED and self.wants_address(address))
 
     def wants_address(self, address: str) -> bool:
-        """Whether something of this whole address is wanted."""
+        """Say whether events about this whole address pass."""
         # With its line, without it, and the robot that a unit belongs to.
         names = (address, address.rpartition(".")[2], address.partition("/")[0])
         return not self.bodies or not self.bodies.isdisjoint(names)
@@ -203,11 +203,11 @@ class EventSink(Protocol):
     """Where the events of one client go."""
 
     takes: bool
-    """Whether it takes more now."""
+    """True while it takes more."""
     on_room: Callable[[], None]
     """Called when it takes more again."""
     writer: Writer
-    """What its client reads."""
+    """Writer for the text that the client reads."""
 
     @property
     def write(self) -> Callable[[bytes], None]:
@@ -221,8 +221,8 @@ class Subscription(AsyncIterator[Event]):
     neither leave out nor repeat one, and a client that does not read costs nothing. It ends when the hub is
     closed, or by `SlowConsumer`.
 
-    With a `sample` it gets live values, too, so many times a second at most, once it has read all events: the
-    newest of each, without those that it was too slow for. They are read while it is `watching`.
+    With a `sample` it gets live values, too, at most `sample` times a second, once it has read all events:
+    the newest of each, without those that it was too slow for. They are read while it is `watching`.
     """
 
     def __init__(
@@ -240,7 +240,7 @@ class Subscription(AsyncIterator[Event]):
         self._wanted = wanted
         self._missed_after = missed_after
         self._snapshot_due = snapshot
-        """Whether it still has to begin with a snapshot."""
+        """True while it still has to begin with a snapshot."""
         self._watch = (
             None if sample is None else Watch(hub.live, wanted, sample, partial(hub.turns.wake, self))
         )
@@ -248,7 +248,7 @@ class Subscription(AsyncIterator[Event]):
         """The newest event when news last found it waiting; None while it reads what it has missed."""
         self._waits = False
         self._snapshot: Event | None = None
-        """What follows a gap, which has no number to go on from."""
+        """Snapshot after a gap, which has no number to go on from."""
 
     @property
     def cursor(self) -> str:
@@ -364,7 +364,7 @@ class Subscription(AsyncIterator[Event]):
         return hub.batch(after, self._position, self._wanted)
 
     async def page(self, limit: int) -> "Page":
-        """Take at most so many events that have happened already."""
+        """Take at most `limit` events that have happened already."""
         events: list[Event] = []
         while len(events) < limit and not self._has_read_all:
             events += self._take().events
@@ -388,7 +388,7 @@ def _wake(turn: "asyncio.Future[None]") -> None:
 
 
 def _nothing() -> None:
-    """Nobody is to be told."""
+    """Wake no client."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -417,7 +417,7 @@ class EventHub:
         """Number of the newest event; 0 before the first."""
         self.closed = False
         self.slow_consumers = self.gaps = 0
-        """How many subscriptions have ended so, and how many gaps were told."""
+        """Subscriptions that ended by `SlowConsumer`, and gaps that were told."""
         self._clock = clock
         self._capacity = capacity
         self._ring = EventRing(capacity)
@@ -432,7 +432,7 @@ class EventHub:
         self.take_snapshot: Callable[[Filter, str], Data] | None = None
         """Tells of what is wanted how it is now, with the cursor of the newest event."""
         self.listeners: list[Callable[[Event], object]] = []
-        """Called with each event, in this order, before anybody reads it."""
+        """Functions called with each event, in this order, before any client reads it."""
 
     def resume(
         self, epoch: str, earlier: Mapping[str, int], last: int, events: Sequence[tuple[str, str, str]]
@@ -450,7 +450,7 @@ class EventHub:
 
     @property
     def cursor(self) -> str:
-        """Where somebody begins who wants everything from now on."""
+        """Cursor of a client that wants everything from now on."""
         return _cursor(self.epoch, self.last)
 
     def publish(self, type_: str, subject: str, data: Data, correlation: str | None = None) -> Event:
@@ -490,8 +490,8 @@ class EventHub:
     ) -> Subscription:
         """Begin after a cursor, or now; a cursor that cannot be continued is answered with a `GAP` first.
 
-        With a `sample` there are live values, too, at most so many times a second of each. With a `snapshot`
-        it begins with what a gap is followed by.
+        With a `sample` there are live values, too, each at most `sample` times a second. With a `snapshot` it
+        begins with the events that follow a gap.
 
         :raises InvalidRequest: the cursor or a filter is malformed.
         """
@@ -517,7 +517,7 @@ class EventHub:
     async def values(
         self, bodies: Iterable[str] | None, types: Iterable[str] | None, sample: float
     ) -> Sequence[Event]:
-        """Read live values for somebody who does not stay: those that come first, within a second.
+        """Read live values for a client that does not stay: those that come first, within a second.
 
         :raises InvalidRequest: a filter is malformed.
         """
@@ -538,7 +538,7 @@ class EventHub:
         return [gap, *self.snapshot_at(number - 1, wanted)]
 
     def snapshot_at(self, number: int, wanted: Filter) -> list[Event]:
-        """Tell how it is now what somebody wants; later events are those after the number."""
+        """Take a snapshot of what a client wants, for events after the number."""
         if self.take_snapshot is None:
             return []
         return [self._event(number, SNAPSHOT, "/events", self.take_snapshot(wanted, self.cursor))]

@@ -19,7 +19,7 @@ C = TypeVar("C", bound=Command[Any])
 F = TypeVar("F")
 """The frames that may be replies."""
 O = TypeVar("O")  # noqa: E741  # outcome
-"""What a controller can make of a command: an answer, a refusal, a failure."""
+"""A controller's response to a command: an answer, a refusal, a failure."""
 X = TypeVar("X", bound="Exchange[Any, Any, Any]")
 """A family's exchanges."""
 
@@ -30,7 +30,7 @@ class RememberedReply(NamedTuple):
     exchange: "Exchange[Any, Any, Any]"
     frame: Any
     kind: Hashable
-    """What a reply fits depends on this: which exchange a copy could deceive, and which not."""
+    """Kind of the reply, which decides which exchanges a copy could deceive."""
     number: int
     """The place of the command's frame among all that were written."""
     until: float
@@ -52,7 +52,7 @@ class Proof:
     """
 
     doubts: int
-    """What `Session.doubts` was before the first question."""
+    """`Session.doubts` before the first question."""
     last: int = 0
     """The number of the frame that asked the last question."""
     holds_until: float = 0.0
@@ -65,7 +65,7 @@ class Proof:
 
 @dataclass(eq=False, slots=True)
 class Exchange(ABC, Generic[C, F, O]):
-    """A command with its frame, and those who wait for its outcome."""
+    """A command with its frame, and the waiters for its outcome."""
 
     command: C
     frame: bytes
@@ -75,11 +75,11 @@ class Exchange(ABC, Generic[C, F, O]):
     epoch: int = 0
     """The target's epoch at admission: a later stop forbids the write."""
     expires_at: float | None = None
-    """From when on it must not be written any more: the latest of those who wait allow."""
+    """Time after which it must not be written any more: the latest that a waiter allows."""
     timeout_s: float = 0.5
     """From the frame's last bit to the reply's deadline."""
     repeats: int = 0
-    """How often the session may repeat it, each time after a passed fence."""
+    """Times that the session may repeat it, each after a passed fence."""
     rank: int = 0
     """Within the queue of its target the lower goes first, and of equal ones the first."""
     self_identifying: bool = False
@@ -91,10 +91,10 @@ class Exchange(ABC, Generic[C, F, O]):
     needs: Proof | None = None
     """Without this, which has to hold, it is not written."""
     proves: Proof | None = None
-    """What its reply is the last part of."""
+    """Proof whose last part its reply is."""
     on_written: Callable[[float], None] | None = None
     intent: str | None = None
-    """What the journal calls it, once it is written down there."""
+    """Id of its intent in the journal, once that is written."""
     origin: Origin = field(default_factory=current)
     series: Series | None = None
     """The undivided series it belongs to."""
@@ -105,11 +105,11 @@ class Exchange(ABC, Generic[C, F, O]):
     due_at: float = 0.0
     """When its reply, or the next part of it, was expected."""
     deadline: float | None = None
-    """The same, and later where a reply has begun and may go on; None if it may take any time."""
+    """Time after which the reply is overdue: `due_at`, later once a part has come; None for any time."""
     doubt: NoReply | None = None
     """Why there is no usable reply, until a fence has shown whether one still comes."""
     late_answer: O | NoReply | None = None
-    """What came before that fence, once or more often."""
+    """Reply that came before that fence, once or more often."""
 
     @abstractmethod
     def credit(self, frame: F, now: float) -> O | More | None:
@@ -117,12 +117,12 @@ class Exchange(ABC, Generic[C, F, O]):
 
     @property
     def sent(self) -> str:
-        """What was sent and where to, as a clause."""
+        """Say what was sent and where to, as a clause."""
         return f"{self.command.name()} was sent"
 
     @property
     def remedy(self) -> str:
-        """What to do where nobody knows what came of it."""
+        """Say what to do if the outcome is unknown."""
         return remedy_of(self.command)
 
     def unusable(self, kind: type[NoReply], what: str) -> NoReply:
@@ -133,18 +133,18 @@ class Exchange(ABC, Generic[C, F, O]):
 
     @abstractmethod
     def mistakes(self, said: RememberedReply) -> bool:
-        """Whether a copy of something said before would be taken for its reply, and be wrong."""
+        """Say whether a copy of an earlier reply would be taken for this one's reply, and be wrong."""
 
     # waiters
 
     def shares(self, other: "Exchange[C, F, O]") -> bool:
-        """Whether one trip on the wire serves both."""
+        """Say whether one trip on the wire serves both."""
         if self.lane is not other.lane or self.frame != other.frame or other.on_written is not None:
             return False
         return self.lane is Lane.STOP or (self.lane in QUESTIONS and self.command.may_repeat())
 
     def take_over(self, other: "Exchange[C, F, O]") -> None:
-        """Serve those who wait for an equal one, each with a deadline of its own."""
+        """Take over the waiters of an equal exchange, each with its own deadline."""
         self.waiters |= other.waiters
         if self.on_written is None or other.on_written is None:
             self.on_written = self.on_written or other.on_written
@@ -181,7 +181,7 @@ class Exchange(ABC, Generic[C, F, O]):
 
 
 def remedy_of(command: Command[Any]) -> str:
-    """What to do where nobody knows what came of a command."""
+    """Say what to do if the outcome of a command is unknown."""
     if command.may_repeat():
         return "Ask again."
     if command.retry_class() is Retry.SETTING:

@@ -1,4 +1,4 @@
-"""What a family of controllers brings: its lines, what is on them, and the commands it takes."""
+"""The interface of a family of controllers: its lines, the parts on them, and the commands they take."""
 
 import asyncio
 import random
@@ -39,11 +39,11 @@ NOT_OURS = "No move that the gateway follows explains it."
 
 @dataclass(frozen=True)
 class Site:
-    """What all families share."""
+    """The common objects of all families."""
 
     events: EventHub
     allow_endless_moves: bool = False
-    """Whether moves without an end may be started."""
+    """True if moves without an end may be started."""
     rng: random.Random | None = None
     """Dice that tests load."""
     known: FactStore = field(default_factory=FactStore)
@@ -57,27 +57,27 @@ class TargetKind:
     """With the names of its parameters, such as `/bodies/{body_id}`."""
     move: type[MoveRecord] | None = None
     suffix: str = ""
-    """What tells the operations of this place from those of others with the same rows."""
+    """Suffix that tells the operations of this place from those of others with the same rows."""
     members: bool = False
-    """Whether each of several members answers, and makes a move of its own."""
+    """True if each of several members answers, and makes a move of its own."""
     tag: str = "commands"
     """The section of the documents that its commands stand in."""
     listed: bool = False
-    """Whether rows of the family, in words of their own, list its moves and stops."""
+    """True if rows of the family, in words of their own, list its moves and stops."""
 
 
 class MayMove(NamedTuple):
-    """What may move on when the gateway has ended."""
+    """A part that may move on when the gateway has ended."""
 
     what: str
-    """What it is, as the types of its events begin: `body` or `robot`."""
+    """Kind of the part, as the types of its events begin: `body` or `robot`."""
     subject: str
     why: str
     move_id: str | None
 
 
 def is_within(line_id: str, address: str, parts: Sequence[Part] | None) -> bool:
-    """Whether something is among some parts of the plant; all is, where none are named."""
+    """Say whether an address is among some parts of the plant; it is, if none are named."""
     return parts is None or any(part.contains(Part(line_id, address)) for part in parts)
 
 
@@ -95,7 +95,7 @@ Watch = Callable[[], Coroutine[Any, Any, None]]
 
 
 class Now(Protocol):
-    """What a family tells of something on a line, at the least."""
+    """The least that a family tells of a part on a line."""
 
     online: bool
     moving: bool | None
@@ -110,7 +110,7 @@ class Seen(NamedTuple):
 
 
 class OwnerInfo(TypedDict):
-    """Who has a line that may be taken over."""
+    """The gateway that has a line which may be taken over."""
 
     gateway: Annotated[str | None, Field(description="Name of the gateway in the plant; null if unknown.")]
     epoch: Annotated[
@@ -136,8 +136,8 @@ class PortInfo(TypedDict):
         dict[str, float],
         Field(
             description="Percent of the last ten seconds that the line was taken up by clients, followers "
-            "(they see moves to their ends), health, live (values that somebody watches), probes (of the "
-            "silent), fences, stops and set_up."
+            "(they see moves to their ends), health, live (values that clients watch), probes (of silent "
+            "controllers), fences, stops and set_up."
         ),
     ]
     counters: Annotated[dict[str, int], Field(description="Counters of the line since the start.")]
@@ -147,26 +147,26 @@ class PortInfo(TypedDict):
 
 
 class Registered(ABC):
-    """What a package adds to every plant: things of some kinds, and all that may be asked of them."""
+    """The interface of a package: the kinds of things that it adds to every plant, and their operations."""
 
     collections: ClassVar[Sequence[str]]
     """The resources its targets are among, such as `bodies`."""
     called: ClassVar[Sequence[str]] = ()
-    """What people call them, if otherwise."""
+    """Names of the collections as people call them, if otherwise."""
     move_records: ClassVar[Sequence[type[MoveRecord]]] = ()
-    """What `move_logs` keep."""
+    """Types of the records in `move_logs`."""
     event_types: ClassVar[Sequence[EventType]] = ()
-    """What it publishes, beside what all lines do."""
+    """Types of the events that it publishes, beside those of all lines."""
     rows: ClassVar[Sequence[Rows]] = ()
-    """What callers may ask of its things beside the commands; what takes the plant is in its `door`."""
+    """Operations on its things beside the commands; those that take the plant are in its `door`."""
     things: ClassVar[Mapping[type, Callable[..., Any]]] = {}
-    """What paths lead to, and how it is found by what they name."""
+    """Functions that find a thing by the names in its path, by the thing's type."""
     names: ClassVar[Mapping[str, Any]] = {}
     """The descriptions of the names in its paths; all others are text."""
     sections: ClassVar[Sequence[DocumentSection]] = ()
     """The sections of the documents that its rows stand in, in their order."""
     words: ClassVar[Mapping[str, RouteWords]] = {}
-    """Of its places whose routes have words of their own."""
+    """Words of the places whose routes have words of their own."""
 
     def __init__(self, site: Site) -> None:
         self.site = site
@@ -186,17 +186,17 @@ class Registered(ABC):
 
     @abstractmethod
     def parts(self, address: str) -> Sequence[Part]:
-        """What an address means now: all members of a group; nothing where there is no such thing.
+        """Find the parts that an address means now: all members of a group; none if the address is unknown.
 
         :raises Ambiguous: it fits several lines.
         """
 
     def parts_in_scope(self, name: str) -> Sequence[Part]:
-        """What a name in a scope covers, by the configuration; nothing where it fits several lines."""
+        """Find the parts that a name in a scope covers, by the configuration; none if it is ambiguous."""
         return self.parts(name)
 
     def causes(self) -> Iterable[Cause]:
-        """What can go wrong with its targets."""
+        """Causes of alarms at its targets."""
         return ()
 
     def at_work(self, _line: Any) -> Iterable[str]:
@@ -222,8 +222,8 @@ class Registered(ABC):
     ) -> None:
         """Take over those moves of an earlier life that are its own, before the lines are opened.
 
-        Of those that were not over, what is not among the `begun` and was not sent was never written. Nothing
-        is sent again: controllers are asked, and moves that go on are followed.
+        A move that was not over is in `begun` if its intent was written; one that is not, and was not sent,
+        was never written. Nothing is sent again: controllers are asked, and moves that go on are followed.
         `since` tells in their records why that is another life.
         """
 
@@ -259,27 +259,27 @@ class Family(Registered):
     """All controllers of one kind, with their lines. A plant has one of each kind."""
 
     line_table: ClassVar[type[tables.LineTable]]
-    """What the configuration says of a line."""
+    """Table of the configuration for a line."""
     controllers: ClassVar[str] = ""
-    """What it is the family of, as the documents begin."""
+    """Noun for its controllers, as the documents begin."""
     told_when_up: ClassVar[Mapping[str, Any]] = {}
-    """What `line.up` tells of its lines: the type of each fact, and its field."""
+    """Facts in `line.up` of its lines: the type of each, and its field."""
     told_of_ports: ClassVar[str] = ""
-    """Who may be at a port."""
+    """Controllers that may be at a port, in words."""
     told_of_stops: ClassVar[str] = ""
-    """How its controllers are told to stop in both ways."""
+    """Words for both ways in which its controllers stop."""
     stop_report: ClassVar[type[Report]]
-    """How far the stop of one of what is `seen` has come."""
+    """Report of a stop of one part that is `seen`."""
     line_info: ClassVar[type[PortInfo]]
-    """What a line tells."""
+    """Type of a line's description."""
     now: ClassVar[type[Record]]
-    """What a snapshot tells of each of what is `seen`, which is among the first of `collections`."""
+    """Type in a snapshot of each part that is `seen`; these are the first of `collections`."""
     commands: ClassVar[Sequence[tuple[TargetKind, Row]]]
     """Its whole command table, by what the commands are addressed to."""
     stop_modes: ClassVar[Mapping[Row, StopMode]] = {}
     """The rows that stop all of what they are addressed to."""
     sessions: ClassVar[Mapping[Row, type[Record]]] = {}
-    """The rows whose motion lasts only as long as somebody says so."""
+    """Rows whose motion lasts only as long as its client sends heartbeats."""
     never_alone: ClassVar[Collection[Row]] = ()
     """The rows that are sent only as parts of something larger."""
 
@@ -294,9 +294,9 @@ class Family(Registered):
         """Close one of its lines, and forget everything on it but the records of its moves."""
 
     def link_of(self, line_id: str) -> Target:
-        """Find what answers for a line as a whole.
+        """Find the part that answers for a line as a whole.
 
-        :raises GatewayError: nobody does.
+        :raises GatewayError: none does.
         """
         raise NotFound(f"Nobody on line {line_id} answers for the line; nothing was sent.")
 
@@ -305,7 +305,7 @@ class Family(Registered):
         """Tell of what is on its lines; no controller is asked."""
 
     def parts(self, address: str) -> Sequence[Part]:
-        """What is `seen` at an address."""
+        """Parts `seen` at an address."""
         own = address.partition("/")[0]
         return [Part(it.line_id, it.address) for it in self.seen() if it.address == own]
 
@@ -325,18 +325,18 @@ class Family(Registered):
 
     @classmethod
     def answer_model(cls, row: Any) -> Any:
-        """What a row is answered with."""
+        """Give the model of a row's answer."""
         return row.reply_type()
 
     @classmethod
     def is_dated(cls, row: Any) -> bool:
-        """Whether the age of its answer means something."""
+        """Say whether the age of the row's answer means something."""
         return bool(row.reply_type().model_fields)
 
     # life
 
     def watches(self, _line: Any) -> Iterable[Watch]:
-        """What looks after the controllers of one of its lines for as long as that is there."""
+        """Watches over the controllers of one of its lines, for as long as the line is there."""
         return ()
 
     @abstractmethod
@@ -349,14 +349,14 @@ class Family(Registered):
 
 
 class Extension(Registered):
-    """What is made of the things of a family, each as a table of the configuration says.
+    """Things made of the things of a family, each by a table of the configuration.
 
     Motion stays the family's: its stops, and the end of the gateway, concern the things themselves.
     """
 
     of: ClassVar[type[Family]]
     table: ClassVar[type[tables.Made]]
-    """What the configuration says of one; the array has the name of the first of `collections`."""
+    """Table of the configuration for one thing; the array has the name of the first of `collections`."""
 
     def __init__(self, site: Site, family: Any) -> None:
         super().__init__(site)

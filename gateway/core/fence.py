@@ -13,7 +13,7 @@ from protocols.members import at_hand
 
 @at_hand
 class State(Enum):
-    """Whether replies can be believed, and how far the fence has come that proves it."""
+    """State of the fence: can replies be believed, and if not, how far is the proof?"""
 
     IN_STEP = "in step"
     FIRST_DUE = "1st fence due"
@@ -27,7 +27,7 @@ class State(Enum):
 
 @at_hand
 class FenceEvent(Enum):
-    """What can happen to it."""
+    """An event for the fence."""
 
     DOUBT = "doubt, or a fence is called for"
     ASKED = "fence handed to the port"
@@ -42,7 +42,7 @@ class FenceEvent(Enum):
 
 @at_hand
 class Action(Enum):
-    """What the session does about it."""
+    """The session's reaction."""
 
     NONE = ""
     SETTLE = "settle the exchange in doubt, or repeat it"
@@ -131,7 +131,7 @@ class Fence:
     def __init__(self) -> None:
         self.state = State.IN_STEP
         self.in_step = True
-        """Whether replies can be believed."""
+        """True while replies can be believed."""
 
     @property
     def tries(self) -> int:

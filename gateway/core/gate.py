@@ -18,11 +18,11 @@ class Gate(Generic[X]):
 
     def __init__(self, set_up_target: int | None = None) -> None:
         self.set_up_target = set_up_target
-        """What the line's own set-up is for: it goes on whatever is revoked."""
+        """Target of the line's own set-up, which goes on whatever is revoked."""
         self._stops: defaultdict[int, int] = defaultdict(int)
         self._revocations = 0
         self._last: dict[int, Overtaking] = {}
-        """What has begun the present epoch of a target, if not that of all."""
+        """Why each target's current epoch began; missing means `_last_of_all`."""
         self._last_of_all: Overtaking = StoppedFirst
         self._guards: list[Guard[X]] = []
 
@@ -58,7 +58,7 @@ class Gate(Generic[X]):
         return self._last.get(target, self._last_of_all)()
 
     def is_overtaken(self, exchange: X) -> bool:
-        """Whether it was admitted in an earlier epoch, and that concerns it."""
+        """Say whether the exchange was admitted in an earlier epoch that a stop or revocation has ended."""
         return exchange.lane is Lane.COMMAND and exchange.epoch != self.epoch(exchange.target)
 
     def refuses(self, exchange: X, now: float) -> GatewayError | None:

@@ -1,4 +1,4 @@
-"""Digits for ids that nobody else has. They are no secrets: to know one permits nothing."""
+"""Digits for unique ids. They are no secrets: to know one permits nothing."""
 
 import os
 from random import Random
@@ -10,7 +10,7 @@ os.register_at_fork(after_in_child=lambda: _DIGITS.seed(randbits(256)))
 
 
 def hex_digits(count: int) -> str:
-    """Draw so many."""
+    """Draw `count` digits."""
     return f"{_DIGITS.getrandbits(4 * count):0{count}x}"
 
 

@@ -65,12 +65,12 @@ class Jog(Record):
         return self._why_ended
 
     def note_end(self, why: str) -> None:
-        """Its motor stands still though nobody has stopped it."""
+        """Note that the motor stands still without a stop."""
         self._why_ended = why
 
 
 class JogOutOfReach(GatewayError):
-    """A heartbeat came for what is out of reach: it may move, and nobody can stop it."""
+    """A heartbeat came for a part out of reach: it may move, and cannot be stopped."""
 
     kind = "jog-out-of-reach"
     moved = "unknown"
@@ -105,7 +105,7 @@ class JogOver(GatewayError):
 
 
 class JogNews(Enum):
-    """What can happen to a jog."""
+    """An event for a jog."""
 
     HEARTBEAT = "heartbeat"
     MISSED = "no heartbeat in time"
@@ -118,7 +118,7 @@ class JogNews(Enum):
 
 
 class JogAction(Enum):
-    """What is done about it."""
+    """The reaction to it."""
 
     WAIT = "wait for the next heartbeat"
     STOP = "stop its motor, see that it stands still, tell"
@@ -134,7 +134,7 @@ class JogStep(NamedTuple):
     """None: as it began to stop."""
     action: JogAction
     ends_as: JogEnd | None = None
-    """How it ends, where that is known only now: the first end that comes is the end."""
+    """End of the jog, where it is known only now; the first end that comes counts."""
 
 
 TABLE: Final[Mapping[JogState, Mapping[JogNews, JogStep]]] = {
@@ -158,7 +158,7 @@ TABLE: Final[Mapping[JogState, Mapping[JogNews, JogStep]]] = {
 
 J = TypeVar("J", bound=Jog)
 T = TypeVar("T")
-"""What a jog is of, where several have their jogs together."""
+"""Owner of a jog, where several owners keep their jogs together."""
 
 
 @dataclass(eq=False)
@@ -167,7 +167,7 @@ class Jogging(Generic[J, T]):
 
     jog: J
     what: str
-    """What moves, in sentences."""
+    """Noun for the moving part, in sentences."""
     line: LineDriver[Any, Any, Any]
     of: T
     alarm: asyncio.TimerHandle | None = None
@@ -179,7 +179,7 @@ class Jogging(Generic[J, T]):
 
     @property
     def jogs(self) -> bool:
-        """Whether heartbeats keep it jogging."""
+        """True while heartbeats keep it jogging."""
         return self.jog.state == "jogging"
 
     def let_go(self) -> None:
@@ -203,9 +203,9 @@ class Jogs(ABC, Generic[J, T]):
 
     @abstractmethod
     def _require_in_reach(self, session: Jogging[J, T], /) -> None:
-        """Refuse a heartbeat that keeps nothing.
+        """Refuse a heartbeat that cannot keep the jog.
 
-        :raises JogOutOfReach: nobody could stop the motor.
+        :raises JogOutOfReach: the motor could not be stopped.
         """
 
     @abstractmethod
@@ -214,7 +214,7 @@ class Jogs(ABC, Generic[J, T]):
 
     @abstractmethod
     async def _rests(self, session: Jogging[J, T], /) -> None:
-        """Return when the motor stands still though nobody has stopped it."""
+        """Return when the motor stands still without a stop."""
 
     @abstractmethod
     async def _see_still(self, session: Jogging[J, T], /) -> bool:
@@ -294,7 +294,8 @@ class Jogs(ABC, Generic[J, T]):
 
         :raises NotFound: there was no such jog.
         :raises JogOver: the motor is being stopped, or stands still.
-        :raises JogOutOfReach: nobody can keep it, or stop it; the jog is lost as if none had come.
+        :raises JogOutOfReach: the motor cannot be kept or stopped; the jog is lost as if no heartbeat had
+        come.
         """
         session = self._find(jog_id, of)
         session.line.admission.revise()
@@ -342,7 +343,7 @@ class Jogs(ABC, Generic[J, T]):
 
     @property
     def is_under_way(self) -> bool:
-        """Whether one is not over."""
+        """Say whether a jog is not over."""
         return any(it.jog.state in ("jogging", "stopping") for it in self._sessions.values())
 
     async def settled(self) -> None:

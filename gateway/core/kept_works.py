@@ -46,7 +46,7 @@ class DurableJobs(Jobs[K]):
         self._publish(what, record)
 
     def as_kept(self, record: K) -> Any:
-        """What is kept of a record."""
+        """Give the form in which a record is kept."""
         return record
 
     def resume(self, records: Iterable[str]) -> None:

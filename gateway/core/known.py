@@ -1,4 +1,4 @@
-"""What is known of controllers that nothing but a gateway can know: kept over reloads and restarts."""
+"""Facts about controllers that only a gateway can know: kept over reloads and restarts."""
 
 import logging
 from collections.abc import Callable, Mapping
@@ -8,7 +8,7 @@ log = logging.getLogger(__name__)
 
 
 class Remembering(Protocol):
-    """What knows something of a controller that is worth to be kept."""
+    """An object with facts about a controller that are worth keeping."""
 
     def memory(self) -> str:
         """Give what is to be kept, in words of its own."""

@@ -1,4 +1,4 @@
-"""Who goes first on a line."""
+"""The lanes of a line, by priority."""
 
 from enum import IntEnum
 
@@ -8,7 +8,7 @@ from protocols.members import at_hand
 
 @at_hand
 class Lane(IntEnum):
-    """Who goes first: the lower number."""
+    """Priority on a line: the lower number goes first."""
 
     STOP = 0
     VERIFY = 1
@@ -18,13 +18,13 @@ class Lane(IntEnum):
     """Stops repeated to a body that has not answered the last one and may be dead."""
     READ = 4
     BACKGROUND = 5
-    """What the gateway asks for itself: health, and whether a motor still runs."""
+    """Questions of the gateway itself: health, and whether a motor still runs."""
 
 
 STOPS = (Lane.STOP, Lane.STOP_REPEAT)
 QUESTIONS = (Lane.READ, Lane.VERIFY, Lane.BACKGROUND)
 IMPATIENT = (Lane.COMMAND, Lane.READ, Lane.BACKGROUND)
-"""What is too late some day, and has its turn before that."""
+"""Lanes whose exchanges expire; each gets a turn before that."""
 
 QUEUE_LIMIT = 64
 """Exchanges that may wait for one body, or robot, in one lane."""

@@ -9,7 +9,7 @@ from gateway.core.errors import NotSent
 
 FILE: Final = "lease-tokens"
 AHEAD: Final = 1000
-"""So many are written down as given at once: a file is not written for each."""
+"""Tokens that are written down as given at once, so that not each takes a write."""
 
 
 class LeaseTokens:

@@ -34,14 +34,14 @@ End = Literal["released", "expired", "taken_over", "broken"]
 
 
 class LeaseRefused(NotSent):
-    """What was asked for takes a lease that its sender does not have."""
+    """The request takes a lease that its sender does not have."""
 
     kind = "lease"
     retryable = False
 
 
 class Lease(Record):
-    """Who moves a part of the plant now."""
+    """A lease: its holder alone moves a part of the plant."""
 
     lease: str = Field(description="Id of the lease.")
     scope: str = Field(description="Address of the leased line, body, group or robot.")
@@ -59,7 +59,7 @@ class Taken(Lease):
 
 @dataclass(frozen=True)
 class Holder:
-    """Somebody who can have leases."""
+    """A caller who can have leases."""
 
     name: str
     id: str
@@ -127,7 +127,7 @@ class Leases:
         """Give a lease; `over` ends those of others that are in its way.
 
         :raises NotAllowed: the configuration has no leases.
-        :raises LeaseRefused: somebody has a lease on a part of it.
+        :raises LeaseRefused: another caller has a lease on a part of it.
         :raises NotSent: its token could not be written down.
         """
         if self.mode == "off":
@@ -170,7 +170,7 @@ class Leases:
         return self._told(held)
 
     def is_of(self, lease_id: str, holder: Holder) -> bool:
-        """Whether somebody holds a lease; errors as of `get`."""
+        """Say whether the holder has a lease; errors as of `get`."""
         return self._find(lease_id).holder == holder
 
     # what is shown
@@ -202,7 +202,8 @@ class Leases:
     def guard(self, line_id: str) -> Callable[[Exchange[Any, Any, Any], float], GatewayError | None]:
         """The guard of a line's gate.
 
-        What follows a move to its end goes on after its lease. Of what has no claim only motion is refused.
+        Frames that follow a move to its end go on after its lease. If a caller has no claim, only motion is
+        refused.
         """
         line = Part(line_id, line_id)
 

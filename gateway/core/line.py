@@ -1,6 +1,6 @@
 """The driver of a line: its port kept open, set up and paced, and a session carried over it.
 
-What may go is written; what comes is cut into frames and credited.
+The driver writes each frame that may go, cuts received bytes into frames, and has them credited.
 """
 
 import asyncio
@@ -53,15 +53,15 @@ REMEDY = "Mend that, or check the cable; the gateway goes on trying the port."
 GAP_S = 0.1
 """A reply that has begun may pause this long before it counts as cut off."""
 TURNAROUNDS = 16
-"""So many replies make the mean of how long one takes."""
+"""Replies in the mean of the turnaround time."""
 ORDER_TOLD_S = 3600.0
-"""That replies come out of order is told when it begins, and again when it was not so for this time."""
+"""Seconds of order after which replies out of order are told again."""
 EXPIRY_STEP_S = 0.05
-"""What has expired is looked for at most this often: a crowd that waits must not cost the line its time."""
+"""Seconds between looks for expired exchanges, at least: a waiting crowd must not take the line's time."""
 
 W_co = TypeVar("W_co", covariant=True)
 W = TypeVar("W")
-"""What a reader cuts out of what comes: replies, and messages that nobody has asked for."""
+"""Frames that a reader cuts out of received bytes: replies, and messages that come without a question."""
 
 
 class FrameReader(Protocol[W_co]):
@@ -75,7 +75,7 @@ class FrameReader(Protocol[W_co]):
 
 
 class PortLoop(ABC):
-    """What lines of all protocols have in common. All its methods belong to the event loop's thread."""
+    """The common part of the lines of all protocols. All its methods belong to the event loop's thread."""
 
     def __init__(self, line_id: str, transport: Transport, counters: Counter[str]) -> None:
         self.id = line_id
@@ -83,9 +83,9 @@ class PortLoop(ABC):
         self.counters = counters
         self.down_reason = "not opened yet"
         self.admission = Admission()
-        """What may be begun now; a plant's lines share one."""
+        """Admission of new work; a plant's lines share one."""
         self.recorder = Recorder(capacity=0)
-        """That of the port, if it is recorded."""
+        """Recorder of the port, if it is recorded."""
         self.on_change: Callable[[str, dict[str, object]], None] = lambda _what, _facts: None
         self.on_work: Callable[[], None] = lambda: None
         """Told often, as long as the line's own work goes on, whatever is at its far end."""
@@ -98,7 +98,7 @@ class PortLoop(ABC):
         self._ends_because = "the gateway is shutting down"
         self._open = self._ready = self._closed = False
         self._silence: str | None = None
-        """Why nobody seems to answer, while that is so."""
+        """Reason for the silence of all controllers, while they are silent."""
         self._up_published = False
         self.byte_time_s = transport.byte_time_s
         """Seconds one byte takes on the wire; 0.0 where that does not pace the gateway."""
@@ -108,7 +108,7 @@ class PortLoop(ABC):
         self._held_s = 0.0
         """For how long the event loop had been held when that was seen last."""
         self._all_answered = False
-        """Whether all that was written has been answered: none of it can wait in the port."""
+        """True if all that was written has been answered: none of it can wait in the port."""
         self._timer: asyncio.Handle | None = None
         self._timer_at = 0.0
         self._attention = asyncio.Event()
@@ -136,7 +136,7 @@ class PortLoop(ABC):
 
     @abstractmethod
     def _wait_longer(self, seconds: float) -> None:
-        """Wait for all that is awaited for so much longer."""
+        """Move all deadlines by `seconds`."""
 
     @abstractmethod
     def data_received(self, data: bytes) -> None:
@@ -144,10 +144,10 @@ class PortLoop(ABC):
 
     @abstractmethod
     def _in_step(self) -> bool:
-        """Whether replies can be believed."""
+        """Say whether replies can be believed."""
 
     def _beside(self) -> Iterable[Callable[[], Coroutine[Any, Any, None]]]:
-        """What runs beside the port for as long as the line lives."""
+        """Tasks that run beside the port for as long as the line lives."""
         return ()
 
     # life
@@ -171,7 +171,7 @@ class PortLoop(ABC):
         self._went_down(why)
 
     async def close(self) -> None:
-        """Cancel what waits, close the port and end all tasks. What was written stays written."""
+        """Cancel what waits, close the port and end all tasks. Bytes that were written stay written."""
         self._closed = True
         for task in self._tasks:
             task.cancel()
@@ -181,7 +181,7 @@ class PortLoop(ABC):
 
     @asynccontextmanager
     async def lent(self, why: str) -> AsyncIterator[None]:
-        """Leave the port to somebody else; the line is down meanwhile, and opens it anew after that."""
+        """Lend the port to another user; the line is down meanwhile, and opens it anew after that."""
         opening, *beside = self._tasks
         opening.cancel()
         try:
@@ -204,7 +204,7 @@ class PortLoop(ABC):
 
     @property
     def state(self) -> LineState:
-        """What the line can do now."""
+        """State of the line now."""
         if not self._open:
             return LineState.STANDBY if self._standby else LineState.DOWN
         if self._silence is not None:
@@ -215,7 +215,7 @@ class PortLoop(ABC):
 
     @property
     def trouble(self) -> str | None:
-        """Why the port is not open, or nobody answers on it; None if neither is so."""
+        """Reason for which the port is not open, or no controller answers on it; None if neither is so."""
         return self._silence if self._open else self.down_reason
 
     async def _keep_open(self) -> None:
@@ -242,7 +242,7 @@ class PortLoop(ABC):
             pause_s = min(2 * pause_s, REOPEN_S[1])
 
     def _has_to_wait(self) -> bool:
-        """Whether another gateway has the line: then its port is not opened."""
+        """Say whether another gateway has the line: then its port is not opened."""
         why = self.stands_by()
         self._standby = why is not None
         if why is not None and why != self.down_reason:
@@ -250,7 +250,7 @@ class PortLoop(ABC):
         return self._standby
 
     def is_elsewhere(self) -> bool:
-        """Whether another gateway is known to have the line, and stops what is on it."""
+        """Say whether another gateway is known to have the line, and stops what is on it."""
         return self.other_owner() is not None
 
     def hand_over(self, why: str) -> None:
@@ -259,7 +259,7 @@ class PortLoop(ABC):
         self._went_down(why)
 
     async def _serve_until_lost(self) -> bool:
-        """Whether the line ever was ready: a port that is lost at once is tried less and less often."""
+        """Serve the port until it is lost; say whether the line was ready. If not, the next try is later."""
         was_ready = False
         self._set_up_due = fresh = True
         while self._open:
@@ -286,7 +286,7 @@ class PortLoop(ABC):
         self._attention.set()
 
     def _came_up(self, facts: dict[str, object]) -> None:
-        """Somebody answers and is set up; told once, until the line is down or silent."""
+        """Note that controllers answer and are set up; told once, until the line is down or silent."""
         self._ready, self._silence = True, None
         log.info("line %s is up", self.id)
         if not self._up_published:
@@ -294,7 +294,7 @@ class PortLoop(ABC):
             self.on_change("line.up", facts)
 
     def _is_silent(self, why: str) -> None:
-        """Nobody answers: for those who use the line that is as if it were down."""
+        """Note that no controller answers: for users of the line that is as if it were down."""
         if why != self._silence:
             log.warning("line %s is silent: %s", self.id, why)
         self._silence = why
@@ -317,7 +317,7 @@ class PortLoop(ABC):
         self._attention.set()
 
     def connection_lost(self, error: TransportLost) -> None:
-        """The port has gone, and nobody closed it."""
+        """Note that the port has gone without `close`."""
         self._went_down(str(error))
 
     async def _clear_with(self, opening: bytes, patience_s: float) -> None:
@@ -338,7 +338,7 @@ class PortLoop(ABC):
     # writing
 
     def _port_is_free(self, now: float) -> bool:
-        """Whether a frame may begin now; when not, everything is looked at again at the right moment.
+        """Say whether a frame may begin now; if not, everything is looked at again at the right moment.
 
         A port that stays blocked is opened anew.
         """
@@ -382,7 +382,7 @@ class PortLoop(ABC):
         self._timer, self._timer_at = self._loop.call_at(at, self._wake), at
 
     def _note_hold(self, now: float) -> None:
-        """While the loop was held nothing was read: nobody at the far end is late because of that."""
+        """Move all deadlines by the time for which the loop was held: in it no reply could be read."""
         held_s = self.admission.held_s(now)
         if held_s > self._held_s:
             longer_s, self._held_s = held_s - self._held_s, held_s
@@ -423,17 +423,17 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         self._in_order_since = -inf
         """When replies came last out of order."""
         self.gate = session.gate
-        """What every frame has to pass."""
+        """Guards that every frame has to pass."""
         self._new_reader = reader
         self._reader = reader()
         self.intents: Intents[X] | None = None
         """Where what has an effect is written down first, if anywhere."""
         self._promised: dict[asyncio.Future[Any], X] = {}
-        """What somebody waits for."""
+        """Exchanges by the future of a waiter."""
         self._expiry: asyncio.TimerHandle | None = None
         self._expiry_at = 0.0
         self.turnaround_s = 0.0
-        """How long the far end, and this machine, took of late for a reply besides the bytes of it."""
+        """Mean time from a frame to its reply of late, without the bytes of the reply, in seconds."""
         self._heard_bytes = 0
         """Since the last frame was written."""
         self._held_when_heard_s = 0.0
@@ -500,7 +500,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
             yield series
 
     def subject_of(self, _: bytes) -> FrameSubject:
-        """What a frame on it is about; where no address stands in frames, all are about the same."""
+        """Find the subject of a frame; where frames have no address, all have the same."""
         return FrameSubject(b"")
 
     def _take(self, frame: W) -> None:

@@ -18,10 +18,10 @@ GATHER, LONGEST_GATHER_S = 0.25, 0.05
 
 
 class LiveWish(Hashable, Protocol):
-    """Which values somebody watches."""
+    """The live values that a client watches."""
 
     def passes(self, type_: str, subject: str) -> bool:
-        """Whether it is one of them."""
+        """Say whether values of a type, about a subject, are wanted."""
 
 
 class LiveValue(NamedTuple):
@@ -42,14 +42,14 @@ class Live:
         self.last = 0
         """Number of the newest reading."""
         self.demand = asyncio.Event()
-        """Set, and replaced by another, when somebody begins or ceases to watch."""
+        """Set, and replaced by another, when a client begins or ceases to watch."""
         self._epoch, self._source, self._clock = epoch, source, clock
         self._readings: OrderedDict[tuple[str, str], LiveValue] = OrderedDict()
         self._audiences: dict[float, _Audience] = {}
         self._rates: dict[tuple[str, str], float] = {}
 
     def put(self, type_: str, subject: str, data: BaseModel, at: float | None = None) -> None:
-        """Tell a value that was read `at` a time of the event loop, or now; nobody watching is no error."""
+        """Tell a value that was read at time `at` of the event loop, or now; drop it without a watcher."""
         if not self.rate(type_, subject):
             return
         age_s = 0.0 if at is None else asyncio.get_running_loop().time() - at
@@ -91,13 +91,13 @@ class Live:
     # who watches
 
     def join(self, watch: "Watch") -> None:
-        """Somebody begins to watch."""
+        """Begin to watch."""
         audience = self._audiences.setdefault(watch.hz, _Audience(watch.hz))
         audience.members.add(watch)
         self.demand_changes()
 
     def leave(self, watch: "Watch") -> None:
-        """Somebody watches no more; values that nobody watches are forgotten."""
+        """Cease to watch; values without a watcher are forgotten."""
         audience = self._audiences[watch.hz]
         audience.members.discard(watch)
         if not audience.members:
@@ -108,19 +108,19 @@ class Live:
             del self._readings[key]
 
     def demand_changes(self) -> None:
-        """Somebody wants something else than before."""
+        """Note that other values are wanted than before."""
         self._rates.clear()
         self.demand.set()
         self.demand = asyncio.Event()
 
 
 class Watch(AbstractContextManager["Watch"]):
-    """What one client wants of the newest readings, and has got; it watches within the context."""
+    """The newest readings that one client wants, and has got; it watches within the context."""
 
     def __init__(self, live: Live, wanted: LiveWish, hz: float, wake: Callable[[], None]) -> None:
         self.wanted, self.hz, self.wake = wanted, hz, wake
         self.due = False
-        """Whether there may be readings for it now."""
+        """True if there may be readings for it now."""
         self._has = live.last
         self._live = live
 
@@ -138,7 +138,7 @@ class Watch(AbstractContextManager["Watch"]):
 
 
 class _Audience:
-    """Those who watch equally often: they are woken together, no more often than that."""
+    """Watchers with one rate, which are woken together, no more often than that."""
 
     def __init__(self, hz: float) -> None:
         self.hz = hz
@@ -147,7 +147,7 @@ class _Audience:
         self._timer: asyncio.TimerHandle | None = None
 
     def wants(self, type_: str, subject: str) -> bool:
-        """Whether anybody of it does."""
+        """Say whether a member wants the value."""
         return any(wanted.passes(type_, subject) for wanted in {it.wanted for it in self.members})
 
     def news(self) -> None:
@@ -158,7 +158,7 @@ class _Audience:
             self._timer = loop.call_at(max(gathered_at, self._next_at), self._wake)
 
     def close(self) -> None:
-        """Nobody is left."""
+        """Cancel the timer: no member is left."""
         if self._timer is not None:
             self._timer.cancel()
 

@@ -1,4 +1,4 @@
-"""Who takes up a line's time, and how much of it."""
+"""The load of a line: how much of its time each kind of work takes."""
 
 from collections import defaultdict, deque
 from typing import Final
@@ -6,7 +6,7 @@ from typing import Final
 from gateway.core.histogram import Histogram
 
 WINDOW_S = 10.0
-"""The load is that of so many seconds."""
+"""Seconds over which the load is measured."""
 TOOK_BOUNDS_S: Final = (0.001, 0.0025, 0.005, 0.01, 0.02, 0.03, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5)
 
 
@@ -17,7 +17,7 @@ class Load:
         self.busy_s: defaultdict[str, float] = defaultdict(float)
         """Seconds since the start, by what they were taken for."""
         self.took = Histogram(TOOK_BOUNDS_S)
-        """How long each frame has taken the line."""
+        """Seconds that each frame has taken the line."""
         self._spans: deque[tuple[float, str, int]] = deque()
         self._lately_ns: defaultdict[str, int] = defaultdict(int)
         """The sums of these spans: whole numbers, so that nothing is left of what has passed."""

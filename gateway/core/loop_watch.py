@@ -14,8 +14,11 @@ HELD_S = 0.25
 SUSPENDED_S = 2.0
 """After a beat later than this nothing is sent that was asked for before."""
 DOUBT_S = 0.5
-"""After a suspension requests are read that may have lain in their sockets all the time: for this time nobody
-knows how old a request is, and longer while the loop is late with what has piled up."""
+"""Seconds of doubt after a suspension.
+
+Requests are read then that may have lain in their sockets all the time, so that their age is unknown; the
+doubt lasts longer while the loop is late with what has piled up.
+"""
 LATE_S = 0.1
 
 _CLOCK: int = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
@@ -68,7 +71,7 @@ class LoopWatch:
             self._notice(late_s, now)
 
     def in_doubt(self) -> bool:
-        """Whether nobody knows how old a request is that comes now."""
+        """Say whether the age of a request that comes now is unknown."""
         self.check()
         return self._clock() < self._doubt_until
 

@@ -25,10 +25,13 @@ class MoveLog(Generic[M]):
 
     def __init__(self) -> None:
         self._moves: OrderedDict[str, M | tuple[str, bytes]] = OrderedDict()
-        """Those that are over are the address of what moved and the record as text: the garbage collector has
-        nothing to look through in them."""
+        """Moves by id.
+
+        A move that is over is the address of what moved and the record as text: the garbage collector has
+        nothing to look through in it.
+        """
         self._kind: type[M]
-        """Of the records."""
+        """Type of the records."""
         self._over: dict[str, asyncio.Event] = {}
         """Set at the end, of those under way alone."""
         self.on_change: Callable[[M], object] = lambda _: None
@@ -59,7 +62,7 @@ class MoveLog(Generic[M]):
             over.set()
 
     def let_go(self) -> None:
-        """Let nobody wait any longer: the gateway ends, and the moves may go on."""
+        """Release all waiters: the gateway ends, and the moves may go on."""
         for over in self._over.values():
             over.set()
 

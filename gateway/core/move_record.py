@@ -13,10 +13,10 @@ from gateway.core.records import Record, RequestModel, request_id_field
 from protocols.members import at_hand
 
 LOST_AFTER_S = 30.0
-"""What has not answered this long in the middle of a move has lost it."""
+"""Seconds of silence in the middle of a move after which the gateway gives the move up as lost."""
 
 START_WITHIN_S = 5.0
-"""A move is written so soon after it was asked for, or never, where nobody says otherwise."""
+"""Default time within which a move is written after its request, or never, in seconds."""
 
 RESTARTED: Final = "the gateway was restarted"
 """Why a move goes on with another than has begun it, as the begin or the end of a sentence."""
@@ -42,7 +42,7 @@ class MoveStatus(StrEnum):
 
     @property
     def final(self) -> bool:
-        """Whether nothing more will become of it."""
+        """True if the status is the last one."""
         return self not in (MoveStatus.QUEUED, MoveStatus.SENT, MoveStatus.MOVING)
 
 

@@ -19,13 +19,13 @@ from gateway.core.verdicts import Judged, Unbegun, Unwatched, Verdict, VerdictWo
 log = logging.getLogger(__name__)
 
 GiveUp = Callable[[str], None]
-"""Says that nobody knows how a move ends, and why."""
+"""Gives a move up as unknown, with the reason."""
 Beginning = asyncio.Future[GatewayError | None]
-"""What is known of a move when it has been taken, or refused with an error."""
+"""The beginning of a move: done when it is taken, or refused with an error."""
 
 
 W = TypeVar("W")
-"""What makes a move."""
+"""The maker of a move."""
 M = TypeVar("M", bound=MoveRecord)
 
 
@@ -62,7 +62,7 @@ class MoveRuns(ABC, Generic[W, M]):
         """Its command is on the wire."""
 
     def _lose(self, who: W, why: str, /) -> None:
-        """Nobody follows the move any more: what it has not written yet never is."""
+        """Stop following the move: what it has not written yet never is."""
 
     # finding
 
@@ -129,7 +129,7 @@ class MoveRuns(ABC, Generic[W, M]):
     ) -> None:
         """See a move through; its `beginning` ends with the task at the latest.
 
-        After a fault of the gateway itself nobody follows the move: `give_up` is called.
+        After a fault of the gateway itself the move is no longer followed: `give_up` is called.
         """
         task = asyncio.create_task(work(), name=f"move {move_id}")
         self._beginnings[task] = beginning
@@ -145,9 +145,10 @@ class MoveRuns(ABC, Generic[W, M]):
         beginning.cancel()
 
     def _take_over(self, who: W, move: M, *, begun: bool, asked: str, since: str) -> bool:
-        """Whether to go on with a move of an earlier life, whose command may have been written.
+        """Say whether to go on with a move of an earlier life, whose command may have been written.
 
-        `begun` is whether an intent of it was written, `asked` who is asked how it goes on, `since` why.
+        `begun` says whether an intent of it was written, `asked` names the controller to ask, `since` the
+        reason.
         """
         self._claim(who, move)
         if move.status is MoveStatus.QUEUED and not begun:
@@ -182,7 +183,7 @@ class MoveRuns(ABC, Generic[W, M]):
         self.advance(who, move, verdict.status, verdict.error)
 
     def _give_up(self, moves: Sequence[tuple[W, M]], why: str) -> None:
-        """Nobody knows how they end."""
+        """End moves as unknown."""
         for who, move in moves:
             self._lose(who, why)
             if self._move_of(who) is move:

@@ -1,4 +1,4 @@
-"""The calls that remedy something: errors and alarms name them, so that nobody has to look for them."""
+"""The calls that remedy something: errors and alarms name them, so that a user need not look for them."""
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -33,7 +33,7 @@ class NextCall(BaseModel):
         return {"right": Right.OPERATE, **data} if isinstance(data, dict) else data
 
     def at(self, names: Mapping[str, object]) -> Self:
-        """The same call with the names in its path filled in.
+        """Fill in the names in the call's path.
 
         :raises KeyError: one of them is not known.
         """

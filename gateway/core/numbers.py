@@ -8,7 +8,7 @@ from typing import Final
 _TABLES: Final = [
     tomllib.loads(it.read_text("utf-8")) for it in Path(__file__).parents[1].glob("*/numbers.toml")
 ]
-"""That of the gateway with its families, and those in the packages of extensions."""
+"""Tables of numbers: of the gateway with its families, and of the packages of extensions."""
 
 
 def _all(of: str) -> Mapping[str, int]:
@@ -17,6 +17,6 @@ def _all(of: str) -> Mapping[str, int]:
 
 
 EVENTS: Final = _all("events")
-"""By the type of an event."""
+"""Number of each type of event."""
 ALARMS: Final = _all("alarms")
-"""By the cause of an alarm."""
+"""Number of each cause of an alarm."""

@@ -1,4 +1,4 @@
-"""What callers may ask for, each described once: front ends, documents and tests are made of it."""
+"""The operations that callers may ask for, each described once for front ends, documents and tests."""
 
 from collections.abc import Awaitable, Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -42,9 +42,9 @@ _EFFECTS: Final[Mapping[Right, Effect]] = {
     Right.SETUP: Effect.SETTING,
     Right.ADMIN: Effect.MAINTENANCE,
 }
-"""What an operation with a right does, if nothing else is said."""
+"""Default effect of an operation, by its right."""
 LEASED: Final = frozenset({Right.OPERATE, Right.SETUP})
-"""The rights that, where somebody has a lease, only the holder can use."""
+"""Rights that a lease reserves to its holder."""
 
 
 class DocumentSection(NamedTuple):
@@ -56,7 +56,7 @@ class DocumentSection(NamedTuple):
     before: str = ""
     """The section of the gateway itself that it stands before; else at the end."""
     is_needed_first: bool = False
-    """Whether it is among what is needed first: to move, to stop, and to see what has happened."""
+    """True for the first operations that a user needs: to move, to stop, and to see what has happened."""
 
 
 class RouteWords(NamedTuple):
@@ -92,43 +92,43 @@ class Operation:
     run: Run
     """Takes what the door provides, what the path names, then the request; by name what the query says."""
     name: str
-    """As generated clients call it: `getCapture`."""
+    """Name in generated clients: `getCapture`."""
     verb: Verb
     path: str
     tag: str
     """The section of the documents that it stands in."""
     right: Right
     leased: bool
-    """Whether a lease of somebody else keeps a caller from it."""
+    """True if another caller's lease forbids it."""
     any_scope: bool
-    """Whether callers with any scope may ask, and are shown what theirs covers."""
+    """True if callers with any scope may ask, and are shown the part in their scope."""
     target: str | None
     """The parameter that names what it is about; None: the whole plant. One of the query may name several."""
     expects: bool
-    """Whether it can be bound to what its sender has read."""
+    """True if it can be bound to the document that its sender has read."""
     effect: Effect
     title: str
     description: str
     parameters: Mapping[str, Parameter]
-    """Those of path and query, by their names."""
+    """Parameters of path and query, by name."""
     provided: Mapping[str, type]
-    """Those that the door finds: the plant, a family, or what the path leads to."""
+    """Values that the door finds: the plant, a family, or the thing at the path."""
     request_name: str | None
     """The parameter that takes the request, if there is one."""
     request: Any
     request_optional: bool
-    """Whether a request may be left out: it then has what its model has by itself."""
+    """True if the request may be left out: its model's defaults then count."""
     result: Any
     tagged: bool = False
-    """Whether the result is a document that a change of it can be bound to (ETag)."""
+    """True if the result is a document that a change of it can be bound to (ETag)."""
     named_only: bool = False
-    """Whether the result tells only the members that are set."""
+    """True if the result tells only the members that are set."""
     opens: bool = False
-    """Whether what it makes is there until somebody ends it."""
+    """True if it makes something that lasts until a caller ends it."""
     over: str | None = None
-    """Of what takes long: the words for its end. Until then the result is its record."""
+    """Words for the end of long work; until then the result is its record."""
     stopping: str | None = None
-    """Of an end that is awaited: the words for one that was not seen in time, whose `state` is `stopping`."""
+    """Words for an end that was not seen in time, whose `state` is `stopping`."""
     kept_at: str | None = None
     """Where such records are found again; None: where it was asked for."""
     most_bytes: int | None = None
@@ -138,19 +138,19 @@ class Operation:
     media: str | None = None
     """The media type of its request and its result, where these are texts and no JSON."""
     beside: Mapping[str, Any] = field(default_factory=dict)
-    """What may stand beside such a text, as OpenAPI describes a header."""
+    """Headers beside such a text, as OpenAPI describes them."""
     answered: str | None = None
     """The words for its answer, where the documents need some."""
     documented: bool = True
-    """Whether the documents show it: clients made of them cannot send every media type."""
+    """True if the documents show it: clients made of them cannot send every media type."""
     may_begin: Any = None
     """The record of a move, where only the request tells whether it begins one."""
     moves: bool = False
-    """Whether it begins moves, each with its record."""
+    """True if it begins moves, each with its record."""
     planned: Any = None
-    """What it answers where the request only asks what would be done."""
+    """Type of the answer to a request that only asks for the plan."""
     dated: bool = False
-    """Whether the age of its answer means something."""
+    """True if the age of its answer means something."""
     code: str = ""
     """The controller's code, where it is a row of a command table."""
     example: Callable[[], Mapping[str, Any] | None] | None = None
@@ -162,7 +162,7 @@ class Operation:
 
     @property
     def keyed(self) -> bool:
-        """Whether only its request tells if its sender may rely on a key."""
+        """True if only the request tells whether its sender may rely on a key."""
         return KEYED in self.provided
 
     @property
@@ -171,13 +171,13 @@ class Operation:
         return names_in(self.path)
 
     def may_leave_out(self, name: str) -> bool:
-        """Whether it has a parameter by itself where nothing is said."""
+        """Say whether a parameter has a default."""
         it = self.parameters.get(name)
         return it is not None and it.default is not Parameter.empty
 
     @property
     def ended(self) -> Any:
-        """What it answers where nothing is under way any more."""
+        """Type of the answer where nothing is under way any more."""
         return self.result if self.planned is None else self.result | self.planned
 
 
@@ -306,7 +306,7 @@ def operation(tag: str, verb: Verb, path: str, right: Right, run: Run, **told: A
 
 
 def _is_data(annotation: type) -> bool:
-    """Whether it is what a client sends."""
+    """Say whether a client sends it."""
     return get_origin(annotation) is not None or issubclass(annotation, BaseModel)
 
 

@@ -10,7 +10,7 @@ from gateway.core.ids import hex_digits
 from gateway.core.parts import Part
 
 Work = Literal["clients", "followers", "health", "probes", "fences", "stops", "set_up", "live"]
-"""What a line's time is taken for: `followers` see moves to their ends, `stops` are seen to standstill."""
+"""Purpose of a line's time: `followers` see moves to their ends, `stops` are seen to standstill."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,9 +20,9 @@ class Claim:
     tokens: tuple[int, ...] = ()
     parts: tuple[Part, ...] = ()
     holder: str = ""
-    """Whose request it is: a token is good for the holder of its lease alone, since anybody can count."""
+    """Holder of the lease: a token can be guessed, so it is good for its lease's holder alone."""
     owner_epoch: int | None = None
-    """Since when the sender believes that this gateway has the line."""
+    """Epoch of the line since which the sender believes that this gateway has it."""
 
 
 NO_CLAIM = Claim()
@@ -38,12 +38,12 @@ class Origin:
     """The Idempotency-Key that the request came with, within its scope."""
     work: Work = field(default="clients", compare=False)
     claim: Claim = field(default=NO_CLAIM, compare=False)
-    """What the write gate looks at again."""
+    """Claim that the write gate checks again."""
     address: str = field(default="", compare=False)
     """The network address of the client; empty where the request came from none."""
 
     def claiming(self, claim: Claim) -> "Origin":
-        """The same with another claim: `replace` takes three times as long, at every request."""
+        """Give this origin with another claim: `replace` takes three times as long, at every request."""
         return Origin(self.caller, self.request_id, self.key, self.work, claim, self.address)
 
 
@@ -54,7 +54,7 @@ POLL = Origin("gateway: poll", work="health")
 SET_UP = Origin("gateway: set-up", work="set_up")
 LIVE = Origin("gateway: live", work="live")
 RESTART = Origin("gateway: restart")
-"""What goes on from an earlier life of the gateway."""
+"""Origin of work that goes on from an earlier life of the gateway."""
 
 ORIGIN: ContextVar[Origin] = ContextVar("origin", default=GATEWAY)
 

@@ -1,4 +1,4 @@
-"""Faults of the gateway itself, which nobody has foreseen: they are logged, and the work goes on."""
+"""Unforeseen faults of the gateway itself: they are logged, and the work goes on."""
 
 import asyncio
 import logging

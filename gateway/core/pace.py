@@ -7,7 +7,7 @@ EXCHANGE_BYTES: Final = 27
 TURNAROUND_S: Final = 0.004
 """From the end of a question to its answer, and from that to the next question."""
 PACED: Final = 50
-"""So many answers tell more about the pace than the speed of the line does."""
+"""Answers after which the pace says more than the speed of the line."""
 
 
 def answer_s(baud: int) -> float:
@@ -16,7 +16,7 @@ def answer_s(baud: int) -> float:
 
 
 def left_s(expected: int | None, done: int, took_s: float, baud: int | None) -> float | None:
-    """Seconds until `expected` answers have come, of which `done` took `took_s`; None where nobody knows."""
+    """Seconds until `expected` answers have come, of which `done` took `took_s`; None if unknown."""
     if expected is None or (done < PACED and baud is None):
         return None
     each = took_s / done if done >= PACED or baud is None else answer_s(baud)

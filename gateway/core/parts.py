@@ -11,13 +11,13 @@ class Part(NamedTuple):
 
     @property
     def is_line(self) -> bool:
-        """Whether it is a whole line."""
+        """Say whether the part is a whole line."""
         return self.address == self.line_id
 
     def contains(self, other: "Part") -> bool:
-        """Whether the other is this one, or on this line."""
+        """Say whether the other part is this one, or on this line."""
         return self == other or (self.is_line and self.line_id == other.line_id)
 
     def meets(self, other: "Part") -> bool:
-        """Whether one of both contains the other."""
+        """Say whether one of both contains the other."""
         return self.contains(other) or other.contains(self)

@@ -21,10 +21,10 @@ R = TypeVar("R", bound=Reading)
 
 
 class ProgressListener(Protocol):
-    """Who is told how far a reading has come."""
+    """A listener to the progress of a reading."""
 
     def expect(self, answers: int | None, /) -> None:
-        """So many more answers are wanted at most; None where nobody knows."""
+        """Note that up to `answers` more answers are wanted; None if unknown."""
 
     def has_read(self) -> None:
         """One more answer was read."""
@@ -89,7 +89,7 @@ class Readings(DurableJobs[R]):
             )
 
     def left_by(self, _: R, /) -> str:
-        """What one that was broken off has changed."""
+        """Say what a broken-off reading has changed."""
         return "nothing was changed"
 
     async def close(self) -> None:
@@ -119,7 +119,7 @@ class Readings(DurableJobs[R]):
         self.tell(status, record)
 
     def as_kept(self, record: R) -> R:
-        """What an event tells of it."""
+        """Give the form of the record that events tell."""
         return _told(record)
 
     def note_cut_off(self, record: R, why: CutOff, /) -> None:

@@ -1,4 +1,4 @@
-"""What the records that the gateway gives to its clients, and takes from them, have in common."""
+"""The common base of records that the gateway gives to its clients, and takes from them."""
 
 from collections.abc import Mapping
 from typing import Any, ClassVar, Self
@@ -23,7 +23,7 @@ def _all_required(schema: dict[str, Any]) -> None:
 
 
 def example(**members: object) -> dict[str, JsonValue]:
-    """What a class of requests takes as `json_schema_extra`, to show one that works on the demo."""
+    """Make `json_schema_extra` for a class of requests, with an example that works on the demo."""
     return {"examples": [TypeAdapter(JsonValue).validate_python(members)]}
 
 
@@ -39,7 +39,7 @@ class Record(BaseModel):
 
 
 class RequestModel(BaseModel):
-    """What a client asks for: nothing is converted, and nothing unknown is passed over."""
+    """A client's request: nothing is converted, and unknown members are refused."""
 
     model_config = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
@@ -70,7 +70,7 @@ class SentBack(RequestModel):
     wrapped: ClassVar[str | None] = None
     """The member of the document that has the values, where they do not stand beside the others."""
     compared_whole: ClassVar[bool] = True
-    """Whether the whole document is read before the change, to compare it; else the operation compares."""
+    """True if the whole document is read before the change, to compare it; else the operation compares."""
     _told: dict[str, Any] = PrivateAttr(default_factory=dict)
 
     @model_validator(mode="wrap")

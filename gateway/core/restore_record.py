@@ -1,4 +1,4 @@
-"""What a restore tells: what differs from the backup, how far it has come, how it has ended."""
+"""The record of a restore: differences from the backup, progress and end."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -15,7 +15,7 @@ Phase = Literal["comparing", "writing", "reading_back", "saving", "awaiting_powe
 
 
 Units = Literal["keep_pulses", "convert"]
-"""How a backup comes to a controller whose pulses are of another length."""
+"""Conversion of a backup for a controller whose pulses are of another length."""
 
 
 class ScaleDifference(Record):
@@ -60,7 +60,7 @@ def differing(differences: Iterable[Difference]) -> dict[str, int]:
 
 
 class RestoreError(Record):
-    """What has ended a restore early, in the words of a problem detail."""
+    """The error that ended a restore early, in the words of a problem detail."""
 
     type: str = Field(description="The kind of error; stable.")
     detail: str
@@ -83,7 +83,7 @@ class RestoreError(Record):
 
 
 class RestorePlan(Record):
-    """What a restore would do; nothing was written."""
+    """The plan of a restore; nothing was written."""
 
     target: str = Field(description="Path of the body, line or robot that is restored.")
     dry_run: Literal[True] = True
@@ -101,7 +101,7 @@ class Restore(Record):
     status: Status = Field(
         "running",
         description="`verified`: read back, all of the backup is there. `differs`: `differences` is all that "
-        "is not. `failed`: nobody could read it back, or it is not known what flash memory holds.",
+        "is not. `failed`: it could not be read back, or it is not known what flash memory holds.",
     )
     phase: Phase = "comparing"
     controllers: list[str] = Field(description="The bodies or the robot it writes to.")
@@ -122,7 +122,7 @@ class Restore(Record):
     )
     differences: list[Difference] | None = Field(
         None,
-        description="What the controllers hold otherwise than the backup; null while nobody knows. "
+        description="Differences between the controllers and the backup; null while unknown. "
         "Events tell the first 20.",
     )
     error: RestoreError | None = Field(None, description="The error that ended the restore early.")

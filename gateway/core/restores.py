@@ -24,9 +24,9 @@ from gateway.core.works import CutOff
 
 HISTORY = 20
 TOLD = 20
-"""So many differences an event tells; the record has all."""
+"""Differences that an event tells; the record has all."""
 ROUNDS = 3
-"""What still differs when it was read back is written again, so often in all: some settings change others."""
+"""Rounds of writing and reading back: some settings change others, so that differences remain."""
 PROGRESS_S = 1.0
 """Progress is told at most this often."""
 BACK_WITHIN_S = 120.0
@@ -36,29 +36,29 @@ CANCELLED_WITHIN_S = 10.0
 
 
 class Comparison(NamedTuple):
-    """What a controller holds, beside a backup."""
+    """The differences between a controller and a backup."""
 
     commands: list[str]
-    """Those that would make it hold the backup."""
+    """Commands that would make it hold the backup."""
     differences: list[Difference]
     proved: bool
-    """Whether it is proved that the power was kept while it was read."""
+    """True if it is proved that the power was kept while it was read."""
 
 
 class ComparisonListener(Protocol):
-    """Who is told how far a comparison has come."""
+    """A listener to the progress of a comparison."""
 
     def has_read(self) -> None:
         """One more answer was read."""
 
 
 class Watcher(ComparisonListener, Protocol):
-    """Who is told how far the work at a controller has come, and may end it."""
+    """A listener to the progress of the work at a controller, which can end it."""
 
     def require_wanted(self) -> None:
-        """Go on only where nobody has ended it.
+        """Go on only if the work is not cancelled.
 
-        :raises Cancelled: somebody has.
+        :raises Cancelled: a caller has cancelled it.
         """
 
     def has_written(self) -> None:
@@ -78,7 +78,7 @@ class RestoredController(Protocol):
 
     @property
     def answers(self) -> int | None:
-        """How many a comparison takes at most; None where nobody knows."""
+        """Answers that a comparison takes at most; None if unknown."""
 
     @property
     def baud(self) -> int | None:
@@ -109,7 +109,7 @@ class RestoredController(Protocol):
     async def save(self, watcher: Watcher, /) -> None:
         """Write it to flash memory, just after it was read back.
 
-        :raises GatewayError: it was not written, or nobody knows.
+        :raises GatewayError: it was not written, or that is unknown.
         """
 
     async def power_cycled(self, watcher: Watcher, /) -> None:
@@ -129,7 +129,7 @@ class _Work:
     record: Restore
     works: DurableJobs[Restore]
     answers: int | None
-    """As many as the two readings of all controllers take at most."""
+    """Answers that the two readings of all controllers take at most; None if unknown."""
     baud: int | None
     unwanted: bool = False
     saved: int = 0
@@ -182,7 +182,7 @@ class Restores(DurableJobs[Restore], Generic[C]):
             HISTORY, "restore", lambda it: it.target, lambda what, record: publish(what, _short(record))
         )
         self._current: dict[str, tuple[_Work, C]] = {}
-        """By the address of each controller."""
+        """Work and controller, by the address of each controller."""
 
     async def plan(
         self, target: str, controllers: Sequence[C], reader: ComparisonListener | None = None
@@ -243,7 +243,7 @@ class Restores(DurableJobs[Restore], Generic[C]):
         return record
 
     def is_under_way(self, address: str) -> bool:
-        """Whether a backup is being restored to a controller."""
+        """Say whether a backup is being restored to a controller."""
         return address in self._current
 
     def require_none(self, address: str) -> None:
@@ -263,14 +263,14 @@ class Restores(DurableJobs[Restore], Generic[C]):
             raise _being_restored(address)
 
     def amid(self, address: str) -> C | None:
-        """The controller, while it is written or read back: nobody else may change it meanwhile."""
+        """The controller while it is written or read back, when no other client may change it; else None."""
         work, controller = self._current.get(address, (None, None))
         return None if work is None or work.record.phase == "awaiting_power_cycle" else controller
 
     async def cancel(self, target: str) -> Restore:
-        """Write no more, and give the record; what the controllers hold then is still read.
+        """Write no more, and give the record; the controllers are still read back.
 
-        A second time it ends at once, and nobody knows what they hold.
+        A second call ends it at once, and leaves unknown what they hold.
 
         :raises NotFound: none is under way.
         """
@@ -329,7 +329,7 @@ class Restores(DurableJobs[Restore], Generic[C]):
 
 
 def answers_of(controllers: Sequence[RestoredController]) -> int | None:
-    """How many answers a comparison of all takes at most; None where nobody knows."""
+    """Answers that a comparison of all controllers takes at most; None if unknown."""
     each = [it.answers for it in controllers]
     return None if None in each else sum(filter(None, each))
 
@@ -357,7 +357,7 @@ class _Ended(NamedTuple):
 
 
 async def _restored(work: _Work, controller: RestoredController) -> _Ended:
-    """Restore one controller. Whatever happens on the way, what it holds then is found out."""
+    """Restore one controller, and in any case read its settings back then."""
     record, lasting = work.record, False
     try:
         differences = await _written(work, controller)
@@ -443,7 +443,7 @@ def _status(work: _Work, error: GatewayError | None) -> Status:
 
 
 class _Nobody:
-    """Nobody is told how far it has come."""
+    """A listener that reports nowhere."""
 
     def has_read(self) -> None:
         """Say nothing."""

@@ -1,4 +1,4 @@
-"""What a caller needs to be allowed before something is done; a small closed list."""
+"""The rights of callers; a small closed list."""
 
 from collections.abc import Mapping
 from enum import StrEnum
@@ -8,7 +8,7 @@ from protocols.table import Effect
 
 
 class Right(StrEnum):
-    """What somebody may do. Nobody has one because of having another."""
+    """A permission of a caller. Each is granted on its own: none includes another."""
 
     OPEN = "open"
     """Needs no permission: whether the gateway lives, and which version it is."""
@@ -32,4 +32,4 @@ RIGHT_OF: Final[Mapping[Effect, Right]] = {
     Effect.STOP: Right.STOP,
     Effect.MAINTENANCE: Right.SETUP,
 }
-"""What each command of the controllers takes."""
+"""The right that each effect of a command takes."""

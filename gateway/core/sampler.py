@@ -1,4 +1,4 @@
-"""Asks one line for the values that somebody watches, in a share of its time that nobody else needs."""
+"""Asks one line for the values that clients watch, in a share of its time that is free."""
 
 import asyncio
 from abc import ABC, abstractmethod
@@ -13,11 +13,11 @@ from gateway.core.origin import LIVE, ORIGIN
 from gateway.core.waiting import happens
 
 REST_S = 1.0
-"""What was not answered is asked for again after this time."""
+"""Seconds until an unanswered question is asked again."""
 IO_HZ = 2.0
 """Inputs and outputs are asked for no more often a second: positions are not to wait for them."""
 CLOCK_S = 0.001
-"""A timer may be early by so much."""
+"""Seconds by which a timer may be early."""
 
 
 class LiveSource(ABC):
@@ -25,7 +25,7 @@ class LiveSource(ABC):
 
     type: ClassVar[str]
     most_hz: ClassVar[float] = inf
-    """It is asked no more often a second, however often somebody wants it."""
+    """Highest rate at which it is asked, in Hz, however often clients want it."""
     subject: str
 
     @abstractmethod
@@ -37,16 +37,16 @@ class LiveSource(ABC):
 
     @property
     def own_hz(self) -> float:
-        """How often a second it is asked for while nobody watches: what is under way wants it."""
+        """Rate in Hz at which it is asked without a watcher, for work that is under way."""
         return 0.0
 
     def among(self, due: Sequence["LiveSource"]) -> list[Self]:
-        """Those of the same kind."""
+        """The due sources of this kind."""
         return [it for it in due if isinstance(it, type(self))]
 
 
 class Sampler:
-    """Asks for what is due first, one question after the other, and for nothing that nobody watches."""
+    """Asks for what is due first, one question after the other, and for nothing without a watcher."""
 
     def __init__(self, line: AnyLine, live: Live, sources: Iterable[LiveSource], share: float) -> None:
         self._line, self._live, self._share = line, live, share

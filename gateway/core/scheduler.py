@@ -1,7 +1,7 @@
-"""Whose turn it is on a line: a pure decision over what waits, without clock or I/O.
+"""The order of frames on a line: a pure decision over what waits, without clock or I/O.
 
-Stops go first, then the questions a motor waits for, then commands, then reads, then the background. Within
-a lane the targets take turns, so that one busy target starves nobody; within a target the order of arrival
+Stops go first, then the questions a motor waits for, then commands, then reads, then the background. Within a
+lane the targets take turns, so that one busy target starves no other; within a target the order of arrival
 holds. Equal reads that wait share one exchange, and so do equal stops.
 """
 
@@ -23,12 +23,12 @@ _IS_DONE = methodcaller("done")
 
 
 def is_abandoned(exchange: Exchange[Any, Any, Any]) -> bool:
-    """Whether it is a question that nobody waits for any more: it need not be sent."""
+    """Say whether it is a question without waiters, which need not be sent."""
     return exchange.lane in QUESTIONS and all(map(_IS_DONE, exchange.waiters))
 
 
 def _queue_of(exchange: Exchange[Any, Any, Any]) -> Hashable:
-    """What it waits in line with: its series, or all else for its target."""
+    """Key of the queue that it waits in: its series, or its target."""
     return exchange.target if exchange.series is None else exchange.series
 
 
@@ -71,23 +71,23 @@ class _Turns(OrderedDict[Hashable, deque[X]], Generic[X]):
 
 
 class Scheduler(Generic[X]):
-    """What waits on one line, and which of it goes next."""
+    """The exchanges that wait on one line, and the next of them."""
 
     def __init__(self, waits_for: str = "body") -> None:
         self._waits_for = waits_for
         self.lanes: list[_Turns[X]] = [_Turns() for _ in Lane]
-        """What waits in each lane; a lane in which nothing waits is false."""
+        """Exchanges that wait in each lane; a lane in which nothing waits is false."""
         self.stops = [self.lanes[lane] for lane in STOPS]
         """The lanes of stops."""
         self.locks: dict[int, SequenceLock] = {}
-        """By target, who holds it for a series."""
+        """The lock of each target, held for a series."""
         self.members: Mapping[int, Iterable[int]] = {}
-        """By target, the others that a frame for it reaches."""
+        """Other targets that a frame for a target reaches."""
         self._passed_over: dict[Lane, float] = {}
         """Since when a lane has had no turn, where people wait for it or a fence has gone ahead."""
 
     def exchanges(self, lane: Lane) -> Iterator[X]:
-        """What waits in a lane."""
+        """Exchanges that wait in a lane."""
         return self.lanes[lane].exchanges()
 
     def waiting(self, lane: Lane) -> int:
@@ -120,7 +120,7 @@ class Scheduler(Generic[X]):
         self._passed_over[lane] = -inf
 
     def reached(self, target: int) -> Iterable[int]:
-        """Those that a frame for this target reaches."""
+        """Targets that a frame for this target reaches."""
         return (target, *self.members.get(target, ()))
 
     def next(self, lanes: tuple[Lane, ...], may_go: Callable[[X], bool] | None = None) -> X | None:
@@ -134,7 +134,7 @@ class Scheduler(Generic[X]):
         return None
 
     def _is_admitted(self, exchange: X) -> bool:
-        """Whether nobody else has a series under way there; what sees to stops does not ask."""
+        """Say whether no other series holds the target; exchanges that see to stops are not asked."""
         if not self.locks or exchange.lane not in IMPATIENT:
             return True
         for target in self.reached(exchange.target):
@@ -144,7 +144,7 @@ class Scheduler(Generic[X]):
         return True
 
     def next_wanted(self, now: float, may_go: Callable[[X], bool] | None = None) -> X | None:
-        """Take out the exchange whose turn it is of all; reads that nobody waits for any more are dropped."""
+        """Take out the next exchange of all lanes; reads without waiters are dropped."""
         while exchange := self.next(self._in_turn(now) if self._passed_over else LANES, may_go):
             if not is_abandoned(exchange):
                 if self._passed_over or exchange.lane is not Lane.READ or self.lanes[Lane.BACKGROUND]:
@@ -153,7 +153,7 @@ class Scheduler(Generic[X]):
         return None
 
     def _in_turn(self, now: float) -> tuple[Lane, ...]:
-        """Who goes first: a lane that was passed over for long goes once before all but stops."""
+        """Lanes by priority now: one that was passed over for long goes once before all but stops."""
         for lane, since in self._passed_over.items():
             if now - since >= TURN_S:
                 return (Lane.STOP, lane, *LANES)

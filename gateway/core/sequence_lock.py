@@ -18,7 +18,7 @@ RELEASE = "the release of a sequence lock"
 
 
 class Series:
-    """What the holder of one or more sequence locks sends. A stop ends it: the rest is not written."""
+    """The frames of a holder of one or more sequence locks. A stop ends it: the rest is not written."""
 
     def __init__(self) -> None:
         self.epochs: dict[int, int] = {}
@@ -34,11 +34,11 @@ current_series = _SERIES.get
 class SequenceLock:
     """A lock that goes to the confirmation of stops first, to commands before reads, and to each in turn.
 
-    While it is held, the session of its target writes no command and no read of anybody else; stops, what
-    proves them, fences and the line's set-up never wait for it.
+    While it is held, the session of its target writes no command and no read of other holders; stops, their
+    proofs, fences and the line's set-up never wait for it.
 
-    Too many commands or reads are turned away. What goes before them the gateway asks for itself, to prove
-    how a stop or a move ends: of that there is little, and it is never turned away.
+    Too many commands or reads are turned away. Questions that go before them are the gateway's own, to prove
+    how a stop or a move ends: they are few, and never turned away.
     """
 
     def __init__(self, of: str = "robot") -> None:

@@ -1,4 +1,4 @@
-"""What is being said on a line: what goes next, what awaits its reply, and whether the line is in step.
+"""A line's conversation: the next frame, the frames that await replies, and whether the line is in step.
 
 One exchange is under way at a time; only stops may be written while it waits for its reply. When a reply
 stays away or cannot be understood, the line is out of step: nothing but stops is sent until a fence, a query
@@ -29,7 +29,7 @@ from protocols.lines import Garbage
 from protocols.members import at_hand
 
 READ_REPEATS = 2
-"""How often a read without a usable reply is repeated, each time after a passed fence."""
+"""Times that a read without a usable reply is repeated, each after a passed fence."""
 
 NEW_STOPS = (Lane.STOP,)
 
@@ -39,7 +39,7 @@ Settle = Callable[[], None]
 
 @at_hand
 class Awaited(Enum):
-    """What has to wait for the reply to a frame that was written."""
+    """The frames that have to wait for the reply to a frame that was written."""
 
     FIRST = auto()
     """All but stops."""
@@ -53,7 +53,7 @@ class Session(ABC, Generic[X, F]):
     """The exchanges of one line. A family adds how its replies are read, and what else it has to know."""
 
     answers_all: ClassVar = False
-    """Whether every frame has a reply: with that to the last one nothing can wait in the port."""
+    """True if every frame has a reply: after that to the last one nothing can wait in the port."""
 
     def __init__(
         self,
@@ -75,16 +75,16 @@ class Session(ABC, Generic[X, F]):
         self.counters: Counter[str] = Counter()
         self.load = Load()
         self._busy_with: str | None = None
-        """What the frame is for that takes the line now, if any does."""
+        """Purpose of the frame that takes the line now, if any does."""
         self._busy_since = 0.0
         self.strict = False
-        """Whether a fence has to prove that the reply to a command was the last."""
+        """True if a fence has to prove that the reply to a command was the last."""
         self.all_answered = False
-        """Whether the reply to the last frame has come, where every frame has one."""
+        """True if the reply to the last frame has come, where every frame has one."""
         self.doubts = 0
-        """How often a reply stayed away, could not be understood, or came though nobody had asked."""
+        """Replies that stayed away, could not be understood, or came without a question."""
         self.on_stray: Callable[[F], None] = lambda _: None
-        """Called with a reply that nobody has asked for."""
+        """Called with a reply that comes without a question."""
         self.on_silence: Callable[[], None] = lambda: None
         """Called when the only target does not answer."""
         self.on_echo: Callable[[bool], None] = lambda _found: None
@@ -97,17 +97,17 @@ class Session(ABC, Generic[X, F]):
         self._copies: Copies[X, F] = Copies(replies_remembered)
         self._urgent: deque[X] = deque()
         self._sent: list[X] = []
-        """What awaits its reply, in the order in which it was written."""
+        """Exchanges that await their replies, in the order of writing."""
         self._awaiting: X | None = None
-        """That of it for which all but stops have to wait."""
+        """The exchange that all but stops have to wait for."""
         self._written = 0
         self._suspect: X | None = None
         self._fence = Fence()
         self._fence_query: X | None = None
         self._echoed: X | None = None
-        """Of those whose replies tell which frame they answer, the last that was answered."""
+        """The last answered exchange whose reply tells which frame it answers."""
         self._unanswered: X | None = None
-        """What was given up last, until a later reply has its name: of that a copy may come."""
+        """The last exchange that timed out, until a later reply has its name. Its reply may still arrive."""
 
     # what a family adds
 
@@ -116,15 +116,15 @@ class Session(ABC, Generic[X, F]):
         """Build a query whose reply nothing else can be mistaken for."""
 
     def goes_before_fence(self) -> X | None:
-        """What has to be sent before the fence can be answered, if anything."""
+        """Give the frame that has to be sent before the fence can be answered, if any."""
         return None
 
     def goes_before_stop(self) -> X | None:
-        """What has to be sent before a stop can be heard, if anything."""
+        """Give the frame that has to be sent before a stop can be heard, if any."""
         return None
 
     def wants_fence(self, exchange: X, now: float) -> bool:
-        """Whether a fence has to go before it."""
+        """Say whether a fence has to go before it."""
         return self._copies.could_answer(exchange, exchange.target, now)
 
     def was_written(self, exchange: X, _now: float) -> Awaited:
@@ -132,15 +132,15 @@ class Session(ABC, Generic[X, F]):
         return Awaited.BESIDE if exchange.lane in STOPS else Awaited.FIRST
 
     def must_choose(self) -> bool:
-        """Whether something may keep what waits from being written now: it is asked for each then."""
+        """Say whether each waiting exchange has to be asked if it may be written now."""
         return bool(self._sent)
 
     def may_follow(self, _exchange: X) -> bool:
-        """Whether it may be written now, before the replies to what is under way."""
+        """Say whether it may be written now, before the replies to frames under way."""
         return True
 
     def holds_up(self, _sent: X) -> bool:
-        """Whether all but stops have to wait for something that is under way beside."""
+        """Say whether all but stops have to wait for an exchange that is under way beside."""
         return False
 
     def shows_echo(self, _exchange: X) -> bool:
@@ -152,11 +152,11 @@ class Session(ABC, Generic[X, F]):
         return b""
 
     def is_answered_in_order(self, exchange: X) -> bool:
-        """Whether its reply comes before that to a later fence, and is known to be its own."""
+        """Say whether its reply comes before that to a later fence, and is known to be its own."""
         return exchange.lane not in STOPS
 
     def has_time(self) -> bool:
-        """Whether the target that the fences ask may have all its tries; nobody else is waited for."""
+        """Say whether the fence's target may have all its tries, because no other target is waited for."""
         return True
 
     def witness_failed(self) -> bool:
@@ -165,7 +165,7 @@ class Session(ABC, Generic[X, F]):
         return False
 
     def is_refusal_of_fence(self, _frame: F) -> bool:
-        """Whether this may be the refusal of a fence, which carries no number."""
+        """Say whether a frame may be the refusal of a fence, which carries no number."""
         return False
 
     def note_reply(self, exchange: X, frame: F, now: float) -> None:
@@ -185,7 +185,7 @@ class Session(ABC, Generic[X, F]):
 
     @property
     def in_step(self) -> bool:
-        """Whether replies can be believed."""
+        """True while replies can be believed."""
         return self._fence.in_step
 
     def epoch(self, target: int) -> int:
@@ -225,7 +225,7 @@ class Session(ABC, Generic[X, F]):
         return self.scheduler.locks.setdefault(target, SequenceLock(self._target))
 
     def has_something(self) -> bool:
-        """Whether anything could go; asked first, because it costs less than asking the port."""
+        """Say whether anything could go; asked first, because it costs less than asking the port."""
         if self._awaiting is not None:
             return any(self.scheduler.stops)
         return any(self.scheduler.lanes) or bool(self._urgent) or not self._fence.in_step
@@ -279,7 +279,7 @@ class Session(ABC, Generic[X, F]):
         return self._recovery()
 
     def _recovery(self) -> X | None:
-        """What brings the line into step again."""
+        """Give the next frame that brings the line into step again."""
         if self._fence.state is State.SILENT:
             return None
         first = self.goes_before_fence()
@@ -318,7 +318,7 @@ class Session(ABC, Generic[X, F]):
             exchange.on_written(now)
 
     def holds(self, proof: Proof, now: float) -> bool:
-        """Whether a motion may be written that follows the last question of its proof."""
+        """Say whether a motion may be written that follows the last question of its proof."""
         return proof.doubts == self.doubts and proof.last == self._written and now < proof.holds_until
 
     # what comes back
@@ -330,7 +330,7 @@ class Session(ABC, Generic[X, F]):
             self._busy_with = None
 
     def awaits_replies(self) -> bool:
-        """Whether anything was written that is neither answered nor given up."""
+        """True if anything was written that is neither answered nor given up."""
         return bool(self._sent)
 
     def receive(self, frame: F, now: float) -> Settle | None:
@@ -401,7 +401,7 @@ class Session(ABC, Generic[X, F]):
         return True
 
     def _stray(self, frame: F, now: float, kind: str = "strays") -> None:
-        """Hear a reply that nobody has asked for."""
+        """Take a reply that comes without a question."""
         self.echo.heard(self.line_of(frame))
         self.counters[kind] += 1
         late = self._unanswered
@@ -440,7 +440,7 @@ class Session(ABC, Generic[X, F]):
         return Echo(self.shows_echo, lambda found: self.on_echo(found))
 
     def noise(self, what: str, _now: float) -> None:
-        """Something came that nobody can have wanted: whatever is awaited may have been it.
+        """Take bytes that make no sense: they may have been any awaited reply.
 
         A fence waits on: noise must not use up its tries, and its own reply cannot be mistaken.
         """
@@ -471,7 +471,7 @@ class Session(ABC, Generic[X, F]):
             self._note_load(now)
 
     def wait_longer(self, seconds: float) -> None:
-        """Wait so much longer for all replies: meanwhile they may have come, and none could be read."""
+        """Move the deadlines of all replies by `seconds`, for which no reply could be read."""
         for exchange in self._sent:
             exchange.due_at += seconds
             if exchange.deadline is not None:
@@ -559,7 +559,7 @@ class Session(ABC, Generic[X, F]):
 
 
 def _last_of(exchange: Exchange[Any, Any, Any], first: Any, last: Any) -> Any:
-    """What two replies to one command tell: the last counts, but one that contradicts leaves a doubt."""
+    """Decide between two replies to one command: the last counts, but one that contradicts leaves a doubt."""
     if type(first) is type(last):
         return last
     return exchange.unusable(GarbledReply, "replies that contradict each other came back")

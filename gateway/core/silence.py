@@ -3,7 +3,7 @@
 from gateway.core.move_record import LOST_AFTER_S
 
 OUT_OF_REACH_S = 300.0
-"""A move whose body could not even be asked for this time is not followed any more: nobody knows its end."""
+"""Seconds out of reach after which a move is followed no more, and its end is unknown."""
 
 
 class Silence:
@@ -36,17 +36,17 @@ class Silence:
 
     @property
     def of_body(self) -> bool:
-        """Whether the body itself has been silent too long."""
+        """True if the body itself has been silent too long."""
         return self.silent_s >= LOST_AFTER_S
 
     @property
     def too_long(self) -> bool:
-        """Whether it is no use to go on asking."""
+        """True if more questions are no use."""
         return self.of_body or self.out_of_reach_s >= OUT_OF_REACH_S
 
     @property
     def told(self) -> str:
-        """How long nobody has heard of the body, as a sentence without its subject."""
+        """Say for how long the body was not heard, as a sentence without its subject."""
         if self.of_body:
             return f"has not answered for {self.silent_s:.0f} s"
         return f"could not be asked for {self.out_of_reach_s:.0f} s"

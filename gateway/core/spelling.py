@@ -8,7 +8,7 @@ _ROBOT = re.compile("[a-z][a-z0-9-]*(?:/units/[0-9]+)?", re.ASCII | re.IGNORECAS
 
 
 def is_numbered(text: str) -> bool:
-    """Whether it is the address of a body or a group: `3F`, `arm.80`."""
+    """Say whether it is the address of a body or a group: `3F`, `arm.80`."""
     return _NUMBERED.fullmatch(text) is not None
 
 

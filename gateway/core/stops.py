@@ -28,15 +28,15 @@ CONFIRM_WITHIN_S = 2.0
 PROVED_WITHIN_S = 1.0
 """A motor that tells that it runs has this time from when its ramp can be over, if that is later."""
 RAMP_ASKED_AFTER_S = 1.5
-"""A motor that still runs so long after its decelerating stop is asked how long its ramp may take."""
+"""Seconds after a decelerating stop until a motor that still runs is asked how long its ramp may take."""
 RECORD_WITHIN_S = 1.0
 """A move that was stopped is recorded within this; if not, the next one does not wait any longer."""
 CLOCK_S = 0.001
-"""A timer may be early by so much."""
+"""Seconds by which a timer may be early."""
 
 
 def standstill_unknown(what: Text, error: GatewayError) -> Text:
-    """Say that nobody knows whether something stands still, and why it has not told.
+    """Say that it is unknown whether something stands still, and why it has not told.
 
     That nothing was sent is true of the question, but people would take it for the stop.
     """
@@ -57,7 +57,7 @@ class Report(Protocol):
         """Take `detail` in Japanese, too."""
 
     def in_japanese(self) -> Self:
-        """The same for people who read Japanese."""
+        """Give the report for people who read Japanese."""
 
 
 class BilingualReport(Record):
@@ -70,7 +70,7 @@ class BilingualReport(Record):
         self._detail_ja = detail
 
     def in_japanese(self) -> Self:
-        """The same for people who read Japanese."""
+        """Give the report for people who read Japanese."""
         return self.model_copy(update={"detail": self._detail_ja})
 
 
@@ -78,7 +78,7 @@ class Stopping(ABC):
     """The stop of a body or a robot. Only standstill ends it."""
 
     silent_after_s = REPEAT_S
-    """After this time since the last reply on its line nobody is on the point of answering."""
+    """Seconds since the last reply on the line after which no answer is to be expected."""
 
     def __init__(
         self, mode: StopMode, report: Report, held_s: Callable[[float], float] = lambda _now: 0.0
@@ -92,11 +92,11 @@ class Stopping(ABC):
         self._taken_s = 0.0
         """Its age when its controller took it."""
         self._ramp_s: float | None = None
-        """How long its ramp may take by the controller's settings; None where that is not known."""
+        """Seconds that its ramp may take by the controller's settings; None if unknown."""
         self._repeated_at = self._began_at
         self._overdue = False
         self._was_being_proved = False
-        """Whether the proof that is, or was, under way last began before the call for the hardware stop."""
+        """True if the latest proof began before the call for the hardware stop."""
         self._trouble: Text | None = None
         """Why it was not sent."""
         self._at_once = asyncio.Event()
@@ -119,7 +119,7 @@ class Stopping(ABC):
 
     @abstractmethod
     async def stands_still(self) -> bool:
-        """Whether the controller itself says so, and nothing runs there that could move it again."""
+        """Ask the controller whether it stands still, and nothing runs there that could move it again."""
 
     @abstractmethod
     def reply_count(self) -> int:
@@ -134,7 +134,7 @@ class Stopping(ABC):
         """Tell everybody how far it has come."""
 
     def tells_of_motion(self) -> bool:
-        """Whether its controller has taken it, and said when it was last asked that its motor runs."""
+        """Say whether the controller has taken the stop, and said when last asked that the motor runs."""
         return False
 
     def asks_for_s(self) -> float:
@@ -150,7 +150,7 @@ class Stopping(ABC):
         return now - self._began_at - (self._held_s(now) - self._held_before_s)
 
     def is_late(self) -> bool:
-        """Whether its motor was to stand by now."""
+        """Say whether the motor should stand by now."""
         return self.waited_s >= self.due_s - CLOCK_S
 
     @property
@@ -163,17 +163,17 @@ class Stopping(ABC):
         return max(CONFIRM_WITHIN_S, self._taken_s + self._ramp_s + PROVED_WITHIN_S)
 
     def asks_for_ramp(self) -> bool:
-        """Whether it has lasted so long that the ramp of its motor is to be known."""
+        """Say whether the stop has lasted so long that the motor's ramp has to be known."""
         decelerates = self.mode == "decelerate" and self._ramp_s is None
         return decelerates and self.waited_s >= RAMP_ASKED_AFTER_S and self.tells_of_motion()
 
     def note_ramp(self, seconds: float) -> None:
-        """Its ramp may take so long."""
+        """Note the seconds that its ramp may take."""
         self._ramp_s = seconds
 
     @property
     def disproves_its_alarm(self) -> bool:
-        """Whether the proof of standstill was under way already when the hardware stop was called for."""
+        """Say whether the proof of standstill was under way already when the hardware stop was called for."""
         return self._overdue and self._was_being_proved and self._report.state == "confirmed"
 
     # repeating
@@ -211,7 +211,7 @@ class Stopping(ABC):
         self._at_once.clear()
 
     async def _is_proved(self) -> bool:
-        """Ask for proof; while nobody on the line answers there is none, and the stop is repeated."""
+        """Ask for proof; while no controller on the line answers there is none, and the stop is repeated."""
         async with asyncio.TaskGroup() as group:
             proof = group.create_task(self.stands_still(), name="proof of a stop")
             while not proof.done():
@@ -236,15 +236,15 @@ class Stopping(ABC):
             self.submit()
 
     def has_had_no_turn(self) -> bool:
-        """Whether the line was so busy with other stops that nothing speaks against this one yet."""
+        """Say whether the line was so busy with other stops that nothing speaks against this one yet."""
         return False
 
     def may_still_be_asked(self) -> bool:
-        """Whether it is too early to say how far it has come; a long ramp is not waited for."""
+        """Say whether it is too early to report on the stop; a long ramp is not waited for."""
         return not self._overdue and not self._takes_long() and self.has_had_no_turn()
 
     def _takes_long(self) -> bool:
-        """Whether its motor may still be on its ramp when people are told how far it has come."""
+        """Say whether its motor may still be on its ramp when people get the report."""
         return self.due_s > CONFIRM_WITHIN_S
 
     def _warn_in(self, seconds: float) -> None:
@@ -286,7 +286,7 @@ class Stopping(ABC):
             self.tell()
 
     def calls_for_hardware(self) -> bool:
-        """Whether the software stop may not be enough."""
+        """Say whether the software stop may not be enough."""
         return self._overdue
 
     def tell(self) -> None:
@@ -304,7 +304,7 @@ class Stopping(ABC):
 
 
 K = TypeVar("K")
-"""What is stopped, and how: a second stop of the same kind joins the first."""
+"""Key of a stop, by its subject and kind: a second stop with the same key joins the first."""
 S = TypeVar("S", bound=Stopping)
 
 
@@ -313,7 +313,7 @@ class StopsUnderWay(Generic[K, S]):
 
     def __init__(self) -> None:
         self._running: dict[K, S] = {}
-        """Those that are not confirmed yet."""
+        """Stops that are not confirmed yet."""
         self._tasks: dict[S, asyncio.Task[None]] = {}
 
     # what a family adds
@@ -358,7 +358,7 @@ class StopsUnderWay(Generic[K, S]):
 
     @property
     def is_unconfirmed(self) -> bool:
-        """Whether one is under way that is not confirmed yet."""
+        """Say whether a stop is under way that is not confirmed yet."""
         return bool(self._running)
 
     async def confirmed(self) -> None:
@@ -367,7 +367,7 @@ class StopsUnderWay(Generic[K, S]):
             await asyncio.wait(self._tasks.values())
 
     async def close(self) -> None:
-        """Give up repeating: nobody is there any more who could."""
+        """Give up repeating, at the end of the gateway."""
         tasks = list(self._tasks.values())
         for task in tasks:
             task.cancel()

@@ -27,7 +27,7 @@ class Weakness(NamedTuple):
     """Where it stands in the configuration."""
     value: object
     meaning: str
-    """What that allows: one sentence."""
+    """The risk of the setting, in one sentence."""
 
 
 class Table(BaseModel):
@@ -94,17 +94,17 @@ class LineTable(Table):
     id: Slug
     address: Annotated[str, AfterValidator(_check_address)]
     protocol: str
-    """What is spoken on it: the name of its family."""
+    """Protocol of the line: the name of its family."""
     owners: Array[Slug] = ()
     """Gateways of the plant that may have it: the first opens it, the others may take it over."""
     reply_timeout_s: float = Field(0.5, gt=0, le=60)
     """From a command's last byte to the deadline of its reply; flash commands are given longer."""
     late_reply_s: float = Field(2.0, ge=0, le=60)
-    """How long after its deadline a reply may still arrive."""
+    """Seconds after its deadline for which a reply may still arrive."""
     poll_interval_s: float = Field(0.2, ge=0.01, le=60)
-    """How often what moves is asked whether it still moves."""
+    """Seconds between the questions to a part that moves."""
     live_share: float = Field(0.5, ge=0.01, le=1)
-    """Share of the line's time that values may take which somebody watches; everybody else goes first."""
+    """Share of the line's time that watched values may take; all other work goes first."""
     commissioned: Annotated[Path, Field(strict=False)] | None = None
     """The report of its commissioning, which says what of it was tried."""
     trace_entries: int = Field(10_000, ge=0, le=1_000_000)
@@ -115,7 +115,7 @@ class LineTable(Table):
     trace_files: int = Field(4, ge=2, le=100)
 
     def served(self) -> str:
-        """What stands on it, in words."""
+        """The controllers on it, in words."""
         return self.protocol
 
     def weakened(self) -> Iterable[Weakness]:
@@ -146,7 +146,7 @@ class Made(Protocol):
         """
 
     def served(self) -> str:
-        """What it is, of what, in words."""
+        """The thing and its family, in words."""
 
     def model_dump(self, *, mode: str = ..., exclude_unset: bool = ...) -> dict[str, Any]:
         """Give what was said."""

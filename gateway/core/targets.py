@@ -1,4 +1,4 @@
-"""What commands are addressed to, and what comes of them: all that the operations know of a family."""
+"""The targets of commands, and their results: all that the operations know of a family."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Mapping, Sequence
@@ -29,14 +29,14 @@ class CommandReplies:
     at: float | None = None
     """When the first one came, on the event loop's clock; None where that means nothing."""
     listed: bool = False
-    """Whether there may be any number of replies."""
+    """True if there may be any number of replies."""
     texts: Sequence[str] = ()
     """The answers as they came, behind the name, where the family keeps them."""
 
 
 @dataclass(frozen=True)
 class MemberAnswers:
-    """What each member of a group answered, by the members' addresses."""
+    """The answer of each member of a group, by the members' addresses."""
 
     group_id: str
     members: Mapping[str, Reply | GatewayError]
@@ -54,7 +54,7 @@ class BegunMoves:
 
 @dataclass(frozen=True)
 class Opened:
-    """A session in which a motor moves for as long as somebody says so."""
+    """A session in which a motor moves for as long as its client sends heartbeats."""
 
     path: str
     session: Record
@@ -68,7 +68,7 @@ class Stopped:
 
     @property
     def confirmed(self) -> bool:
-        """Whether every controller reports standstill."""
+        """True if every controller reports standstill."""
         return all(report.state == "confirmed" for those in self.reports.values() for report in those)
 
 

@@ -30,7 +30,7 @@ class LineIndex:
             in_long_string ^= len(_LONG_QUOTE.findall(line)) % 2 == 1
 
     def __contains__(self, path: KeyPath) -> bool:
-        """Whether a table or a key has a line of its own."""
+        """Say whether a table or a key has a line of its own."""
         return path in self._lines
 
     def line_of(self, path: KeyPath) -> int:

@@ -7,11 +7,11 @@ from transports.trace import Record
 
 _END = b"\r"
 _LONGEST = 4096
-"""What comes without an end is no frame."""
+"""Bytes after which text without an end is no frame."""
 
 
 class FrameSubject(NamedTuple):
-    """What a frame is about."""
+    """The subject of a frame."""
 
     address: bytes
     """To or from where it goes; replies have that of their command."""
@@ -19,9 +19,9 @@ class FrameSubject(NamedTuple):
 
 
 class TraceFilter:
-    """Lets records pass in their order. What is received comes in pieces: they pass when their frame ends.
+    """Lets records pass in their order. Received bytes come in pieces, which pass when their frame ends.
 
-    A reply is that of a request where the last command to its address was.
+    A reply belongs to the request of the last command to its address.
     """
 
     def __init__(

@@ -24,7 +24,7 @@ class Trajectory(Generic[P]):
         self._kept: list[tuple[float, P]] = [(0.0, place)]
         self._last: tuple[float, P] | None = None
         self._apart_s = 0.0
-        """How far apart the places that are kept lie at least."""
+        """Seconds that two kept places lie apart at least."""
 
     def add(self, at: float, place: P) -> None:
         """Note where it was seen at a time of the event loop; what was read before the move is not of it."""
@@ -45,7 +45,7 @@ class Trajectory(Generic[P]):
         return self._kept + newest
 
     def time_of(self, seconds: float) -> datetime:
-        """The wall time of so many seconds after the beginning."""
+        """The wall time `seconds` after the beginning."""
         return self.began_at + timedelta(seconds=seconds)
 
     @property
@@ -70,7 +70,7 @@ class Trajectories(Generic[W]):
 
     @property
     def all(self) -> list[W]:
-        """Those that are kept, the oldest first."""
+        """Kept trajectories, the oldest first."""
         return list(self._ways.values())
 
     def of(self, move_id: str) -> W:

@@ -10,11 +10,11 @@ CONTRADICTS, DIFFERS, UNKNOWN = "contradicts", "differs", "cannot_tell"
 
 
 class Untried(NamedTuple):
-    """What of a line rests on assumptions that nobody has tried there, or that do not hold."""
+    """Assumptions about a line that were not tried there, or that do not hold."""
 
     line_id: str
     assumptions: Sequence[str]
-    """Those that could not be told, or do not hold; none where nothing was tried."""
+    """Assumptions that could not be told, or do not hold; empty where nothing was tried."""
     meaning: str
     """One sentence."""
 

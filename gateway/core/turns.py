@@ -13,16 +13,16 @@ SLICE = 128
 SLICE_S = 0.002
 """Turns that take longer end a slice."""
 PAUSE = 3
-"""A pause is so many times as long as the slice before it: turns take a quarter of the time at most."""
+"""Ratio of a pause to the slice before it: turns take a quarter of the time at most."""
 LONGEST_PAUSE_S = 0.1
 
 Turn = Callable[[], None]
 
 
 class Turns:
-    """Gives each that waits a turn: at news, and soon where there is more to be done.
+    """Gives each waiting task a turn: at news, and soon where there is more to be done.
 
-    Turns come in slices with pauses between them. What happens in a pause is news for one turn, not for many.
+    Turns come in slices with pauses between them. All news of a pause is worth one turn, not many.
     """
 
     def __init__(self, clock: Callable[[], float] = perf_counter) -> None:
@@ -34,25 +34,25 @@ class Turns:
 
     @property
     def idle(self) -> bool:
-        """Whether nobody waits for a turn."""
+        """True if no task waits for a turn."""
         return not self._due and not self._waiting
 
     def at_news(self, whose: object, turn: Turn) -> None:
-        """Give somebody a turn at the next news."""
+        """Give the owner a turn at the next news."""
         self._waiting[whose] = turn
 
     def soon(self, whose: object, turn: Turn) -> None:
-        """Give somebody a turn after those that are due."""
+        """Give the owner a turn after those that are due."""
         self._due[whose] = turn
         self._go_on()
 
     def wake(self, whose: object) -> None:
-        """Give somebody who waits a turn: there is news for it alone."""
+        """Give a waiting owner a turn: there is news for it alone."""
         if turn := self._waiting.pop(whose, None):
             self.soon(whose, turn)
 
     def forget(self, whose: object) -> None:
-        """Give somebody no turn."""
+        """Give the owner no turn."""
         self._waiting.pop(whose, None)
         self._due.pop(whose, None)
 

@@ -19,7 +19,7 @@ class Unbegun(Flag):
     """Why a move never began."""
 
     REFUSED = auto()
-    """Who was to move has refused the command."""
+    """The controller has refused the command."""
     WITHHELD = auto()
     """The command was not written, or another has refused it."""
     GATEWAY_ENDED = auto()
@@ -27,7 +27,7 @@ class Unbegun(Flag):
 
 
 class Unwatched(Flag):
-    """Why nobody follows a move any more."""
+    """Reason for which a move is followed no more."""
 
     FAULT = auto()
     """The gateway has met a fault of its own."""
@@ -36,7 +36,7 @@ class Unwatched(Flag):
 
 
 class PowerCycle(Flag):
-    """What was seen of a robot since it told that it was switched off and on in the middle of a move."""
+    """Motion of a robot seen after it told that it was switched off and on in the middle of a move."""
 
     STANDS = auto()
     MOVES = auto()
@@ -56,12 +56,12 @@ class Worst(Flag):
 
 
 class Sight(Flag):
-    """Why nobody can see the end of a move."""
+    """Reason for which the end of a move cannot be seen."""
 
     SILENT = auto()
-    """Who moves answers no more."""
+    """The controller answers no more."""
     OUT_OF_REACH = auto()
-    """Who moves cannot be asked."""
+    """The controller cannot be asked."""
 
 
 class Heard(Flag):
@@ -71,14 +71,14 @@ class Heard(Flag):
     END = auto()
     """The end of a move was announced."""
     STANDSTILL = auto()
-    """It stood still, by a reading that no other has confirmed."""
+    """A standstill by one reading, which no other has confirmed."""
 
 
 class Told(Flag):
-    """What the controller tells of the end."""
+    """The end as the controller tells it."""
 
     NOTHING = auto()
-    """It ended normally, as far as the controller tells."""
+    """A normal end, as far as the controller tells."""
     STOP = auto()
     CAUSE = auto()
     """A limit, EMS, STALL: by name."""
@@ -91,7 +91,7 @@ class Told(Flag):
 
 
 class Power(Flag):
-    """Whether it has kept its power since the command was written."""
+    """The power since the command was written."""
 
     KEPT = auto()
     UNPROVED = auto()
@@ -99,7 +99,7 @@ class Power(Flag):
 
 
 class Stop(Flag):
-    """Whether a stop came since the command was written."""
+    """A stop since the command was written."""
 
     NONE = auto()
     SENT = auto()
@@ -111,15 +111,15 @@ class Begun(Flag):
     """How it is known that the command was executed."""
 
     SEEN = auto()
-    """It was acknowledged and has ended, or was seen to run."""
+    """Acknowledged and ended, or seen to run."""
     ANSWERED = auto()
-    """Its end was answered, and nobody saw it run: the answer may be a copy."""
+    """The end was answered, but no motion was seen: the answer may be a copy."""
     UNREFUSED = auto()
-    """No refusal came, and nobody saw it run."""
+    """No refusal came, and no motion was seen."""
     REFUSED_IN_MOTION = auto()
-    """It was refused as in motion, had stood still, and has moved since: the line may have doubled it."""
+    """Refused as in motion, though it had stood still and has moved since: the line may have doubled it."""
     IN_DOUBT = auto()
-    """Nobody knows whether it was."""
+    """Unknown whether it was executed."""
 
 
 class Place(Flag):
@@ -129,7 +129,7 @@ class Place(Flag):
     TARGET_AS_BEFORE = auto()
     """At its target, which is where it stood before."""
     TARGET_PERHAPS = auto()
-    """So near its target, and its start, that roundings hide whether it went."""
+    """Near its target and near its start, so that roundings hide whether it went."""
     START = auto()
     """Where it stood before, which is not its target."""
     ELSEWHERE = auto()
@@ -140,7 +140,7 @@ class Place(Flag):
 
 
 class Unseen(NamedTuple):
-    """A move whose end nobody can see."""
+    """A move whose end cannot be seen."""
 
     sight: Sight
     heard: Heard = Heard.NOTHING
@@ -159,7 +159,7 @@ class AtRest(NamedTuple):
 
 
 Finding = Unbegun | Unwatched | PowerCycle | Worst | Unseen | AtRest
-"""What was found of a move that is over."""
+"""The finding about a move that is over."""
 
 
 class Judged(Protocol):
@@ -211,7 +211,7 @@ GIVEN: Final = "given"
 
 
 class VerdictWords(NamedTuple):
-    """What a family says in the sentences of the tables."""
+    """The words of a family in the sentences of the tables."""
 
     who: str = ""
     what: str = "motor"
@@ -223,7 +223,7 @@ class VerdictWords(NamedTuple):
     announcer: str = ""
     begins: str = "command was written"
     sending: str = ""
-    """How the command fared, as a sentence."""
+    """Outcome of the command, as a sentence."""
     why: str = ""
     unheard: str = ""
     lost: str = ""
@@ -484,7 +484,7 @@ def row_of(finding: Finding) -> Row:
 
 
 def fits(finding: Finding, row: Finding) -> bool:
-    """Whether a finding is among those of a row."""
+    """Say whether a finding is among those of a row."""
     return type(finding) is type(row) and all(map(_is_among, _facts(finding), _facts(row)))
 
 

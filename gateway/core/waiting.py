@@ -6,7 +6,7 @@ from typing import Any
 
 
 async def happens(event: asyncio.Event, within_s: float) -> bool:
-    """Wait for an event for so many seconds; whether it is set by then."""
+    """Wait for an event for `within_s` seconds; say whether it is set by then."""
     if event.is_set():
         return True
     try:

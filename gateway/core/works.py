@@ -20,7 +20,7 @@ class CutOff(NamedTuple):
     kind: str
     """The kind of its error."""
     what: str
-    """The same as the beginning of a sentence."""
+    """The reason as the beginning of a sentence."""
 
 
 GATEWAY_ENDED: Final = CutOff("gateway-ended", "The gateway has ended in the middle of it")
@@ -32,7 +32,7 @@ class WorkRecord(Protocol):
 
     @property
     def id(self) -> str:
-        """What it is found by."""
+        """Id that the record is found by."""
 
 
 W = TypeVar("W", bound=WorkRecord)
@@ -47,7 +47,7 @@ class Jobs(Generic[W]):
         self._history = history
         """Records that are kept; those under way always are."""
         self._what, self._subject_of = what, subject_of
-        """What people call the work, and to what it is done."""
+        """Noun for the work, and function that names its subject."""
         self._records: OrderedDict[str, W] = OrderedDict()
         self._tasks: dict[str, asyncio.Task[None]] = {}
 
@@ -85,7 +85,7 @@ class Jobs(Generic[W]):
         return next((it for it in self.under_way() if self._subject_of(it) == subject), None)
 
     def goes_on(self, record: W) -> bool:
-        """Whether the work of a record is not over."""
+        """Say whether the work of a record is not over."""
         return record.id in self._tasks
 
     def find(self, subject: str, record_id: str = "current") -> W | None:

@@ -1,4 +1,4 @@
-"""What a journal tells at the start of the gateway: where the last life ended, and whether it ended well."""
+"""The journal at the start of the gateway: where the last life ended, and whether it ended well."""
 
 import json
 import re
@@ -30,22 +30,24 @@ class OpenIntent(NamedTuple):
     target: str
     command: str
     written: bool
-    """Whether its first byte was handed to the port, as far as the journal knows."""
+    """True if its first byte was handed to the port, as far as the journal knows."""
     moves: Sequence[str]
     """The moves it was to make."""
 
 
 class Beginning(NamedTuple):
-    """What was found, and what this life goes on from."""
+    """The state that the last life left, from which this one goes on."""
 
     epoch: str
-    """Of the events, whose numbers go on. Another one after a crash, before which events may have been read
-    that the journal does not have."""
+    """Epoch of the events, whose numbers go on.
+
+    After a crash it is another one: clients may have read events that the journal does not have.
+    """
     earlier: Mapping[str, int]
     """The epochs before, each with the number of its last event."""
     last_event: int
     was_clean: bool
-    """Whether the last life ended as it should; True for the first."""
+    """True if the last life ended as it should; also for the first."""
     seen_at: float | None
     """When the last life was last known to live, by the wall clock."""
     moves: Sequence[str]
@@ -56,13 +58,13 @@ class Beginning(NamedTuple):
     begun: frozenset[str] = frozenset()
     """The moves that are not over, of which a command may have been written."""
     prepared: Mapping[str, Sequence[str]] = MappingProxyType({})
-    """By move that is not over, the frames that may have been written to prepare it, without CR."""
+    """Frames without CR that may have been written to prepare a move, by the move that is not over."""
     alarms: Sequence[str] = ()
     """The newest records of alarms, as JSON, those that stand among them, in their order."""
     ran_s: float = 0.0
     """For how long gateways have run on this journal."""
     known: Mapping[str, str] = MappingProxyType({})
-    """By address, what only a gateway can know of a controller."""
+    """Facts that only a gateway can know of a controller, by address."""
     last_id: str = "0"
     """The greatest id of moves, intents, alarms and long work, whatever the clock was when it was drawn."""
     works: Sequence[tuple[str, str]] = ()
@@ -120,7 +122,7 @@ def left_in(
 
 
 def begun(life: Beginning) -> list[Write]:
-    """What notes that a life has begun."""
+    """Writes that note the beginning of a life."""
     facts = {
         "epoch": life.epoch,
         "epochs": json.dumps(dict(life.earlier)),
@@ -154,7 +156,7 @@ def _works(disk: Disk, most: int) -> list[tuple[str, str]]:
 
 
 def _last_id(disk: Disk) -> str:
-    """Of each table the greatest, if it is one: what is damaged counts for nothing."""
+    """Find the greatest id of all tables; a damaged one counts for nothing."""
     tables = ("moves", "intents", "alarms", "works")
     greatest = [disk.rows(f"SELECT id FROM {it} ORDER BY id DESC LIMIT 1") for it in tables]  # noqa: S608  # no input
     ids = [str(last) for rows in greatest for (last,) in rows]
@@ -192,7 +194,7 @@ def _prepared(disk: Disk) -> dict[str, list[str]]:
 
 
 def _begun(disk: Disk) -> Iterator[str]:
-    """Whatever their records say: those were written without waiting for the disk."""
+    """Find moves with an intent, whatever their records say: those are written without waiting."""
     sent = "SELECT 1 FROM intents WHERE {} AND coalesce(outcome, '') != 'not_sent' LIMIT 1"
     for (move_id,) in disk.rows("SELECT id FROM moves WHERE final = 0"):
         alone = disk.rows(sent.format("move_id = ?"), (move_id,))

@@ -30,9 +30,9 @@ _READ_ONLY = frozenset({errno.EROFS, errno.EACCES, errno.EPERM})
 _SQLITE_FULL = frozenset({sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR_SHMSIZE})
 """The second where there is no room for the file beside the write-ahead log: nothing was written yet."""
 _SQLITE_LOST = frozenset({sqlite3.SQLITE_IOERR_FSYNC, sqlite3.SQLITE_IOERR_DIR_FSYNC})
-"""Nobody knows what was written."""
+"""Errors of SQLite after which it is unknown what was written."""
 LOCKED_S = 1.0
-"""How long another program, such as `journal prune`, may hold the file before that is told as trouble."""
+"""Seconds for which another program, such as `journal prune`, may hold the file before that is trouble."""
 _PROBE_BYTES = 64 << 10
 """More than SQLite needs at once."""
 
@@ -60,7 +60,7 @@ class Disk(Protocol):
         """Write all or nothing; `durable` when the power may be cut after this returns.
 
         :raises NotWritable: nothing of it was written; a later one may succeed.
-        :raises DiskFailed: nobody knows what was written, and nothing more will be.
+        :raises DiskFailed: it is unknown what was written, and nothing more will be.
         """
 
     def rows(self, sql: str, values: Sequence[Value] = ()) -> list[tuple[Any, ...]]:
@@ -260,7 +260,7 @@ def _lock(directory: Path) -> int:
 
 
 def is_in_use(directory: Path) -> bool:
-    """Whether a gateway runs on the journal of a directory."""
+    """Say whether a gateway runs on the journal of a directory."""
     try:
         with (directory / LOCK).open("rb") as lock:
             fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
@@ -292,9 +292,10 @@ def _open(path: Path) -> sqlite3.Connection:
 
 
 def open_as_it_is(path: Path) -> sqlite3.Connection:
-    """Open a file to be read: the index of its write-ahead log, else a file beside it, is kept in memory.
+    """Open a file for reading; the index of its write-ahead log is kept in memory, not in a file beside it.
 
-    Nobody else can open it meanwhile, or write it. Where there is none yet, it has the tables and no rows.
+    No other program can open or write the file meanwhile. If there is none yet, it has the tables and no
+    rows.
 
     :raises NotWritable: it cannot even be read.
     """
@@ -312,7 +313,7 @@ def open_as_it_is(path: Path) -> sqlite3.Connection:
 
 
 def _read_only(path: Path) -> str:
-    """How SQLite opens what nobody can write: without a lock, which needs a file that can be written."""
+    """Options to open a file that cannot be written: without a lock, which needs a writable file."""
     with suppress(FileNotFoundError):
         if Path(f"{path}-wal").stat().st_size:
             return "mode=ro&vfs=unix-none"
@@ -327,7 +328,7 @@ def _require_sound(connection: sqlite3.Connection) -> None:
 
 
 def is_damage(error: ValueError | sqlite3.Error) -> bool:
-    """Whether it is what a file says that cannot be read, and not that nothing can be read."""
+    """Say whether the error means a damaged file, and not one that cannot be read."""
     code: int | None = getattr(error, "sqlite_errorcode", None)
     return code is None or code & 0xFF in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
 

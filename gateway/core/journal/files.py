@@ -17,13 +17,16 @@ class OtherVersion(Exception):
 
 
 class Pruned(NamedTuple):
-    """What became of a journal that was to be smaller."""
+    """The result of making a journal smaller."""
 
     forgotten: int
     """Entries."""
     is_smaller: bool
-    """Whether their room was given back to the disk. While a gateway runs it stays in the file, to be used
-    again: while SQLite gives it back, the gateway would refuse moves."""
+    """True if their room was given back to the disk.
+
+    While a gateway runs it stays in the file, to be used again: while SQLite gives it back, the gateway would
+    refuse moves.
+    """
 
 
 def verify(directory: Path) -> list[str]:
@@ -40,7 +43,7 @@ def verify(directory: Path) -> list[str]:
 
 
 def version_of(directory: Path) -> int:
-    """Of the tables of a journal that is sound."""
+    """Version of the tables of a sound journal."""
     with _reader(directory) as connection:
         return written_version(connection)
 
@@ -173,7 +176,7 @@ def _structure(connection: sqlite3.Connection) -> Iterator[str]:
 
 
 def _sense(connection: sqlite3.Connection) -> Iterator[str]:
-    """What the entries say of each other."""
+    """Contradictions between the entries, in words."""
     numbers = "SELECT min(number), max(number), count(*) FROM events"
     first, last, count = connection.execute(numbers).fetchone()
     if count and last - first + 1 != count:

@@ -1,4 +1,4 @@
-"""What a line does with an effect: in the journal before its first byte, and so is what became of it."""
+"""Intents: frames with an effect are in the journal before their first byte, and later their outcomes."""
 
 import asyncio
 import time
@@ -21,13 +21,13 @@ from gateway.core.sequence_lock import current_series
 from protocols.table import Effect
 
 ITS_OWN: Final = frozenset({FENCE, POLL, PROBE, SET_UP})
-"""What the gateway sends on its own is not written down."""
+"""Origins of frames that the gateway sends on its own, and does not write down."""
 NOT_SENT: Final = "not_sent"
 """The outcome of what was not handed to the port."""
 OF_MOVES: ContextVar[Sequence[str]] = ContextVar("of_moves", default=())
 """The moves that are made by what is asked here and now."""
 GATHERED_WITHIN_S: Final = 0.005
-"""How long what has to wait for its turn anyway may wait for others to share its commit."""
+"""Seconds for which a command that waits for its turn anyway may wait for others to share its commit."""
 
 
 class Book(Protocol):
@@ -37,28 +37,28 @@ class Book(Protocol):
         """Make sure that it can be written; raises JournalUnavailable."""
 
     def note(self, *entries: Write) -> None:
-        """Write soon; nobody waits."""
+        """Write soon, without waiting."""
 
     def note_newest(self, row: Hashable, write: Callable[[], Write]) -> None:
-        """Write a row soon, as the last that is given for it; nobody waits."""
+        """Write a row soon, as the last that is given for it, without waiting."""
 
     def write(self, *entries: Write) -> "asyncio.Future[None]":
         """Write; done when that is durable, or with JournalUnavailable."""
 
 
 class _Undertaking(Generic[X]):
-    """What an operation is going to send, and the intents of it that nothing was written for yet."""
+    """The commands that an operation is going to send, and their intents that are not used yet."""
 
     def __init__(self, line: "Intents[X]", commands: Callable[[], Iterable[X]]) -> None:
         self.line = line
         self._commands: Callable[[], Iterable[X]] | None = commands
         self._unused: defaultdict[bytes, list[str]] = defaultdict(list)
-        """By frame, the intents that are durable."""
+        """Durable intents by frame."""
         self._durable: set[str] = set()
         self.is_open = True
 
     def still_to_come(self, first: X) -> list[X]:
-        """What is to be written down with its first command, once."""
+        """Give the commands that are to be written down with the first one; only once."""
         commands, self._commands = self._commands, None
         found = [] if commands is None else list(commands())
         place = next((place for place, it in enumerate(found) if it.frame == first.frame), -1)
@@ -69,7 +69,7 @@ class _Undertaking(Generic[X]):
         self._durable.add(intent_id)
 
     def is_durable(self, intent_id: str) -> bool:
-        """Whether the same intent can be used again, as nothing was written for it."""
+        """Say whether the intent can be used again, as nothing was written for it."""
         return self.is_open and intent_id in self._durable
 
     def keep(self, frame: bytes, intent_id: str) -> None:
@@ -113,11 +113,11 @@ class Intents(Generic[X]):
         self._book = book
         self._address_of = address_of
         self._held: dict[X, None] = {}
-        """What waits for the disk, in its order."""
+        """Exchanges that wait for the disk, in order."""
         self._gathered: list[_Held[X]] = []
-        """Those of them that the disk was not given yet."""
+        """Held exchanges that the disk was not given yet."""
         self._ahead: set[X] = set()
-        """What is durable, and waits for its turn on the line."""
+        """Exchanges that are durable, and wait for their turn on the line."""
         self._written: dict[X, float] = {}
         """When what awaits its outcome was handed to the port."""
         self._due: asyncio.TimerHandle | None = None
@@ -125,9 +125,9 @@ class Intents(Generic[X]):
 
     @contextmanager
     def undertaking(self, commands: Callable[[], Iterable[X]]) -> Iterator[None]:
-        """Write the intents of all that an operation is going to send with that of its first: it waits once.
+        """Write the intents of all commands of an operation with that of its first, so that it waits once.
 
-        `commands` is asked then. What the operation does without is noted as not sent.
+        `commands` is asked then. Commands that the operation does without are noted as not sent.
         """
         if self._present() is not None:
             yield  # a part of a larger one
@@ -146,12 +146,12 @@ class Intents(Generic[X]):
         return whole if whole is not None and whole.line is self and whole.is_open else None
 
     def must_come_first(self, exchange: X) -> bool:
-        """Whether it has to be durable before the exchange may wait for its turn."""
+        """Say whether its intent has to be durable before the exchange may wait for its turn."""
         wanted = exchange.lane is Lane.COMMAND and _has_effect(exchange)
         return wanted and not self._only_asks(exchange)
 
     def _only_asks(self, exchange: X) -> bool:
-        """Whether it serves a question alone: those go on, and stops are proved, without a journal."""
+        """Say whether it serves a question: questions go on, and stops are proved, without a journal."""
         if not exchange.command.for_questions or self._present() is not None:
             return False
         try:

@@ -20,21 +20,21 @@ from gateway.core.journal.writes import Value, Write
 log = logging.getLogger(__name__)
 
 WRITTEN_WITHIN_S = 1.0
-"""What the disk has not taken by then is not waited for."""
+"""Seconds for which a write to the disk is waited for."""
 CHECK_S = 5.0
-"""How often a quiet journal sees that its file is there, and one in trouble tries again."""
+"""Seconds between checks that a quiet journal's file is there, and between the tries of one in trouble."""
 SYNCED_WITHIN_S = 1.0
-"""What nobody waits for is safe from a loss of power after this time."""
+"""Seconds after which an unawaited write is safe from a loss of power."""
 NOTED_WITHIN_S = 0.02
-"""How long what nobody waits for is gathered."""
+"""Seconds for which unawaited writes are gathered."""
 MOST_AT_ONCE = 1000
 """Entries of one commit."""
 MOST_OWED = 50_000
-"""What nobody waits for is kept while the disk is full, and written when there is room: so many changes."""
+"""Unawaited writes kept while the disk is full, and written when there is room."""
 
 
 class JournalUnavailable(NotSent):
-    """What has an effect cannot be written down, so it is not sent."""
+    """A command with an effect cannot be written down, so it is not sent."""
 
     kind = "journal-unavailable"
 
@@ -74,11 +74,11 @@ class Journal:
     trouble: str | None = None
     """Why it cannot be written."""
     lag_s: float = 0.0
-    """How long the last commit that somebody waited for has taken."""
+    """Seconds that the last awaited commit has taken."""
     _noted: list[Write] = field(default_factory=list)
-    """What nobody waits for, and the writer does not have yet: to wake it costs more than to write."""
+    """Unawaited writes that the writer does not have yet: waking it costs more than the write."""
     _newest: dict[Hashable, Callable[[], Write]] = field(default_factory=dict)
-    """The same of rows of which only the newest state counts."""
+    """Unawaited writes of rows of which only the newest state counts."""
     _due: asyncio.TimerHandle | None = None
     """When the writer has that at the latest."""
     _waiting: "SimpleQueue[Sequence[_Entry | _Question | None]]" = field(default_factory=SimpleQueue)
@@ -87,7 +87,7 @@ class Journal:
     failure: DiskFailed | None = None
     """Why the file is not trusted again in this process."""
     _owed: list[Write] = field(default_factory=list)
-    """What nobody waited for and a full disk has not taken, in its order."""
+    """Unawaited writes that a full disk has not taken, in order."""
     _counted_at: float = field(default_factory=lambda: time.monotonic())
     """Until when that is counted."""
     _forgot: bool = False
@@ -95,7 +95,7 @@ class Journal:
 
     @property
     def failed(self) -> bool:
-        """Whether the file is not trusted again in this process."""
+        """True if the file is not trusted again in this process."""
         return self.failure is not None
 
     def start(self) -> None:
@@ -125,12 +125,12 @@ class Journal:
             raise JournalUnavailable(self.trouble, failed=self.failed)
 
     def note(self, *entries: Write) -> None:
-        """Write soon; nobody waits."""
+        """Write soon, without waiting."""
         self._hand_over_soon()
         self._noted += entries
 
     def note_newest(self, row: Hashable, write: Callable[[], Write]) -> None:
-        """Write a row soon, as `write` gives it then; nobody waits."""
+        """Write a row soon, as `write` gives it then, without waiting."""
         self._hand_over_soon()
         self._newest[row] = write
 
@@ -209,7 +209,7 @@ class Journal:
                 looked_at = time.monotonic()
 
     def _take(self) -> "list[_Entry | _Question | None]":
-        """What waits, in its order, up to a question: that is answered after what came before it."""
+        """Take waiting entries in order, up to a question, which is answered after the entries before it."""
         quiet_s = CHECK_S if self._unsynced_since is None else SYNCED_WITHIN_S
         taken: list[_Entry | _Question | None] = []
         with suppress(Empty):

@@ -15,7 +15,7 @@ from gateway.core.journal.writes import Value, Write
 log = logging.getLogger(__name__)
 
 SLOW_BYTES_PER_S: Final = 2 << 20
-"""Of a disk that hardly suffices, beside the other work of its machine."""
+"""Bytes a second of a disk that hardly suffices, beside the other work of its machine."""
 
 
 class OpenedJournal(NamedTuple):
@@ -72,7 +72,7 @@ def open_journal(
 ) -> OpenedJournal:
     """Open the journal of a directory; where that is not possible, one that is in trouble from the start.
 
-    What `make_sense` raises ValueError for is set aside, as a file is that is not sound.
+    A journal for which `make_sense` raises ValueError is set aside, as one that is not sound is.
 
     :raises InUse: another gateway has it open.
     :raises TooNew: a later version of the gateway has written it.

@@ -1,4 +1,4 @@
-"""What is forgotten, and when: by age and by number, a little at a time.
+"""Retention: old entries are forgotten by age and by number, a few at a time.
 
 Ages are counted in the time in which gateways have run: the wall clock may jump by years, and jump back.
 """
@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from gateway.core.journal.writes import Write
 
 SLICE = 2000
-"""Rows that one statement forgets at most, so that nobody waits long for the file."""
+"""Rows that one statement forgets at most, so that other writes wait briefly for the file."""
 DAY_S = 86_400.0
 REPEATED_S = 600.0
 """A client that has no answer repeats its request within this time."""
 LEAST_KEPT = 10_000
-"""So many events and moves are kept however large the file is."""
+"""Newest events and moves that are kept however large the file is."""
 _USED_BYTES = (
     "((SELECT page_count FROM pragma_page_count) - (SELECT freelist_count FROM pragma_freelist_count)) "
     "* (SELECT page_size FROM pragma_page_size)"
@@ -23,7 +23,7 @@ _USED_BYTES = (
 
 @dataclass(frozen=True)
 class Retention:
-    """How much is kept. What is not over yet is always kept."""
+    """Bounds of the journal. Entries that are not over yet are always kept."""
 
     days: float = 30.0
     """Moves, intents, alarms and long work that are over; days in which gateways ran."""
@@ -32,7 +32,7 @@ class Retention:
     keys_days: float = 1.0
     """Idempotency keys that were answered."""
     mebibytes: int = 1024
-    """Of the file: what is forgotten beyond that, however young it is, says `_too_large`."""
+    """Largest size of the file; `_too_large` says what is forgotten beyond it, however young."""
 
 
 def _too_large(kept: Retention, ran_s: float) -> Iterator[Write]:

@@ -123,13 +123,13 @@ class TooNew(Exception):
 
 
 def written_version(connection: sqlite3.Connection) -> int:
-    """Of the tables of an open file, whichever gateway has written them."""
+    """Version of the tables of an open file, whichever gateway has written them."""
     (found,) = connection.execute("PRAGMA user_version").fetchone()
     return int(found)
 
 
 def version_of(connection: sqlite3.Connection) -> int:
-    """Of the tables of an open file.
+    """Version of the tables of an open file.
 
     :raises TooNew: it is later than this gateway's.
     """

@@ -1,4 +1,4 @@
-"""What is written into the journal: one statement with its values for each kind of entry."""
+"""The writes to the journal: one statement with its values for each kind of entry."""
 
 from typing import NamedTuple
 
@@ -7,7 +7,7 @@ Value = str | int | float | None
 RAN_S = "ran_s"
 """The fact that tells for how many seconds gateways have run on this journal: the clock of what is kept."""
 KNOWN = "known "
-"""What begins the name of a fact about a controller; its address follows."""
+"""Prefix of the name of a fact about a controller; its address follows."""
 _NOW = f"coalesce((SELECT value FROM meta WHERE name = '{RAN_S}'), 0)"  # noqa: S608  # no input
 
 
@@ -57,7 +57,7 @@ def written(intent_id: str, at: float) -> Write:
 def ended(
     intent_id: str, at: float, outcome: str, detail: str | None = None, written_at: float | None = None
 ) -> Write:
-    """What became of it is known, or that nobody can know, and when its first byte was handed to the port."""
+    """Note an outcome, known or unknowable, and the time at which the first byte was handed to the port."""
     return Write(
         "UPDATE intents SET ended_at = ?1, outcome = ?2, detail = ?3, "
         "written_at = coalesce(?5, written_at) WHERE id = ?4",
@@ -107,7 +107,7 @@ def key_used(scope: str, key: str, digest: str, at: float) -> Write:
 
 
 def keys_beyond(caller: str, most: int) -> Write:
-    """Of one caller only so many answers are kept, the newest."""
+    """Forget all but the newest `most` answers of one caller."""
     return Write(
         "DELETE FROM keys WHERE (scope, key) IN (SELECT scope, key FROM keys WHERE scope >= ?1 || ' ' AND "
         "scope < ?1 || '!' AND status IS NOT NULL ORDER BY ran_s DESC, at DESC LIMIT -1 OFFSET ?2)",

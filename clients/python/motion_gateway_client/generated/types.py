@@ -34,7 +34,7 @@ class AbsoluteMoveRequest(TypedDict):
 
 
 class Alarm(TypedDict):
-    """Something that has gone wrong, from then until somebody has reset it."""
+    """A fault of the plant, from its time until a person has reset it."""
 
     id: str
     cause: str
@@ -51,7 +51,7 @@ class Alarm(TypedDict):
     reset_by: str | None
     """Who has reset it; `gateway: it came again` where a newer one stands in its place, `gateway: disproved` where it turned out to have had no cause."""
     caller: str
-    """The caller for whom the gateway worked when the alarm came."""
+    """The caller in whose name the gateway worked when the alarm came."""
     request_id: str | None
     """The X-Request-Id of the request behind that."""
     move_id: str | None
@@ -267,7 +267,7 @@ class Backup(TypedDict):
     read: int
     """Answers read so far."""
     expected: int | None
-    """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
+    """Answers it takes at most, as far as is known: settings that were never set are not asked for. Null if unknown."""
     left_s: float | None
     """Seconds it takes still: by the line's speed first, then by its own pace; null: unknown."""
     baud: int | None
@@ -296,7 +296,7 @@ class BackupComparison(TypedDict):
     read: int
     """Answers read so far."""
     expected: int | None
-    """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
+    """Answers it takes at most, as far as is known: settings that were never set are not asked for. Null if unknown."""
     left_s: float | None
     """Seconds it takes still: by the line's speed first, then by its own pace; null: unknown."""
     baud: int | None
@@ -2130,7 +2130,7 @@ class ControllerGeometry(TypedDict):
 
 
 class Crashed(TypedDict):
-    """What was under way when the last life of the gateway ended without being told to."""
+    """The work under way when the last life of the gateway ended unasked."""
 
     last_seen_at: str | None
     """Time at which the last life was known to run; null if it never was."""
@@ -3403,7 +3403,7 @@ class LastHoming(TypedDict):
 
 
 class Lease(TypedDict):
-    """Who moves a part of the plant now."""
+    """A lease: its holder alone moves a part of the plant."""
 
     lease: str
     """Id of the lease."""
@@ -3437,7 +3437,7 @@ class LeaseRequest(TypedDict):
 
 
 class LeftMoving(TypedDict):
-    """What still moves, or is not seen to stand still, when the gateway ends."""
+    """A part that still moves, or is not seen to stand still, when the gateway ends."""
 
     move_id: str | None
     """Its move, if it has one."""
@@ -3673,7 +3673,7 @@ class LineInfo(TypedDict):
     waiting: dict[str, int]
     """Requests waiting in each lane."""
     load: dict[str, float]
-    """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, live (values that somebody watches), probes (of the silent), fences, stops and set_up."""
+    """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, live (values that clients watch), probes (of silent controllers), fences, stops and set_up."""
     counters: dict[str, int]
     """Counters of the line since the start."""
     owner: NotRequired[OwnerInfo]
@@ -4467,7 +4467,7 @@ class Numbers(TypedDict):
 
 
 class OrderViolated(TypedDict):
-    """What was answered too late: it was credited to its own command, or to none."""
+    """A reply that came too late: it was credited to its own command, or to none."""
 
     late: str
     """The command whose reply came late, such as `1+M of line1.3F`."""
@@ -4502,7 +4502,7 @@ class Overdue(TypedDict):
 
 
 class OwnerInfo(TypedDict):
-    """Who has a line that may be taken over."""
+    """The gateway that has a line which may be taken over."""
 
     gateway: str | None
     """Name of the gateway in the plant; null if unknown."""
@@ -4822,7 +4822,7 @@ class PositionReading(TypedDict):
     read: int
     """Answers read so far."""
     expected: int | None
-    """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
+    """Answers it takes at most, as far as is known: settings that were never set are not asked for. Null if unknown."""
     left_s: float | None
     """Seconds it takes still: by the line's speed first, then by its own pace; null: unknown."""
     baud: int | None
@@ -5202,7 +5202,7 @@ class Restore(TypedDict):
     target: str
     """Path of the body, line or robot that is restored."""
     status: Literal["running", "verified", "differs", "failed", "cancelled"]
-    """`verified`: read back, all of the backup is there. `differs`: `differences` is all that is not. `failed`: nobody could read it back, or it is not known what flash memory holds."""
+    """`verified`: read back, all of the backup is there. `differs`: `differences` is all that is not. `failed`: it could not be read back, or it is not known what flash memory holds."""
     phase: Literal[
         "comparing", "writing", "reading_back", "saving", "awaiting_power_cycle", "verifying", "done"
     ]
@@ -5227,7 +5227,7 @@ class Restore(TypedDict):
     power_proved: bool
     """False where no mark could prove that the power was kept while it was read back: a short loss of power may have gone unseen."""
     differences: list[Difference] | None
-    """What the controllers hold otherwise than the backup; null while nobody knows. Events tell the first 20."""
+    """Differences between the controllers and the backup; null while unknown. Events tell the first 20."""
     error: RestoreError | None
     """The error that ended the restore early."""
     request_id: str | None
@@ -5237,7 +5237,7 @@ class Restore(TypedDict):
 
 
 class RestoreError(TypedDict):
-    """What has ended a restore early, in the words of a problem detail."""
+    """The error that ended a restore early, in the words of a problem detail."""
 
     type: str
     """The kind of error; stable."""
@@ -5246,7 +5246,7 @@ class RestoreError(TypedDict):
 
 
 class RestorePlan(TypedDict):
-    """What a restore would do; nothing was written."""
+    """The plan of a restore; nothing was written."""
 
     target: str
     """Path of the body, line or robot that is restored."""
@@ -5791,7 +5791,7 @@ class RobotLineInfo(TypedDict):
     waiting: dict[str, int]
     """Requests waiting in each lane."""
     load: dict[str, float]
-    """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, live (values that somebody watches), probes (of the silent), fences, stops and set_up."""
+    """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, live (values that clients watch), probes (of silent controllers), fences, stops and set_up."""
     counters: dict[str, int]
     """Counters of the line since the start."""
     owner: NotRequired[OwnerInfo]
@@ -7571,7 +7571,7 @@ class Strictness(TypedDict):
 
 
 class Swap(TypedDict):
-    """What a controller holds otherwise than its backup of the last night, after a loss of power."""
+    """Differences between a controller and its backup of the last night, after a loss of power."""
 
     night: str
     """The night of the backup, as YYYY-MM-DD."""
@@ -7597,7 +7597,7 @@ class TableUpload(TypedDict):
     read: int
     """Answers read so far."""
     expected: int | None
-    """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
+    """Answers it takes at most, as far as is known: settings that were never set are not asked for. Null if unknown."""
     left_s: float | None
     """Seconds it takes still: by the line's speed first, then by its own pace; null: unknown."""
     baud: int | None

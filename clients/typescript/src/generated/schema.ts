@@ -3922,7 +3922,7 @@ export interface components {
         };
         /**
          * Alarm
-         * @description Something that has gone wrong, from then until somebody has reset it.
+         * @description A fault of the plant, from its time until a person has reset it.
          */
         Alarm: {
             /** Id */
@@ -3964,7 +3964,7 @@ export interface components {
             reset_by: string | null;
             /**
              * Caller
-             * @description The caller for whom the gateway worked when the alarm came.
+             * @description The caller in whose name the gateway worked when the alarm came.
              */
             caller: string;
             /**
@@ -4409,7 +4409,7 @@ export interface components {
             read: number;
             /**
              * Expected
-             * @description Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows.
+             * @description Answers it takes at most, as far as is known: settings that were never set are not asked for. Null if unknown.
              * @default 0
              */
             expected: number | null;
@@ -4479,7 +4479,7 @@ export interface components {
             read: number;
             /**
              * Expected
-             * @description Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows.
+             * @description Answers it takes at most, as far as is known: settings that were never set are not asked for. Null if unknown.
              * @default 0
              */
             expected: number | null;
@@ -9087,7 +9087,7 @@ export interface components {
         };
         /**
          * Crashed
-         * @description What was under way when the last life of the gateway ended without being told to.
+         * @description The work under way when the last life of the gateway ended unasked.
          */
         Crashed: {
             /**
@@ -11569,7 +11569,7 @@ export interface components {
         };
         /**
          * Lease
-         * @description Who moves a part of the plant now.
+         * @description A lease: its holder alone moves a part of the plant.
          */
         Lease: {
             /**
@@ -11638,7 +11638,7 @@ export interface components {
         };
         /**
          * LeftMoving
-         * @description What still moves, or is not seen to stand still, when the gateway ends.
+         * @description A part that still moves, or is not seen to stand still, when the gateway ends.
          */
         LeftMoving: {
             /**
@@ -12241,7 +12241,7 @@ export interface components {
             };
             /**
              * Load
-             * @description Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, live (values that somebody watches), probes (of the silent), fences, stops and set_up.
+             * @description Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, live (values that clients watch), probes (of silent controllers), fences, stops and set_up.
              */
             load: {
                 [key: string]: number;
@@ -13143,7 +13143,7 @@ export interface components {
         };
         /**
          * LineState
-         * @description What a line can do for its users now.
+         * @description The state of a line for its users now.
          * @enum {string}
          */
         LineState: "down" | "silent" | "standby" | "setting_up" | "ready" | "out_of_step";
@@ -14109,7 +14109,7 @@ export interface components {
         };
         /**
          * OrderViolated
-         * @description What was answered too late: it was credited to its own command, or to none.
+         * @description A reply that came too late: it was credited to its own command, or to none.
          */
         OrderViolated: {
             /**
@@ -14170,7 +14170,7 @@ export interface components {
         };
         /**
          * OwnerInfo
-         * @description Who has a line that may be taken over.
+         * @description The gateway that has a line which may be taken over.
          */
         OwnerInfo: {
             /**
@@ -14865,7 +14865,7 @@ export interface components {
             read: number;
             /**
              * Expected
-             * @description Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows.
+             * @description Answers it takes at most, as far as is known: settings that were never set are not asked for. Null if unknown.
              * @default 0
              */
             expected: number | null;
@@ -15715,7 +15715,7 @@ export interface components {
             target: string;
             /**
              * Status
-             * @description `verified`: read back, all of the backup is there. `differs`: `differences` is all that is not. `failed`: nobody could read it back, or it is not known what flash memory holds.
+             * @description `verified`: read back, all of the backup is there. `differs`: `differences` is all that is not. `failed`: it could not be read back, or it is not known what flash memory holds.
              * @default running
              * @enum {string}
              */
@@ -15783,7 +15783,7 @@ export interface components {
             power_proved: boolean;
             /**
              * Differences
-             * @description What the controllers hold otherwise than the backup; null while nobody knows. Events tell the first 20.
+             * @description Differences between the controllers and the backup; null while unknown. Events tell the first 20.
              */
             differences: components["schemas"]["Difference"][] | null;
             /** @description The error that ended the restore early. */
@@ -15803,7 +15803,7 @@ export interface components {
         };
         /**
          * RestoreError
-         * @description What has ended a restore early, in the words of a problem detail.
+         * @description The error that ended a restore early, in the words of a problem detail.
          */
         RestoreError: {
             /**
@@ -15818,7 +15818,7 @@ export interface components {
         };
         /**
          * RestorePlan
-         * @description What a restore would do; nothing was written.
+         * @description The plan of a restore; nothing was written.
          */
         RestorePlan: {
             /**
@@ -15863,7 +15863,7 @@ export interface components {
         Retry: "read" | "setting" | "conditional" | "never" | "stop";
         /**
          * Right
-         * @description What somebody may do. Nobody has one because of having another.
+         * @description A permission of a caller. Each is granted on its own: none includes another.
          * @enum {string}
          */
         Right: "open" | "view" | "stop" | "operate" | "setup" | "admin";
@@ -17269,7 +17269,7 @@ export interface components {
             };
             /**
              * Load
-             * @description Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, live (values that somebody watches), probes (of the silent), fences, stops and set_up.
+             * @description Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, live (values that clients watch), probes (of silent controllers), fences, stops and set_up.
              */
             load: {
                 [key: string]: number;
@@ -21586,7 +21586,7 @@ export interface components {
         };
         /**
          * Swap
-         * @description What a controller holds otherwise than its backup of the last night, after a loss of power.
+         * @description Differences between a controller and its backup of the last night, after a loss of power.
          */
         Swap: {
             /**
@@ -21646,7 +21646,7 @@ export interface components {
             read: number;
             /**
              * Expected
-             * @description Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows.
+             * @description Answers it takes at most, as far as is known: settings that were never set are not asked for. Null if unknown.
              * @default 0
              */
             expected: number | null;
