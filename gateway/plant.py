@@ -34,6 +34,7 @@ from gateway.core.journal.opening import OpenedJournal
 from gateway.core.kept_works import DurableJobs
 from gateway.core.lease_tokens import LeaseTokens
 from gateway.core.leases import End, Lease, Leases, Tokens
+from gateway.core.line import Owner
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import MoveRecord
@@ -172,9 +173,11 @@ class Plant:
         built = self.families[line.protocol].add(line, port)
         built.admission = self.admission
         built.recorder = self.recorders[built.id]
-        built.stands_by = partial(self.ownership.stands_by, line.id)
-        built.other_owner = partial(self.ownership.elsewhere, line.id)
-        built.on_port_lost = partial(self._port_lost, line.id)
+        built.owner = Owner(
+            partial(self.ownership.stands_by, line.id),
+            partial(self.ownership.elsewhere, line.id),
+            partial(self._port_lost, line.id),
+        )
         built.gate.add(self.leases.guard(built.id))
         if self.config.server.latch:
             built.gate.add(self._latch(built))

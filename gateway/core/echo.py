@@ -6,6 +6,8 @@ are given.
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf
 from typing import Generic
 
 from gateway.core.exchange import X
@@ -22,6 +24,31 @@ ECHOING = (
     "what is written comes back as it was; turn off the local echo of the adapter, or look whether sending "
     "and receiving wires are joined"
 )
+
+
+@dataclass(slots=True)
+class EchoPauses:
+    """How long nothing is written on a line that echoes, in the event loop's time."""
+
+    echoes: bool = False
+    until: float = -inf
+    """Until then only stops are written, and questions that a motor waits for."""
+    _pause_s: float = PAUSE_S[0]
+    _free_until: float = -inf
+    """Until then questions about a stop need not wait."""
+
+    def begin(self, found: bool, now: float) -> None:
+        """Note that the line echoes, or does no longer; a stop may have been sent just before."""
+        self.echoes, self._pause_s, self.until = found, PAUSE_S[0], -inf
+        if found:
+            self._free_until = now + SEEN_WITHIN_S
+
+    def note_written(self, now: float, *, is_stop: bool) -> None:
+        """Pause after a frame."""
+        if is_stop:
+            self.until, self._free_until = -inf, now + SEEN_WITHIN_S
+        elif now >= self._free_until:
+            self.until, self._pause_s = now + self._pause_s, min(2 * self._pause_s, PAUSE_S[1])
 
 
 class Echo(Generic[X]):
