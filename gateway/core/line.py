@@ -30,9 +30,9 @@ from gateway.core.journal.intents import Intents
 from gateway.core.lanes import Lane
 from gateway.core.line_state import LineState, PortAction, PortLife, PortNews, PortState
 from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
-from gateway.core.own_faults import restart_after_faults, run_each_logging
 from gateway.core.sequence_lock import SequenceLock, Series, all_held
 from gateway.core.session import Session
+from gateway.core.supervisor import do_each, supervise
 from gateway.core.trace_filter import FrameSubject
 from protocols.lines import Garbage
 from protocols.table import Effect
@@ -196,11 +196,7 @@ class PortLoop(ABC):
         self._loop = asyncio.get_running_loop()
         self._tasks = [self._port_task()]
         with acting(PROBE):
-            beside = f"the work beside line {self.id}"
-            self._tasks += [self._begun(restart_after_faults(beside, work)) for work in self._beside()]
-
-    def _begun(self, work: Coroutine[Any, Any, None]) -> "asyncio.Task[None]":
-        return asyncio.create_task(work, name=f"line {self.id}")
+            self._tasks += [supervise(f"the work beside line {self.id}", work) for work in self._beside()]
 
     def retire(self, why: str) -> None:
         """Let nothing more be written; `close` is to follow at once."""
@@ -231,7 +227,7 @@ class PortLoop(ABC):
 
     def _port_task(self) -> "asyncio.Task[None]":
         with acting(SET_UP):
-            return self._begun(restart_after_faults(f"the port of line {self.id}", self._keep_open))
+            return supervise(f"the port of line {self.id}", self._keep_open)
 
     @property
     def baud(self) -> int | None:
@@ -793,7 +789,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         lost = NoReply(
             f"Line {self.id} was lost before the reply came: {reason}.", "Read status and position."
         )
-        run_each_logging(
+        do_each(
             f"the end of line {self.id}",
             partial(self._session.break_off, lost, unsent),
             partial(self._cancel_held, lambda _: True, unsent),

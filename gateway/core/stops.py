@@ -12,8 +12,8 @@ from pydantic import PrivateAttr
 from gateway.core.drawn import Transition
 from gateway.core.errors import GatewayError, NotSent
 from gateway.core.origin import working
-from gateway.core.own_faults import restart_after_faults, retry_until_done, run_each_logging, when_done
 from gateway.core.records import Record
+from gateway.core.supervisor import do_each, insist, insist_after, supervised
 from gateway.core.waiting import happens
 from gateway.texts import Text, text
 
@@ -344,7 +344,7 @@ class Stopping(ABC):
 
     def _warn_in(self, seconds: float) -> None:
         loop, what = asyncio.get_running_loop(), "the call for the hardware stop"
-        self._warning = loop.call_later(seconds, retry_until_done, what, self._warn)
+        self._warning = loop.call_later(seconds, insist, what, self._warn)
 
     def _warn(self) -> None:
         if self._report.state == "confirmed":
@@ -443,16 +443,15 @@ class StopsUnderWay(Generic[K, S]):
         """Begin a stop, and do what `others` are to do with it; its task repeats it."""
         task = asyncio.create_task(self._see_through(stop, what), name=what)
         self._running[key], self._tasks[stop] = stop, task
-        when_done(task, f"the end of {what}", partial(self._over, stop))
-        counted, told = partial(self._count, stop), partial(stop.publish, "requested")
-        run_each_logging(what, counted, stop.submit, told, *others)
+        insist_after(task, f"the end of {what}", lambda _: self._over(stop))
+        do_each(what, partial(self._count, stop), stop.submit, partial(stop.publish, "requested"), *others)
 
     async def _see_through(self, stop: S, what: str) -> None:
         """Repeat it until it is confirmed; from then on another stop is one of its own."""
         with working("stops"):
-            await restart_after_faults(what, stop.see_through)
+            await supervised(what, stop.see_through)
         done = self._at_standstill(stop)
-        run_each_logging(what, partial(self._forget, stop), *done, partial(stop.publish, "confirmed"))
+        do_each(what, partial(self._forget, stop), *done, partial(stop.publish, "confirmed"))
         await self._record(stop)
 
     def _over(self, stop: S) -> None:
