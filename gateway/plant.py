@@ -270,7 +270,7 @@ class Plant:
 
     def _add(self, line: tables.LineTable) -> None:
         twice(f"the building of line {line.id}", self._build, line)
-        insist(f"the start of line {line.id}", self._start, line.id)
+        insist(f"the start of line {line.id}", partial(self._start, line.id))
 
     def require_rest(self, config: Config) -> Sequence[str]:
         """Make sure that nothing moves on the lines that another configuration would close; gives their ids.
@@ -310,11 +310,15 @@ class Plant:
 
     async def _remove(self, line_id: str) -> None:
         """Close a line for good: one that is retired serves nobody, whatever is left of it."""
-        what, family, line = f"the end of line {line_id}", self._family_of(line_id), self._ports[line_id]
-        await do_in_turn(what, partial(self._unwatch, line_id), partial(family.remove, line))
-        do_each(what, *(partial(it.forget, line) for it in self.extensions))
+        family, line = self._family_of(line_id), self._ports[line_id]
+        await do_in_turn(
+            f"the end of line {line_id}",
+            partial(self._unwatch, line_id),
+            partial(family.remove, line),
+            *(partial(it.forget, line) for it in self.extensions),
+            partial(asyncio.to_thread, self.recorders.pop(line_id).close),
+        )
         del self._ports[line_id]
-        await do_in_turn(what, partial(asyncio.to_thread, self.recorders.pop(line_id).close))
 
     async def wind_down(self) -> None:
         """Let nothing begin any more, stop what would never end, and name what still moves, within seconds.
@@ -440,12 +444,9 @@ class Plant:
         do_each(what, partial(self.events.publish, "gateway.loop.held", SUBJECT, told))
         if not suspended:
             return
-        insist(what, self.leases.expire)
-        for port in self._ports.values():
-            insist(what, port.revoke, HeldUp)
-            insist(what, port.fence)
-        for family in self.families.values():
-            insist(what, family.was_left_alone)
+        forgetting = (deed for it in self._ports.values() for deed in (partial(it.revoke, HeldUp), it.fence))
+        stopping = (it.was_left_alone for it in self.families.values())
+        insist(what, self.leases.expire, *forgetting, *stopping)
 
     def _tell_lease_taken(self, subject: str, lease: Lease) -> None:
         self.events.publish(f"{_what(subject)}.lease.taken", subject, lease)
@@ -464,8 +465,8 @@ class Plant:
         """Stop what would never end without the holder of a lease; moves go on to their ends."""
         what = f"the end of {lease.lease}"
         with acting(Origin(f"gateway: {what}")):
-            for family in self.families.values():
-                insist(what, family.end_motion, everything=False, within=parts)
+            ends = (partial(it.end_motion, everything=False, within=parts) for it in self.families.values())
+            insist(what, *ends)
 
     def _recordings(self) -> Recordings:
         registered, journal, wanted = self.registered, self.journal, self.config.recordings

@@ -60,10 +60,8 @@ class WindDown:
         insist(WHAT, self._admission.end)
         told = {"on_exit": self._on_exit}
         do_each(WHAT, partial(self._events.publish, "gateway.shutting_down", SUBJECT, told))
-        for line in self._lines:
-            insist(WHAT, line.revoke, GatewayEnding)
-        for it in self._registered:
-            insist(WHAT, self._end_motion, it)
+        revoking = (partial(line.revoke, GatewayEnding) for line in self._lines)
+        insist(WHAT, *revoking, *(partial(self._end_motion, it) for it in self._registered))
         with suppress(TimeoutError):
             async with asyncio.timeout(self._patience_s) as self._limit:
                 await asyncio.gather(*(supervised(WHAT, it.at_rest) for it in self._registered))

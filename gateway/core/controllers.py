@@ -122,8 +122,7 @@ class Controllers(Family, Generic[C]):
     ) -> list["asyncio.Task[Any]"]:
         """Stop what jogs, or everything that moves."""
         meant = [it for it in self.every() if is_within(it.line.id, it.id, within)]
-        for it in meant:
-            insist(_END, it.jogs.end_all, JogNews.CLOSING)
+        insist(_END, *(partial(it.jogs.end_all, JogNews.CLOSING) for it in meant))
         moving = [it for it in meant if everything and all(do_each(_END, partial(_moves, it)))]
         return do_each(_END, *(partial(it.stops.stop, "decelerate") for it in moving)).or_raise()
 

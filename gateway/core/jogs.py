@@ -7,7 +7,7 @@ A family brings how its motor is stopped, and how it is seen to stand still.
 import asyncio
 import secrets
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
@@ -20,7 +20,7 @@ from gateway.core.errors import GatewayError, NotFound
 from gateway.core.line import LineDriver
 from gateway.core.origin import Origin, acting, working
 from gateway.core.records import Record
-from gateway.core.supervisor import do_each, insist, supervise
+from gateway.core.supervisor import Outcomes, do_each, insist, supervise
 from protocols.wording import as_given
 
 HEARTBEAT_S: Final = 0.5
@@ -241,7 +241,7 @@ class Jogs(ABC, Generic[J, T]):
         loop = asyncio.get_running_loop()
         if session.alarm is not None:
             session.alarm.cancel()
-        session.alarm = loop.call_later(HEARTBEAT_S, insist, _WHAT, self._missed, session)
+        session.alarm = loop.call_later(HEARTBEAT_S, insist, _WHAT, partial(self._missed, session))
 
     @acting(Origin("gateway: missing heartbeat"))
     def _missed(self, session: Jogging[J, T]) -> None:
@@ -264,8 +264,7 @@ class Jogs(ABC, Generic[J, T]):
             self._await_heartbeat(session)
         elif step.action is JogAction.TELL:
             tell = partial(self._tell_of, jog.state, session)
-            for deed in (session.let_go, partial(self._settled, session), tell):
-                insist(_WHAT, deed)
+            insist(_WHAT, session.let_go, partial(self._settled, session), tell)
         else:
             stop = [partial(self._stop, session)] if step.action is JogAction.STOP else []
             with working("stops"):
@@ -330,12 +329,14 @@ class Jogs(ABC, Generic[J, T]):
 
     def end_all(self, news: Literal[JogNews.MISSED, JogNews.CLOSING]) -> None:
         """Stop every motor that jogs: no heartbeat counts any more."""
-        jogging = [it for it in self._sessions.values() if it.jogs]
-        do_each(_WHAT, *(partial(self._take, it, news) for it in jogging)).or_raise()
+        self._take_each([it for it in self._sessions.values() if it.jogs], news).or_raise()
 
     def take_all(self, news: JogNews) -> None:
         """Something has happened to all of them; a fault at one keeps none of the others from it."""
-        do_each(_WHAT, *(partial(self._take, it, news) for it in self._sessions.values()))
+        self._take_each(self._sessions.values(), news)
+
+    def _take_each(self, sessions: Iterable[Jogging[J, T]], news: JogNews) -> Outcomes[None]:
+        return do_each(_WHAT, *(partial(self._take, it, news) for it in sessions))
 
     @property
     def is_under_way(self) -> bool:

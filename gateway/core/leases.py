@@ -8,6 +8,7 @@ was held up for longer than its lease writes nothing. Stops and reads need none.
 import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Final, Literal, Protocol
 
 from pydantic import Field
@@ -277,7 +278,7 @@ class Leases:
         told = self._told(held)
         del self._held[told.lease]
         self.on_end(held.subject, told, why)
-        insist(f"the end of {told.lease}", self.on_loss, told, held.parts)
+        insist(f"the end of {told.lease}", partial(self.on_loss, told, held.parts))
 
     def _find(self, lease_id: str) -> _Held:
         self.expire()

@@ -5,6 +5,7 @@ from collections import deque
 from collections.abc import AsyncIterator, Callable, Iterable
 from contextlib import AsyncExitStack, asynccontextmanager
 from contextvars import ContextVar
+from functools import partial
 
 from gateway.core.errors import Expired
 from gateway.core.lanes import Lane, require_room
@@ -67,7 +68,7 @@ class SequenceLock:
             yield mine
         finally:
             _SERIES.reset(before)
-            insist(RELEASE, self._release, mine)
+            insist(RELEASE, partial(self._release, mine))
 
     def _release(self, mine: Series | None) -> None:
         """Pass it on; once, though after a fault of the gateway itself it is tried again."""
@@ -92,7 +93,7 @@ class SequenceLock:
 
     def _give_up(self, turn: "asyncio.Future[None]", queue: "deque[asyncio.Future[None]]") -> None:
         if not turn.cancelled():
-            insist(RELEASE, self._release, self.holder)
+            insist(RELEASE, partial(self._release, self.holder))
         elif turn in queue:
             queue.remove(turn)
 

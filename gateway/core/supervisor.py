@@ -7,6 +7,8 @@ waits for: it is done at once again. Deeds and observers are done each for itsel
 import asyncio
 import logging
 from collections.abc import Awaitable, Callable
+from functools import partial
+from inspect import isawaitable
 from typing import Final, Generic, ParamSpec, TypeVar
 
 from gateway.core.errors import GatewayError
@@ -63,9 +65,10 @@ async def supervised(what: str, work: Callable[[], Awaitable[None]]) -> None:
 # deeds that a motor waits for
 
 
-def insist(what: str, deed: Callable[P, object], *given: P.args, **named: P.kwargs) -> None:
+def insist(what: str, *deeds: Callable[[], object]) -> None:
     """Do what a motor waits for, and may be done twice: after a fault at once again, until it is done."""
-    _insist(what, lambda: deed(*given, **named), 0.0)
+    for deed in deeds:
+        _insist(what, deed, 0.0)
 
 
 def _insist(what: str, deed: Callable[[], object], pause_s: float) -> None:
@@ -82,7 +85,7 @@ def _insist(what: str, deed: Callable[[], object], pause_s: float) -> None:
 
 def insist_after(task: "asyncio.Task[T]", what: str, deed: "Callable[[asyncio.Task[T]], object]") -> None:
     """Do what a motor waits for when a task has ended, however it has ended."""
-    task.add_done_callback(lambda ended: insist(what, deed, ended))
+    task.add_done_callback(lambda ended: insist(what, partial(deed, ended)))
 
 
 def twice(what: str, deed: Callable[P, T], *given: P.args, **named: P.kwargs) -> T:
@@ -128,12 +131,14 @@ def do_each(what: str, *deeds: Callable[[], T]) -> Outcomes[T]:
     return done
 
 
-async def do_in_turn(what: str, *deeds: Callable[[], Awaitable[object]]) -> None:
-    """Wait for all of these in turn, which may be done twice: after a fault each is done once more."""
+async def do_in_turn(what: str, *deeds: Callable[[], object]) -> None:
+    """Do all of these, awaited or not, which may be done twice: after a fault each is done once more."""
     for deed in deeds:
         for _ in range(2):
             try:
-                await deed()
+                done = deed()
+                if isawaitable(done):
+                    await done
             except Exception:
                 log.exception("%s has met a fault of the gateway itself", what)
             else:

@@ -76,7 +76,7 @@ async def test_a_deed_is_done_again_at_once_and_then_until_it_is_done() -> None:
         if len(done_at) <= faults:
             raise ZeroDivisionError
 
-    insist("the deed", deed, 4)
+    insist("the deed", partial(deed, 4))
     await asyncio.sleep(10)
     assert done_at == pytest.approx([0.0, 0.0, 0.05, 0.15, 0.35])
 
