@@ -57,7 +57,7 @@ class Echo(Generic[X]):
     def __init__(self, shows_echo: Callable[[X], bool], on_change: Callable[[bool], None]) -> None:
         self._shows_echo = shows_echo
         """Tells that no reply to an exchange can equal its frame."""
-        self._on_change = on_change
+        self.on_change = on_change
         """Called with True when the line is found to echo, and with False when that is over."""
         self.written: deque[X] = deque(maxlen=2 * UNDER_WAY)
         """The latest exchanges; from the first echo on, those that have not come back."""
@@ -65,6 +65,11 @@ class Echo(Generic[X]):
         """Frames that have come back, since one that did not."""
         self.found = False
         """True while the line echoes."""
+
+    def forget(self) -> None:
+        """Begin anew, as with a port that was opened."""
+        self.written.clear()
+        self.in_a_row, self.found = 0, False
 
     def heard(self, line: bytes) -> bool:
         """Compare a line that came, without its end: True where it is the echo of a frame written lately."""
@@ -78,7 +83,7 @@ class Echo(Generic[X]):
         self.in_a_row = 1 if missed else self.in_a_row + 1
         if self.in_a_row >= ECHOES and not self.found:
             self.found = True
-            self._on_change(True)
+            self.on_change(True)
         return True
 
     def answered(self, exchange: X) -> None:
@@ -94,4 +99,4 @@ class Echo(Generic[X]):
     def _is_over(self) -> None:
         was_found, self.found, self.in_a_row = self.found, False, 0
         if was_found:
-            self._on_change(False)
+            self.on_change(False)

@@ -462,7 +462,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     ) -> None:
         super().__init__(line_id, transport, session.counters)
         self._session = session
-        session.on_overtaken = self._was_overtaken
+        session.order.on_overtaken = self._was_overtaken
         self._in_order_since = -inf
         """When replies came last out of order."""
         self.gate = session.gate
@@ -480,7 +480,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """Since the last frame was written."""
         self._held_when_heard_s = 0.0
         """For how long the event loop had been held when a reply was heard last."""
-        session.on_echo = self._echo_changed
+        session.echo.on_change = self._echo_changed
         self._pauses = EchoPauses()
         self.load = session.load
 

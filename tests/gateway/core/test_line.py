@@ -4,6 +4,7 @@ import asyncio
 from collections import Counter
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
@@ -60,6 +61,7 @@ class Speech:
         self.counters: Counter[str] = Counter()
         self.gate: Gate[Any] = Gate()
         self.load = Load()
+        self.echo, self.order = SimpleNamespace(), SimpleNamespace()
         self.in_step = True
         self.waiting: list[Said] = []
         self.asked: list[float] = []
