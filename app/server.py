@@ -120,7 +120,7 @@ async def serve(
         server = _Server(_uvicorn_config(app, config.server, access.certificate))
         signals.concern(plant, server)
         if watchdog_wanted():
-            plant.on_lines = partial(_feed_watchdog, plant)
+            plant.on_lines.append(partial(_feed_watchdog, plant))
             plant.on_lines()
         listen(listener, config.server)
         await plant.start()

@@ -55,7 +55,7 @@ def _facts_of_crash(crash: Facts) -> Facts:
 
 def _is_anothers(line: AnyLine) -> bool:
     """Whether another gateway may have it: it is not in trouble, and not open here."""
-    return line.stands_by() is not None
+    return line.owner.stands_by() is not None
 
 
 LINES: Final[Sequence[CauseKind[AnyLine]]] = (

@@ -34,21 +34,14 @@ from gateway.core.journal.opening import OpenedJournal
 from gateway.core.kept_works import DurableJobs
 from gateway.core.lease_tokens import LeaseTokens
 from gateway.core.leases import End, Lease, Leases, Tokens
+from gateway.core.line import Owner
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import MoveRecord
 from gateway.core.names import Names
 from gateway.core.origin import POLL, Origin, acting
-from gateway.core.own_faults import (
-    await_each_logging,
-    await_with_one_retry,
-    restart_after_faults,
-    retry_once,
-    retry_until_done,
-    run_all_then_raise,
-    run_each_logging,
-)
 from gateway.core.parts import Part
+from gateway.core.supervisor import Observers, do_each, do_in_turn, insist, supervise, twice
 from gateway.core.targets import Target
 from gateway.families import EXTENSIONS, FAMILIES, registered
 from gateway.figures import Figures
@@ -124,8 +117,9 @@ class Plant:
         self.registered: Sequence[Registered] = [self._by_kind[kind] for kind in registered()]
         self._ports: dict[str, AnyLine] = {}
         self.leases = Leases(config.access.lease_mode, lease_tokens or LeaseTokens())
-        self.leases.on_taken = self._lease_taken
-        self.leases.on_end = self._lease_ended
+        self.leases.on_taken += [self._tell_lease_taken, self._note_lease_taken]
+        self.leases.on_end += [self._tell_lease_ended, self._note_lease_ended]
+        self.leases.on_loss = self._stop_without_holder
         self.events.take_snapshot = taking(self.registered, self._ports)
         troubles = {
             "gateway.journal.trouble": self._journal_trouble,
@@ -150,7 +144,7 @@ class Plant:
         self.recordings = self._recordings()
         self.events.listeners += [self.figures.note, logbook.note, self.alarms.note]
         self.events.listeners += [self.recordings.note] if self.recordings.takes_alarms else []
-        self.on_lines: Callable[[], None] = lambda: None
+        self.on_lines = Observers[[]]("other lines")
         """Called when other lines are served."""
         self._open_transport = open_transport
         self.port_scans = PortScans(self.events, lambda: self.config, open_transport)
@@ -172,9 +166,11 @@ class Plant:
         built = self.families[line.protocol].add(line, port)
         built.admission = self.admission
         built.recorder = self.recorders[built.id]
-        built.stands_by = partial(self.ownership.stands_by, line.id)
-        built.other_owner = partial(self.ownership.elsewhere, line.id)
-        built.on_port_lost = partial(self._port_lost, line.id)
+        built.owner = Owner(
+            partial(self.ownership.stands_by, line.id),
+            partial(self.ownership.elsewhere, line.id),
+            partial(self._port_lost, line.id),
+        )
         built.gate.add(self.leases.guard(built.id))
         if self.config.server.latch:
             built.gate.add(self._latch(built))
@@ -211,8 +207,7 @@ class Plant:
             self._start(line_id)
         with acting(POLL):
             self.recordings.salvage()
-            looking = restart_after_faults("the watch of alarms", self._watch_alarms)
-            self._watch_of_alarms = asyncio.create_task(looking, name="watch of alarms")
+            self._watch_of_alarms = supervise("the watch of alarms", self._watch_alarms)
 
     def _works(self) -> dict[str, DurableJobs[Any]]:
         works: dict[str, DurableJobs[Any]] = {}
@@ -225,9 +220,7 @@ class Plant:
         line.start()
         watches = list(self._family_of(line_id).watches(line))  # all, or a fault has begun none
         with acting(POLL):
-            self._watches[line_id] = [
-                asyncio.create_task(restart_after_faults(what, watch), name=what) for watch in watches
-            ]
+            self._watches[line_id] = [supervise(what, watch) for watch in watches]
 
     async def _unwatch(self, line_id: str) -> None:
         watches = self._watches.pop(line_id, [])
@@ -260,25 +253,24 @@ class Plant:
             wanted = {line.id: line for line in config.lines}
             found = changes(self.config, config)
             served = self.config.model_copy(update={"lines": config.lines, **config.made()})
-            retiring = (partial(self._ports[line_id].retire, CONFIGURED_ANEW) for line_id in gone)
-            run_each_logging(what, *retiring)  # each is closed next
+            do_each(what, *(partial(self._ports[it].retire, CONFIGURED_ANEW) for it in gone))  # closed next
             for line_id in gone:
                 await self._remove(line_id)
             self.config = served
             try:
-                run_all_then_raise(
-                    partial(self._add, wanted[it]) for it in wanted.keys() - self._ports.keys()
-                )
+                do_each(
+                    what, *(partial(self._add, wanted[it]) for it in wanted.keys() - self._ports)
+                ).or_raise()
             finally:  # a fault at one line keeps no other from being served, and it can be loaded again
                 for line_id in (it for it in wanted if it in self._ports):
                     self._ports[line_id] = self._ports.pop(line_id)
-                retry_until_done(what, self.territory.forget)
-                run_each_logging(what, self.on_lines)
-            run_each_logging(what, partial(self.events.publish, "gateway.reloaded", SUBJECT, found))
+                insist(what, self.territory.forget)
+                self.on_lines()
+            do_each(what, partial(self.events.publish, "gateway.reloaded", SUBJECT, found))
 
     def _add(self, line: tables.LineTable) -> None:
-        retry_once(f"the building of line {line.id}", partial(self._build, line))
-        retry_until_done(f"the start of line {line.id}", partial(self._start, line.id))
+        twice(f"the building of line {line.id}", self._build, line)
+        insist(f"the start of line {line.id}", partial(self._start, line.id))
 
     def require_rest(self, config: Config) -> Sequence[str]:
         """Make sure that nothing moves on the lines that another configuration would close; gives their ids.
@@ -318,19 +310,22 @@ class Plant:
 
     async def _remove(self, line_id: str) -> None:
         """Close a line for good: one that is retired serves nobody, whatever is left of it."""
-        what, family, line = f"the end of line {line_id}", self._family_of(line_id), self._ports[line_id]
-        closing = partial(self._unwatch, line_id), partial(family.remove, line)
-        await await_each_logging(what, *(partial(await_with_one_retry, what, deed) for deed in closing))
-        run_each_logging(what, *(partial(it.forget, line) for it in self.extensions))
+        family, line = self._family_of(line_id), self._ports[line_id]
+        await do_in_turn(
+            f"the end of line {line_id}",
+            partial(self._unwatch, line_id),
+            partial(family.remove, line),
+            *(partial(it.forget, line) for it in self.extensions),
+            partial(asyncio.to_thread, self.recorders.pop(line_id).close),
+        )
         del self._ports[line_id]
-        await await_each_logging(what, partial(asyncio.to_thread, self.recorders.pop(line_id).close))
 
     async def wind_down(self) -> None:
         """Let nothing begin any more, stop what would never end, and name what still moves, within seconds.
 
         Reads and stops go on until the lines are closed.
         """
-        await await_with_one_retry("the end of the gateway", self._end.done)
+        await do_in_turn("the end of the gateway", self._end.done)
 
     def hurry(self) -> None:
         """Wait for nothing longer than a stop takes to be written."""
@@ -340,21 +335,28 @@ class Plant:
         """End all work. What `on_exit` leaves moving runs on in the controllers; nothing more is sent."""
         what = "the end of the plant"
         works = self.port_scans, self.commissionings, self.backups, self.comparisons, self.recordings
-        await await_each_logging(what, self.wind_down, *(work.close for work in works))
+        unwatching = (partial(self._unwatch, line_id) for line_id in list(self._watches))
+        await do_in_turn(
+            what,
+            self.wind_down,
+            *(work.close for work in works),
+            self._stop_looking,
+            *unwatching,
+            *(it.close for it in self.registered),
+            *(partial(asyncio.to_thread, it.close) for it in self.recorders.values()),
+            self.security.close,
+        )
+        if self._memory is not None:
+            await self._memory.close()
+
+    async def _stop_looking(self) -> None:
+        """Raise no alarm any more, and look neither for holds nor for leases that are over."""
         self.alarms.closed = True
-        run_each_logging(what, self.watch.close, self.leases.close)
+        self.watch.close()
+        self.leases.close()
         if self._watch_of_alarms is not None:
             self._watch_of_alarms.cancel()
             await asyncio.gather(self._watch_of_alarms, return_exceptions=True)
-        unwatching = (partial(self._unwatch, line_id) for line_id in list(self._watches))
-        await await_each_logging(what, *unwatching, *(it.close for it in self.registered))
-        recorders = self.recorders.values()
-        await await_each_logging(
-            what, *(partial(asyncio.to_thread, recorder.close) for recorder in recorders)
-        )
-        await await_each_logging(what, self.security.close)
-        if self._memory is not None:
-            await self._memory.close()
 
     async def take_over(self, line_id: str, old: str) -> None:
         """Have a line from now on: what was its owner is thrown out by the terminal server as this connects.
@@ -362,7 +364,7 @@ class Plant:
         :raises NotSent: that cannot be written down; nothing has changed.
         """
         epoch = self.ownership.take(line_id)
-        run_each_logging(f"the moves that {old} has begun", partial(self._go_on_with_moves, line_id, old))
+        do_each(f"the moves that {old} has begun", partial(self._go_on_with_moves, line_id, old))
         told = {
             "reason": f"a person has taken it over from {old}",
             "owner": self.ownership.name,
@@ -439,38 +441,32 @@ class Plant:
             "; what waited is cancelled, and all lines are fenced" if suspended else "",
         )
         what, told = "the time after a suspension", {"seconds": round(seconds, 3), "cancelled": suspended}
-        run_each_logging(what, partial(self.events.publish, "gateway.loop.held", SUBJECT, told))
+        do_each(what, partial(self.events.publish, "gateway.loop.held", SUBJECT, told))
         if not suspended:
             return
-        run_each_logging(what, self.leases.expire)
-        for port in self._ports.values():
-            retry_until_done(what, partial(port.revoke, HeldUp))
-            retry_until_done(what, port.fence)
-        for family in self.families.values():
-            retry_until_done(what, family.was_left_alone)
+        forgetting = (deed for it in self._ports.values() for deed in (partial(it.revoke, HeldUp), it.fence))
+        stopping = (it.was_left_alone for it in self.families.values())
+        insist(what, self.leases.expire, *forgetting, *stopping)
 
-    def _lease_taken(self, subject: str, lease: Lease) -> None:
+    def _tell_lease_taken(self, subject: str, lease: Lease) -> None:
         self.events.publish(f"{_what(subject)}.lease.taken", subject, lease)
-        run_each_logging(
-            f"the beginning of {lease.lease}",
-            partial(
-                self.security.note, entries.LEASE_TAKEN, lease.scope, lease=lease.lease, ttl_s=lease.ttl_s
-            ),
-        )
 
-    def _lease_ended(self, subject: str, lease: Lease, why: End, parts: Sequence[Part]) -> None:
-        """Tell it, and stop what would never end without its holder; moves go on to their ends."""
+    def _note_lease_taken(self, _: str, lease: Lease) -> None:
+        self.security.note(entries.LEASE_TAKEN, lease.scope, lease=lease.lease, ttl_s=lease.ttl_s)
+
+    def _tell_lease_ended(self, subject: str, lease: Lease, why: End) -> None:
+        self.events.publish(f"{_what(subject)}.lease.{why}", subject, lease)
+
+    def _note_lease_ended(self, _: str, lease: Lease, why: End) -> None:
+        kind, by = entries.LEASE_ENDS[why], "gateway" if why == "expired" else None
+        self.security.note(kind, lease.scope, caller=by, lease=lease.lease, holder=lease.holder)
+
+    def _stop_without_holder(self, lease: Lease, parts: Sequence[Part]) -> None:
+        """Stop what would never end without the holder of a lease; moves go on to their ends."""
         what = f"the end of {lease.lease}"
-        by = "gateway" if why == "expired" else None
-        note = partial(self.security.note, entries.LEASE_ENDS[why], lease.scope, caller=by)
-        run_each_logging(
-            what,
-            partial(self.events.publish, f"{_what(subject)}.lease.{why}", subject, lease),
-            partial(note, lease=lease.lease, holder=lease.holder),
-        )
         with acting(Origin(f"gateway: {what}")):
-            for family in self.families.values():
-                retry_until_done(what, partial(family.end_motion, everything=False, within=parts))
+            ends = (partial(it.end_motion, everything=False, within=parts) for it in self.families.values())
+            insist(what, *ends)
 
     def _recordings(self) -> Recordings:
         registered, journal, wanted = self.registered, self.journal, self.config.recordings

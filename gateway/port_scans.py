@@ -14,8 +14,8 @@ from pydantic import Field, JsonValue
 from gateway.config import Config, Server
 from gateway.core.errors import BodyBusy, InvalidRequest
 from gateway.core.events import EventHub
-from gateway.core.own_faults import retry_until_done
 from gateway.core.records import Record
+from gateway.core.supervisor import insist_after
 from gateway.core.works import Jobs
 from gateway.found import Found
 from gateway.search import addresses_of, search, serial_devices
@@ -98,8 +98,7 @@ class PortScans(Jobs[PortScan]):
         scan = PortScan(id=secrets.token_hex(6), ports=list(ports), started_at=datetime.now(UTC))
         found: list[Found] = []
         task = self.begin(scan, self._run(scan, addresses, found), "scan of ports")
-        ended = partial(retry_until_done, "the end of a scan of ports")
-        task.add_done_callback(lambda over: ended(partial(self._ended, scan, found, over)))
+        insist_after(task, "the end of a scan of ports", partial(self._ended, scan, found))
         return scan
 
     def _free(self, port: str) -> list[str]:

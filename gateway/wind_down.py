@@ -11,7 +11,7 @@ from gateway.core.admission import Admission
 from gateway.core.errors import GatewayEnding
 from gateway.core.family import AnyLine, Registered, Site
 from gateway.core.origin import Origin, acting
-from gateway.core.own_faults import await_each_logging, restart_after_faults, retry_once, run_each_logging
+from gateway.core.supervisor import do_each, do_in_turn, insist, supervise, supervised
 
 log = logging.getLogger(__name__)
 
@@ -47,9 +47,7 @@ class WindDown:
         """Wind down, or wait until that is done."""
         if self._task is None:
             with acting(Origin("gateway: shutdown")):
-                self._task = asyncio.create_task(
-                    restart_after_faults(WHAT, self._wind_down), name="wind down"
-                )
+                self._task = supervise(WHAT, self._wind_down)
         await asyncio.shield(self._task)
 
     def hurry(self) -> None:
@@ -59,17 +57,17 @@ class WindDown:
             self._limit.reschedule(asyncio.get_running_loop().time() + HURRY_S)
 
     async def _wind_down(self) -> None:
-        what, told = WHAT, {"on_exit": self._on_exit}
-        telling = partial(self._events.publish, "gateway.shutting_down", SUBJECT, told)
-        revoking = (partial(retry_once, what, partial(line.revoke, GatewayEnding)) for line in self._lines)
-        ending = (partial(retry_once, what, partial(self._end_motion, it)) for it in self._registered)
-        run_each_logging(what, partial(retry_once, what, self._admission.end), telling, *revoking, *ending)
+        insist(WHAT, self._admission.end)
+        told = {"on_exit": self._on_exit}
+        do_each(WHAT, partial(self._events.publish, "gateway.shutting_down", SUBJECT, told))
+        revoking = (partial(line.revoke, GatewayEnding) for line in self._lines)
+        insist(WHAT, *revoking, *(partial(self._end_motion, it) for it in self._registered))
         with suppress(TimeoutError):
             async with asyncio.timeout(self._patience_s) as self._limit:
-                await asyncio.gather(*(restart_after_faults(what, it.at_rest) for it in self._registered))
+                await asyncio.gather(*(supervised(WHAT, it.at_rest) for it in self._registered))
         self._limit = None
-        run_each_logging(what, self._name_what_moves)
-        await await_each_logging(what, *(it.let_go for it in self._registered))
+        do_each(WHAT, self._name_what_moves)
+        await do_in_turn(WHAT, *(it.let_go for it in self._registered))
 
     def _end_motion(self, it: Registered) -> None:
         self._stops += it.end_motion(everything=self._on_exit == "stop")

@@ -51,7 +51,7 @@ class Immediate(Journal):
         return done
 
     async def close(self) -> None:
-        self._end_well()
+        self.writer.write([None])
         self.disk.close()
 
     async def rows(self, sql: str, *values: Value) -> list[tuple[Any, ...]]:

@@ -10,15 +10,9 @@ from gateway.core.family import Family, MayMove, Seen, Site, is_within, why_it_m
 from gateway.core.jogs import JogNews
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED
-from gateway.core.own_faults import (
-    ask_safely,
-    await_each_logging,
-    retry_once,
-    run_all_then_raise,
-    run_each_logging,
-)
 from gateway.core.parts import Part
 from gateway.core.stops import StopMode
+from gateway.core.supervisor import do_each, do_in_turn, insist
 from gateway.core.targets import Stopped, stopped
 
 
@@ -116,25 +110,21 @@ class Controllers(Family, Generic[C]):
 
     def was_left_alone(self) -> None:
         """Stop what jogs: its heartbeats are too old."""
-        run_all_then_raise(partial(it.jogs.end_all, JogNews.MISSED) for it in self.every())
+        do_each(_END, *(partial(it.jogs.end_all, JogNews.MISSED) for it in self.every())).or_raise()
 
     def stop_all(self, mode: StopMode) -> Awaitable[Stopped]:
         """Stop all."""
-        own = [it for it in self.every() if not it.line.is_elsewhere()]
-        return stopped(
-            self.collections[0],
-            asyncio.gather(*run_all_then_raise(partial(it.stops.stop, mode) for it in own)),
-        )
+        stopping = (partial(it.stops.stop, mode) for it in self.every() if not it.line.is_elsewhere())
+        return stopped(self.collections[0], asyncio.gather(*do_each("a stop", *stopping).or_raise()))
 
     def end_motion(
         self, *, everything: bool, within: Sequence[Part] | None = None
     ) -> list["asyncio.Task[Any]"]:
         """Stop what jogs, or everything that moves."""
         meant = [it for it in self.every() if is_within(it.line.id, it.id, within)]
-        moving = [it for it in meant if everything and ask_safely(_END, partial(_moves, it), otherwise=True)]
-        ending = (partial(it.jogs.end_all, JogNews.CLOSING) for it in meant)
-        run_each_logging(_END, *(partial(retry_once, _END, end) for end in ending))
-        return run_all_then_raise(partial(it.stops.stop, "decelerate") for it in moving)
+        insist(_END, *(partial(it.jogs.end_all, JogNews.CLOSING) for it in meant))
+        moving = [it for it in meant if everything and all(do_each(_END, partial(_moves, it)))]
+        return do_each(_END, *(partial(it.stops.stop, "decelerate") for it in moving)).or_raise()
 
     async def at_rest(self) -> None:
         """Wait for stops, and for refusals of moves."""
@@ -158,7 +148,7 @@ class Controllers(Family, Generic[C]):
     async def close(self) -> None:
         """End all work and close the lines."""
         closing = (it.close for it in self.every())
-        await await_each_logging(f"the end of all {self.collections[0]}", *closing, self.moves.close)
+        await do_in_turn(f"the end of all {self.collections[0]}", *closing, self.moves.close)
 
 
 def _moves(it: Controller) -> bool:

@@ -2,9 +2,20 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from enum import Enum
-from typing import Any, Final
+from typing import Any, Final, Generic, NamedTuple, TypeVar
 
 BY: Final = "`make documents` draws this page."
+
+S = TypeVar("S")
+A = TypeVar("A")
+
+
+class Transition(NamedTuple, Generic[S, A]):
+    """One cell of a table of states."""
+
+    state: S
+    """The next state."""
+    action: A
 
 
 def states(head: Sequence[str], news: Iterable[Enum], table: Mapping[Any, Mapping[Any, Any]]) -> str:
@@ -13,9 +24,21 @@ def states(head: Sequence[str], news: Iterable[Enum], table: Mapping[Any, Mappin
     `head` is its title, and the lines below it.
     """
     title, *lines = head
-    rows = [(f"**{_named(it)}**", *(_step(steps.get(each)) for each in news)) for it, steps in table.items()]
-    drawn = drawn_table(["state", *map(_named, news)], rows)
-    return "\n".join([f"# {title}", "", *lines, BY, "", *drawn, ""])
+    return "\n".join([f"# {title}", "", *lines, BY, "", *table_of(news, table), ""])
+
+
+def table_of(news: Iterable[Enum], table: Mapping[Any, Mapping[Any, Any]]) -> list[str]:
+    """The lines of a table of states; a transition that changes nothing is a dash."""
+    rows = [
+        (f"**{_named(it)}**", *(_step(_change(it, steps.get(each))) for each in news))
+        for it, steps in table.items()
+    ]
+    return drawn_table(["state", *map(_named, news)], rows)
+
+
+def _change(state: Any, step: Any) -> Any:
+    stays = isinstance(step, Transition) and step.state == state and not step.action.value
+    return None if stays else step
 
 
 def drawn_table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:

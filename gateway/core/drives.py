@@ -30,7 +30,6 @@ from gateway.core.move_runs import Beginning, MoveRuns
 from gateway.core.next_calls import NextCall
 from gateway.core.operation import Rows, taking
 from gateway.core.origin import working
-from gateway.core.own_faults import await_each_logging, retry_once, run_all_then_raise
 from gateway.core.records import Record
 from gateway.core.rights import Right
 from gateway.core.silence import Silence
@@ -43,6 +42,7 @@ from gateway.core.stops import (
     StopState,
     StopsUnderWay,
 )
+from gateway.core.supervisor import do_each, do_in_turn, twice
 from gateway.core.targets import BegunMoves, CommandReplies, Opened, Stopped, Target, stopped
 from gateway.core.verdicts import (
     MOTOR,
@@ -226,7 +226,7 @@ class Drive(Target):
 
     async def close(self) -> None:
         """End its jogs and stops, and close the line."""
-        await await_each_logging(f"the end of {self.id}", self.jogs.close, self.stops.close, self.line.close)
+        await do_in_turn(f"the end of {self.id}", self.jogs.close, self.stops.close, self.line.close)
 
     # asked for
 
@@ -306,7 +306,7 @@ class DriveStops(StopsUnderWay[StopMode, _DriveStop]):
 
     def stop(self, mode: StopMode) -> "asyncio.Task[DriveStopReport]":
         """Stop it; the report comes when it stands still, or after two seconds with what is known then."""
-        stop = retry_once("a stop", partial(self._stop, mode))
+        stop = twice("a stop", self._stop, mode)
         return asyncio.create_task(self._report(stop), name="stop report")
 
     def _stop(self, mode: StopMode) -> _DriveStop:
@@ -317,7 +317,7 @@ class DriveStops(StopsUnderWay[StopMode, _DriveStop]):
             partial(drive.jogs.take_all, JogNews.STOP),
             stop.submit if mode in self._running else begin,
         ]
-        run_all_then_raise(deeds)
+        do_each("a stop", *deeds).or_raise()
         return stop
 
     async def _report(self, stop: _DriveStop) -> DriveStopReport:

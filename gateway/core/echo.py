@@ -6,6 +6,8 @@ are given.
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf
 from typing import Generic
 
 from gateway.core.exchange import X
@@ -24,13 +26,38 @@ ECHOING = (
 )
 
 
+@dataclass(slots=True)
+class EchoPauses:
+    """How long nothing is written on a line that echoes, in the event loop's time."""
+
+    echoes: bool = False
+    until: float = -inf
+    """Until then only stops are written, and questions that a motor waits for."""
+    _pause_s: float = PAUSE_S[0]
+    _free_until: float = -inf
+    """Until then questions about a stop need not wait."""
+
+    def begin(self, found: bool, now: float) -> None:
+        """Note that the line echoes, or does no longer; a stop may have been sent just before."""
+        self.echoes, self._pause_s, self.until = found, PAUSE_S[0], -inf
+        if found:
+            self._free_until = now + SEEN_WITHIN_S
+
+    def note_written(self, now: float, *, is_stop: bool) -> None:
+        """Pause after a frame."""
+        if is_stop:
+            self.until, self._free_until = -inf, now + SEEN_WITHIN_S
+        elif now >= self._free_until:
+            self.until, self._pause_s = now + self._pause_s, min(2 * self._pause_s, PAUSE_S[1])
+
+
 class Echo(Generic[X]):
     """Compares what nothing under way has claimed with what was written last."""
 
     def __init__(self, shows_echo: Callable[[X], bool], on_change: Callable[[bool], None]) -> None:
         self._shows_echo = shows_echo
         """Tells that no reply to an exchange can equal its frame."""
-        self._on_change = on_change
+        self.on_change = on_change
         """Called with True when the line is found to echo, and with False when that is over."""
         self.written: deque[X] = deque(maxlen=2 * UNDER_WAY)
         """The latest exchanges; from the first echo on, those that have not come back."""
@@ -38,6 +65,11 @@ class Echo(Generic[X]):
         """Frames that have come back, since one that did not."""
         self.found = False
         """True while the line echoes."""
+
+    def forget(self) -> None:
+        """Begin anew, as with a port that was opened."""
+        self.written.clear()
+        self.in_a_row, self.found = 0, False
 
     def heard(self, line: bytes) -> bool:
         """Compare a line that came, without its end: True where it is the echo of a frame written lately."""
@@ -51,7 +83,7 @@ class Echo(Generic[X]):
         self.in_a_row = 1 if missed else self.in_a_row + 1
         if self.in_a_row >= ECHOES and not self.found:
             self.found = True
-            self._on_change(True)
+            self.on_change(True)
         return True
 
     def answered(self, exchange: X) -> None:
@@ -67,4 +99,4 @@ class Echo(Generic[X]):
     def _is_over(self) -> None:
         was_found, self.found, self.in_a_row = self.found, False, 0
         if was_found:
-            self._on_change(False)
+            self.on_change(False)

@@ -18,6 +18,7 @@ from gateway.core.addresses import canonical_address
 from gateway.core.errors import InvalidRequest
 from gateway.core.event_ring import EventRing, KeptEvent
 from gateway.core.live import Live, Watch
+from gateway.core.supervisor import Observers
 from gateway.core.turns import Turn, Turns
 from gateway.core.waiting import happens
 
@@ -431,8 +432,8 @@ class EventHub:
         self.readings = lru_cache(SHARED_BATCHES)(self._readings)
         self.take_snapshot: Callable[[Filter, str], Data] | None = None
         """Tells of what is wanted how it is now, with the cursor of the newest event."""
-        self.listeners: list[Callable[[Event], object]] = []
-        """Functions called with each event, in this order, before any client reads it."""
+        self.listeners = Observers[[Event]](lambda event: f"event {event.type}")
+        """Called with each event, in this order, before anybody reads it."""
 
     def resume(
         self, epoch: str, earlier: Mapping[str, int], last: int, events: Sequence[tuple[str, str, str]]
@@ -457,11 +458,7 @@ class EventHub:
         """Number an event and keep it; it can be read as soon as this returns."""
         event = self._event(self.last + 1, type_, subject, data, correlation)
         self._keep(event)
-        for hear in self.listeners:
-            try:
-                hear(event)
-            except Exception:  # what has happened goes on, whatever is made of it
-                log.exception("event %s has met a fault of the gateway itself", type_)
+        self.listeners(event)
         self.turns.news()
         return event
 

@@ -5,7 +5,7 @@
 
 from collections.abc import Mapping
 from enum import Enum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from gateway.core.drawn import states
 from protocols.members import at_hand
@@ -131,7 +131,11 @@ class Fence:
     def __init__(self) -> None:
         self.state = State.IN_STEP
         self.in_step = True
-        """True while replies can be believed."""
+        """Whether replies can be believed."""
+        self.query: Any = None
+        """The exchange of the fence under way."""
+        self.doubts = 0
+        """How often a reply stayed away, could not be understood, or came unasked."""
 
     @property
     def tries(self) -> int:

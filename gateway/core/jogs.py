@@ -7,7 +7,7 @@ A family brings how its motor is stopped, and how it is seen to stand still.
 import asyncio
 import secrets
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
@@ -19,14 +19,8 @@ from gateway.core.drawn import states
 from gateway.core.errors import GatewayError, NotFound
 from gateway.core.line import LineDriver
 from gateway.core.origin import Origin, acting, working
-from gateway.core.own_faults import (
-    restart_after_faults,
-    retry_until_done,
-    run_all_then_raise,
-    run_each_logging,
-    when_done,
-)
 from gateway.core.records import Record
+from gateway.core.supervisor import Outcomes, do_each, insist, supervise
 from protocols.wording import as_given
 
 HEARTBEAT_S: Final = 0.5
@@ -231,19 +225,23 @@ class Jogs(ABC, Generic[J, T]):
         self._sessions[session.jog.id] = session
         what = f"the jog of {session.what}"
         with working("followers"):
-            rest = asyncio.create_task(restart_after_faults(what, partial(self._rests, session)), name=what)
-        session.rest = rest
-        when_done(rest, what, lambda: None if rest.cancelled() else self._take(session, JogNews.REST))
+            session.rest = supervise(
+                what, partial(self._rests, session), partial(self._came_to_rest, session)
+            )
         over = [key for key, it in self._sessions.items() if it.jog.state == it.jog.ends_as]
         for key in over[: max(0, len(over) - KEPT)]:
             del self._sessions[key]
         self._tell_of("started", session)
 
+    def _came_to_rest(self, session: Jogging[J, T], rest: "asyncio.Task[None]") -> None:
+        if not rest.cancelled():
+            self._take(session, JogNews.REST)
+
     def _await_heartbeat(self, session: Jogging[J, T]) -> None:
         loop = asyncio.get_running_loop()
         if session.alarm is not None:
             session.alarm.cancel()
-        session.alarm = loop.call_later(HEARTBEAT_S, retry_until_done, _WHAT, partial(self._missed, session))
+        session.alarm = loop.call_later(HEARTBEAT_S, insist, _WHAT, partial(self._missed, session))
 
     @acting(Origin("gateway: missing heartbeat"))
     def _missed(self, session: Jogging[J, T]) -> None:
@@ -266,12 +264,11 @@ class Jogs(ABC, Generic[J, T]):
             self._await_heartbeat(session)
         elif step.action is JogAction.TELL:
             tell = partial(self._tell_of, jog.state, session)
-            for deed in (session.let_go, partial(self._settled, session), tell):
-                retry_until_done(_WHAT, deed)
+            insist(_WHAT, session.let_go, partial(self._settled, session), tell)
         else:
             stop = [partial(self._stop, session)] if step.action is JogAction.STOP else []
             with working("stops"):
-                run_all_then_raise([*stop, partial(self._see_to, session)])
+                do_each(_WHAT, *stop, partial(self._see_to, session)).or_raise()
             session.let_go()
             self._tell_of("stopping", session)
 
@@ -279,9 +276,7 @@ class Jogs(ABC, Generic[J, T]):
         """See that the motor stands still; a second stop joins the first."""
         if session.end is None:
             what = f"the end of the jog of {session.what}"
-            session.end = asyncio.create_task(
-                restart_after_faults(what, partial(self._see_over, session)), name=what
-            )
+            session.end = supervise(what, partial(self._see_over, session))
 
     async def _see_over(self, session: Jogging[J, T]) -> None:
         if await self._see_still(session):
@@ -334,12 +329,14 @@ class Jogs(ABC, Generic[J, T]):
 
     def end_all(self, news: Literal[JogNews.MISSED, JogNews.CLOSING]) -> None:
         """Stop every motor that jogs: no heartbeat counts any more."""
-        jogging = [it for it in self._sessions.values() if it.jogs]
-        run_all_then_raise(partial(self._take, it, news) for it in jogging)
+        self._take_each([it for it in self._sessions.values() if it.jogs], news).or_raise()
 
     def take_all(self, news: JogNews) -> None:
         """Something has happened to all of them; a fault at one keeps none of the others from it."""
-        run_each_logging(_WHAT, *(partial(self._take, it, news) for it in self._sessions.values()))
+        self._take_each(self._sessions.values(), news)
+
+    def _take_each(self, sessions: Iterable[Jogging[J, T]], news: JogNews) -> Outcomes[None]:
+        return do_each(_WHAT, *(partial(self._take, it, news) for it in sessions))
 
     @property
     def is_under_way(self) -> bool:

@@ -17,9 +17,9 @@ from gateway.core.errors import GatewayError, NotAllowed, NotFound, NotSent
 from gateway.core.exchange import Exchange
 from gateway.core.loop_watch import boot_time
 from gateway.core.origin import Claim
-from gateway.core.own_faults import retry_until_done, run_each_logging
 from gateway.core.parts import Part
 from gateway.core.records import Record
+from gateway.core.supervisor import Observers, insist
 from gateway.texts import Text, text
 from protocols.table import Effect
 from protocols.wording import as_given
@@ -112,9 +112,12 @@ class Leases:
         self.mode = mode
         self.clock = clock
         """Goes on while the computer sleeps."""
-        self.on_taken: Callable[[str, Lease], None] = lambda _subject, _lease: None
-        """Called with each lease, and the path of what was leased."""
-        self.on_end: Callable[[str, Lease, End, Sequence[Part]], None] = lambda *_: None
+        self.on_taken = Observers[[str, Lease]]("a lease")
+        """Called with the path of what was leased, and its lease."""
+        self.on_end = Observers[[str, Lease, End]]("the end of a lease")
+        """Called with the same, and why it has ended."""
+        self.on_loss: Callable[[Lease, Sequence[Part]], object] = lambda _lease, _parts: None
+        """Called with a lease that has ended, and the parts that it does not cover any more."""
         self._tokens = tokens
         self._held: dict[str, _Held] = {}
         self._timer: asyncio.TimerHandle | None = None
@@ -144,7 +147,7 @@ class Leases:
             self._end(other, "taken_over")
         held = _Held(scope, subject, parts, holder, token, ttl_s, self.clock() + ttl_s)
         self._held[held.id] = held
-        retry_until_done(WAKE, self._wait)
+        insist(WAKE, self._wait)
         self.on_taken(held.subject, self._told(held))
         return self._told_to_holder(held)
 
@@ -264,21 +267,18 @@ class Leases:
             self._timer = None
         if self._held:
             rest_s = min(held.until for held in self._held.values()) - self.clock()
-            self._timer = asyncio.get_running_loop().call_later(
-                max(rest_s, 0.001), retry_until_done, WAKE, self._wake
-            )
+            self._timer = asyncio.get_running_loop().call_later(max(rest_s, 0.001), insist, WAKE, self._wake)
 
     def _wake(self) -> None:
-        run_each_logging(WAKE, self.expire)
+        self.expire()
         self._wait()
 
     def _end(self, held: _Held, why: End) -> None:
         """The only place where a lease ends."""
         told = self._told(held)
         del self._held[told.lease]
-        retry_until_done(
-            f"the end of {told.lease}", partial(self.on_end, held.subject, told, why, held.parts)
-        )
+        self.on_end(held.subject, told, why)
+        insist(f"the end of {told.lease}", partial(self.on_loss, told, held.parts))
 
     def _find(self, lease_id: str) -> _Held:
         self.expire()

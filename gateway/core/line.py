@@ -9,12 +9,13 @@ from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import AsyncIterator, Callable, Collection, Coroutine, Iterable, Iterator
 from contextlib import asynccontextmanager, contextmanager
+from dataclasses import dataclass
 from functools import partial
 from math import inf
 from typing import Any, Generic, Protocol, TypeVar, cast
 
 from gateway.core.admission import Admission
-from gateway.core.echo import ECHOING, PAUSE_S, SEEN_WITHIN_S
+from gateway.core.echo import ECHOING, PAUSE_S, EchoPauses
 from gateway.core.errors import (
     Cancelled,
     GatewayError,
@@ -27,11 +28,11 @@ from gateway.core.errors import (
 from gateway.core.exchange import F, X
 from gateway.core.journal.intents import Intents
 from gateway.core.lanes import Lane
-from gateway.core.line_state import LineState
+from gateway.core.line_state import LineState, PortAction, PortLife, PortNews, PortState
 from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
-from gateway.core.own_faults import restart_after_faults, run_each_logging
 from gateway.core.sequence_lock import SequenceLock, Series, all_held
 from gateway.core.session import Session
+from gateway.core.supervisor import do_each, supervise
 from gateway.core.trace_filter import FrameSubject
 from protocols.lines import Garbage
 from protocols.table import Effect
@@ -74,6 +75,59 @@ class FrameReader(Protocol[W_co]):
         """Bytes of a frame that has begun and not ended."""
 
 
+@dataclass(slots=True)
+class Owner:
+    """Which gateway has a line, as its ownership tells."""
+
+    stands_by: Callable[[], str | None] = lambda: None
+    """Called before each opening: why another gateway has the line; None where this one does."""
+    other: Callable[[], str | None] = lambda: None
+    """The other gateway that is known to have it, if any."""
+    on_lost: Callable[[], object] = lambda: None
+    """Called when the port was open and is not any more."""
+
+
+@dataclass(slots=True)
+class Wire:
+    """When a frame may be written, in the event loop's time."""
+
+    free_at: float = 0.0
+    """When the last bit of the last frame leaves."""
+    heard_at: float = 0.0
+    """When bytes came last."""
+    stuck_since: float | None = None
+    """Since when the port takes no bytes."""
+    held_s: float = 0.0
+    """How long the event loop had been held when that was seen last."""
+    all_answered: bool = False
+    """True if every frame was answered: none of them can wait in the port."""
+
+
+class Timer:
+    """One timer, at the earliest moment that anything is due."""
+
+    __slots__ = ("_handle", "_ring", "due_at")
+
+    def __init__(self, ring: Callable[[], None]) -> None:
+        self._ring = ring
+        self._handle: asyncio.TimerHandle | None = None
+        self.due_at = 0.0
+
+    def set(self, at: float) -> None:
+        """Ring at this time of the loop, unless it rings before."""
+        loop = asyncio.get_running_loop()
+        if self._handle is not None:
+            if loop.time() - LOST_S < self.due_at <= at:
+                return
+            self._handle.cancel()
+        # Kept beside the handle: uvloop's handles of timers that are due at once do not tell their time.
+        self._handle, self.due_at = loop.call_at(at, self._fire), at
+
+    def _fire(self) -> None:
+        self._handle = None
+        self._ring()
+
+
 class PortLoop(ABC):
     """The common part of the lines of all protocols. All its methods belong to the event loop's thread."""
 
@@ -81,38 +135,21 @@ class PortLoop(ABC):
         self.id = line_id
         self.transport = transport
         self.counters = counters
-        self.down_reason = "not opened yet"
         self.admission = Admission()
         """Admission of new work; a plant's lines share one."""
         self.recorder = Recorder(capacity=0)
         """Recorder of the port, if it is recorded."""
         self.on_change: Callable[[str, dict[str, object]], None] = lambda _what, _facts: None
         self.on_work: Callable[[], None] = lambda: None
-        """Told often, as long as the line's own work goes on, whatever is at its far end."""
-        self.stands_by: Callable[[], str | None] = lambda: None
-        """Asked before each opening: why another gateway has the line; None where this one does."""
-        self.other_owner: Callable[[], str | None] = lambda: None
-        self.on_port_lost: Callable[[], object] = lambda: None
-        """Told that the port was open and is not any more."""
-        self._standby = self._retired = False
-        self._ends_because = "the gateway is shutting down"
-        self._open = self._ready = self._closed = False
-        self._silence: str | None = None
-        """Reason for the silence of all controllers, while they are silent."""
-        self._up_published = False
+        """Called at every write and every attempt to open; feeds the watchdog."""
+        self.owner = Owner()
+        self._life = PortLife()
         self.byte_time_s = transport.byte_time_s
         """Seconds one byte takes on the wire; 0.0 where that does not pace the gateway."""
-        self._tx_free_at = 0.0
-        self._last_rx_at = 0.0
-        self._stuck_since: float | None = None
-        self._held_s = 0.0
-        """For how long the event loop had been held when that was seen last."""
-        self._all_answered = False
-        """True if all that was written has been answered: none of it can wait in the port."""
-        self._timer: asyncio.Handle | None = None
-        self._timer_at = 0.0
+        self._wire = Wire()
+        self._timer = Timer(self._wake)
         self._attention = asyncio.Event()
-        self._set_up_due = False
+        """Set while a set-up is due, and when the port was lost."""
         self._tasks: list[asyncio.Task[None]] = []
         self._loop: asyncio.AbstractEventLoop
 
@@ -159,24 +196,19 @@ class PortLoop(ABC):
         self._loop = asyncio.get_running_loop()
         self._tasks = [self._port_task()]
         with acting(PROBE):
-            beside = f"the work beside line {self.id}"
-            self._tasks += [self._begun(restart_after_faults(beside, work)) for work in self._beside()]
-
-    def _begun(self, work: Coroutine[Any, Any, None]) -> "asyncio.Task[None]":
-        return asyncio.create_task(work, name=f"line {self.id}")
+            self._tasks += [supervise(f"the work beside line {self.id}", work) for work in self._beside()]
 
     def retire(self, why: str) -> None:
         """Let nothing more be written; `close` is to follow at once."""
-        self._ends_because, self._retired = why, True
-        self._went_down(why)
+        self._went_down(why, news=PortNews.END)
 
     async def close(self) -> None:
-        """Cancel what waits, close the port and end all tasks. Bytes that were written stay written."""
-        self._closed = True
+        """Cancel what waits, close the port and end all tasks. What was written stays written."""
+        if not self._life.has_ended:
+            self._went_down("the gateway is shutting down", news=PortNews.END, level=logging.INFO)
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
-        self._went_down(self._ends_because, level=logging.INFO)
         await self.transport.close()
 
     @asynccontextmanager
@@ -190,12 +222,12 @@ class PortLoop(ABC):
             await self.transport.close()
             yield
         finally:
-            if not self._closed:
+            if not self._life.has_ended:
                 self._tasks = [self._port_task(), *beside]
 
     def _port_task(self) -> "asyncio.Task[None]":
         with acting(SET_UP):
-            return self._begun(restart_after_faults(f"the port of line {self.id}", self._keep_open))
+            return supervise(f"the port of line {self.id}", self._keep_open)
 
     @property
     def baud(self) -> int | None:
@@ -204,23 +236,36 @@ class PortLoop(ABC):
 
     @property
     def state(self) -> LineState:
-        """State of the line now."""
-        if not self._open:
-            return LineState.STANDBY if self._standby else LineState.DOWN
-        if self._silence is not None:
-            return LineState.SILENT
-        if not self._ready:
-            return LineState.SETTING_UP
-        return LineState.READY if self._in_step() else LineState.OUT_OF_STEP
+        """What the line can do now."""
+        told = self._life.told
+        return LineState.OUT_OF_STEP if told is LineState.READY and not self._in_step() else told
 
     @property
     def trouble(self) -> str | None:
-        """Reason for which the port is not open, or no controller answers on it; None if neither is so."""
-        return self._silence if self._open else self.down_reason
+        """Why the port is not open, or nobody answers on it; None if neither is so."""
+        return self._life.trouble
+
+    @property
+    def down_reason(self) -> str:
+        """Why the line was down or silent last."""
+        return self._life.why
+
+    @property
+    def _open(self) -> bool:
+        return self._life.is_open
+
+    @property
+    def _ready(self) -> bool:
+        """True while others than the set-up may ask."""
+        return self._life.is_set_up
+
+    @property
+    def _set_up_due(self) -> bool:
+        return self._attention.is_set()
 
     async def _keep_open(self) -> None:
         pause_s = REOPEN_S[0]
-        while True:
+        while not self._life.has_ended:
             self.on_work()
             if self._has_to_wait():
                 await asyncio.sleep(REOPEN_S[0])
@@ -228,11 +273,11 @@ class PortLoop(ABC):
             try:
                 await self.transport.open(self)
                 self.counters["openings"] += 1
-                self._open = True
-                if await self._serve_until_lost():
-                    pause_s = REOPEN_S[0]
-                if not self._retired:
-                    self.on_port_lost()
+                if self._life.take(PortNews.OPENED) is not PortAction.CLOSE:
+                    if await self._serve_until_lost():
+                        pause_s = REOPEN_S[0]
+                    if not self._life.has_ended:
+                        self.owner.on_lost()
             except TransportError as error:
                 self._went_down(str(error))
             except Exception as fault:  # passed on, it would leave the line down for good, and nobody told
@@ -242,69 +287,73 @@ class PortLoop(ABC):
             pause_s = min(2 * pause_s, REOPEN_S[1])
 
     def _has_to_wait(self) -> bool:
-        """Say whether another gateway has the line: then its port is not opened."""
-        why = self.stands_by()
-        self._standby = why is not None
-        if why is not None and why != self.down_reason:
-            self._went_down(why, level=logging.INFO)
-        return self._standby
+        """True while another gateway has the line: then its port is not opened."""
+        why = self.owner.stands_by()
+        if why is None:
+            self._life.take(PortNews.OURS)
+            return False
+        if self._life.state is not PortState.STANDBY or why != self.down_reason:
+            self._went_down(why, news=PortNews.ELSEWHERE, level=logging.INFO)
+        return True
 
     def is_elsewhere(self) -> bool:
-        """Say whether another gateway is known to have the line, and stops what is on it."""
-        return self.other_owner() is not None
+        """Whether another gateway is known to have the line, and stops what is on it."""
+        return self.owner.other() is not None
 
     def hand_over(self, why: str) -> None:
         """Close the port, because another gateway has the line now."""
-        self._standby = True
-        self._went_down(why)
+        self._went_down(why, news=PortNews.ELSEWHERE)
 
     async def _serve_until_lost(self) -> bool:
-        """Serve the port until it is lost; say whether the line was ready. If not, the next try is later."""
-        was_ready = False
-        self._set_up_due = fresh = True
+        """Whether the line ever was ready: a port that is lost at once is tried less and less often."""
+        was_ready, fresh = False, True
         while self._open:
-            if self._set_up_due:
-                self._set_up_due = False
-                await self._set_up(fresh=fresh)
-                was_ready, fresh = was_ready or self._ready, False
-            else:
-                self._attention.clear()
-                await self._attention.wait()
+            self._attention.clear()
+            await self._set_up(fresh=fresh)
+            was_ready, fresh = was_ready or self._ready, False
+            await self._attention.wait()
         return was_ready
 
-    def _went_down(self, why: str, fault: Exception | None = None, *, level: int = logging.WARNING) -> None:
+    def _went_down(
+        self,
+        why: str,
+        fault: Exception | None = None,
+        *,
+        news: PortNews = PortNews.LOST,
+        level: int = logging.WARNING,
+    ) -> None:
         reason = why.removesuffix("Nothing was sent.").rstrip(" .")  # sentences say so themselves
-        was_open, self._open, self._ready = self._open, False, False
-        self._all_answered = False
-        changed = was_open or reason != self.down_reason
-        self.down_reason = reason
-        self._stuck_since = self._silence = None
-        self._break_off(reason)
+        changed = self._open or reason != self.down_reason
+        action = self._life.take(news, reason)
+        self._wire.all_answered, self._wire.stuck_since = False, None
+        self._break_off(self.down_reason)
         if changed:
-            log.log(level, "line %s is down: %s", self.id, reason, exc_info=fault)
-        self._tell_down(reason)
+            log.log(level, "line %s is down: %s", self.id, self.down_reason, exc_info=fault)
+        self._tell_of(action)
         self._attention.set()
 
+    def _begins_set_up(self) -> None:
+        """Nothing but stops and the set-up is said from now on."""
+        self._life.take(PortNews.SET_UP)
+
     def _came_up(self, facts: dict[str, object]) -> None:
-        """Note that controllers answer and are set up; told once, until the line is down or silent."""
-        self._ready, self._silence = True, None
-        log.info("line %s is up", self.id)
-        if not self._up_published:
-            self._up_published = True
-            self.on_change("line.up", facts)
+        """Somebody answers and is set up; told once, until the line is down or silent."""
+        action = self._life.take(PortNews.ANSWERED)
+        if self._open:
+            log.info("line %s is up", self.id)
+        self._tell_of(action, facts)
 
-    def _is_silent(self, why: str) -> None:
-        """Note that no controller answers: for users of the line that is as if it were down."""
-        if why != self._silence:
+    def _is_silent(self, why: str, news: PortNews = PortNews.SILENCE) -> None:
+        """Nobody answers: for those who use the line that is as if it were down."""
+        if why != self.trouble:
             log.warning("line %s is silent: %s", self.id, why)
-        self._silence = why
-        self._tell_down(why)
+        self._tell_of(self._life.take(news, why))
 
-    def _tell_down(self, reason: str) -> None:
-        """Every line.down follows a line.up."""
-        if self._up_published:
-            self._up_published = False
-            self.on_change("line.down", {"reason": reason})
+    def _tell_of(self, action: PortAction, facts: dict[str, object] | None = None) -> None:
+        if action is PortAction.TELL_UP:
+            self.on_change("line.up", facts or {})
+        elif action is PortAction.TELL_DOWN:
+            self.on_change("line.down", {"reason": self.down_reason})
 
     def _down(self) -> PortNotOpen:
         return PortNotOpen(f"Line {self.id} is down: {self.down_reason}. Nothing was sent.", REMEDY)
@@ -313,7 +362,6 @@ class PortLoop(ABC):
         """The far end shows signs of a restart: tell it everything again."""
         log.warning("line %s: %s; setting it up again", self.id, reason)
         self.counters["set_ups_again"] += 1
-        self._set_up_due = True
         self._attention.set()
 
     def connection_lost(self, error: TransportLost) -> None:
@@ -327,10 +375,11 @@ class PortLoop(ABC):
         """
         if not self._send(opening, self._loop.time()):
             return
-        self._last_rx_at = self._tx_free_at
-        patience_ends_at = self._tx_free_at + patience_s
+        wire = self._wire
+        wire.heard_at = wire.free_at
+        patience_ends_at = wire.free_at + patience_s
         while self._open:
-            rest_s = min(self._last_rx_at + SILENCE_S, patience_ends_at) - self._loop.time()
+            rest_s = min(wire.heard_at + SILENCE_S, patience_ends_at) - self._loop.time()
             if rest_s <= 0:
                 return
             await asyncio.sleep(rest_s)
@@ -342,15 +391,16 @@ class PortLoop(ABC):
 
         A port that stays blocked is opened anew.
         """
-        if now < self._tx_free_at and not (self._all_answered and self.transport.is_bridged):
-            self._wake_at(self._tx_free_at)
+        wire = self._wire
+        if now < wire.free_at and not (wire.all_answered and self.transport.is_bridged):
+            self._wake_at(wire.free_at)
             return False
-        if self._all_answered or self.transport.unsent() == 0:
-            self._stuck_since = None
+        if wire.all_answered or self.transport.unsent() == 0:
+            wire.stuck_since = None
             return True
-        if self._stuck_since is None:
-            self._stuck_since = now
-        if now - self._stuck_since > self.transport.stuck_s:
+        if wire.stuck_since is None:
+            wire.stuck_since = now
+        if now - wire.stuck_since > self.transport.stuck_s:
             self._went_down(f"{self.transport.address} takes no bytes")
         else:
             self._wake_at(now + 0.001)
@@ -366,32 +416,25 @@ class PortLoop(ABC):
         except TransportLost as error:
             self._went_down(str(error))
             return False
-        self._all_answered = False
-        self._tx_free_at = now + len(frame) * self.byte_time_s
+        self._wire.all_answered = False
+        self._wire.free_at = now + len(frame) * self.byte_time_s
         return True
 
     # time
 
     def _wake_at(self, at: float) -> None:
-        """Keep one timer, at the earliest moment anything is due."""
-        if self._timer is not None:
-            if self._loop.time() - LOST_S < self._timer_at <= at:
-                return
-            self._timer.cancel()
-        # Kept beside the handle: uvloop's handles of timers that are due at once do not tell their time.
-        self._timer, self._timer_at = self._loop.call_at(at, self._wake), at
+        self._timer.set(at)
 
     def _note_hold(self, now: float) -> None:
-        """Move all deadlines by the time for which the loop was held: in it no reply could be read."""
-        held_s = self.admission.held_s(now)
-        if held_s > self._held_s:
-            longer_s, self._held_s = held_s - self._held_s, held_s
-            if self._stuck_since is not None:
-                self._stuck_since += longer_s
+        """While the loop was held nothing was read: nobody at the far end is late because of that."""
+        wire, held_s = self._wire, self.admission.held_s(now)
+        if held_s > wire.held_s:
+            longer_s, wire.held_s = held_s - wire.held_s, held_s
+            if wire.stuck_since is not None:
+                wire.stuck_since += longer_s
             self._wait_longer(longer_s)
 
     def _wake(self) -> None:
-        self._timer = None
         try:
             now = self._loop.time()
             self._note_hold(now)
@@ -419,7 +462,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     ) -> None:
         super().__init__(line_id, transport, session.counters)
         self._session = session
-        session.on_overtaken = self._was_overtaken
+        session.order.on_overtaken = self._was_overtaken
         self._in_order_since = -inf
         """When replies came last out of order."""
         self.gate = session.gate
@@ -429,24 +472,22 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         self.intents: Intents[X] | None = None
         """Where what has an effect is written down first, if anywhere."""
         self._promised: dict[asyncio.Future[Any], X] = {}
-        """Exchanges by the future of a waiter."""
-        self._expiry: asyncio.TimerHandle | None = None
-        self._expiry_at = 0.0
+        """What somebody waits for."""
+        self._expiry = Timer(self._expire)
         self.turnaround_s = 0.0
         """Mean time from a frame to its reply of late, without the bytes of the reply, in seconds."""
         self._heard_bytes = 0
         """Since the last frame was written."""
         self._held_when_heard_s = 0.0
         """For how long the event loop had been held when a reply was heard last."""
-        session.on_echo = self._echo_changed
-        self.echoes = False
-        """True while what is written comes back as it was."""
-        self._pause_s = PAUSE_S[0]
-        self._held_until = -inf
-        """The line echoes: until then nothing is written but what is urgent."""
-        self._free_until = -inf
-        """Until then what is asked because of a stop need not wait."""
+        session.echo.on_change = self._echo_changed
+        self._pauses = EchoPauses()
         self.load = session.load
+
+    @property
+    def echoes(self) -> bool:
+        """True while what is written comes back as it was."""
+        return self._pauses.echoes
 
     @property
     def reply_timeout_s(self) -> float:
@@ -530,8 +571,8 @@ class LineDriver(PortLoop, Generic[X, W, F]):
                 self._note_hold(now)
                 if not self._port_is_free(now):
                     return
-                if now < self._held_until and not self._session.is_urgent():
-                    self._wake_at(self._held_until)
+                if now < self._pauses.until and not self._session.is_urgent():
+                    self._wake_at(self._pauses.until)
                     return
                 exchange = self._session.next(now, ready=self._ready)
                 if exchange is None:
@@ -555,10 +596,10 @@ class LineDriver(PortLoop, Generic[X, W, F]):
                 if self.intents is not None:
                     self.intents.note_written(exchange)
                 self._heard_bytes = 0
-                deadline = self._tx_free_at + exchange.timeout_s
+                deadline = self._wire.free_at + exchange.timeout_s
                 self._session.written(exchange, now, deadline)
-                if self.echoes:
-                    self._pace(exchange, now)
+                if self._pauses.echoes:
+                    self._pauses.note_written(now, is_stop=exchange.command.effect is Effect.STOP)
                 self._wake_at(deadline)
             else:
                 exchange.settle(self._down())
@@ -569,7 +610,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     def data_received(self, data: bytes) -> None:
         """Bytes from the port."""
-        self._last_rx_at = self._loop.time()
+        self._wire.heard_at = self._loop.time()
         self._heard_bytes += len(data)
         try:
             for frame in self._reader.feed(data):
@@ -583,11 +624,10 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     # the echo
 
     def _echo_changed(self, found: bool) -> None:
-        self.echoes, self._pause_s, self._held_until = found, PAUSE_S[0], -inf
+        self._pauses.begin(found, self._loop.time())
         if not found:
             self.set_up_again("it echoes no longer")
             return
-        self._free_until = self._loop.time() + SEEN_WITHIN_S  # there may have been a stop
         self._is_silent(ECHOING)
         self._ask_on()
         self.cancel(self._is_unsafe, self._echoes())
@@ -597,15 +637,6 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         return effect is Effect.MOTION or (
             effect is not Effect.STOP and not self._session.shows_echo(exchange)
         )
-
-    def _pace(self, exchange: X, now: float) -> None:
-        if exchange.command.effect is Effect.STOP:
-            self._held_until, self._free_until = -inf, now + SEEN_WITHIN_S
-        elif now >= self._free_until:
-            self._hold_back(now)
-
-    def _hold_back(self, now: float) -> None:
-        self._held_until, self._pause_s = now + self._pause_s, min(2 * self._pause_s, PAUSE_S[1])
 
     def _ask_on(self) -> None:
         """Find out whether it still echoes, where nothing else is asked."""
@@ -617,18 +648,18 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def _echoes(self) -> PortNotOpen:
         return PortNotOpen.worded("line.echoes", line=self.id)
 
-    def _is_silent(self, why: str) -> None:
-        super()._is_silent(ECHOING if self.echoes else why)
+    def _is_silent(self, why: str, news: PortNews = PortNews.SILENCE) -> None:
+        super()._is_silent(ECHOING if self.echoes else why, news)
 
     def _came_up(self, facts: dict[str, object]) -> None:
         """Serve; but a line that echoes stays unusable, whatever was understood on it."""
         if self.echoes:
-            self._ready = True
+            self._is_silent(ECHOING, PortNews.UNANSWERED)
         else:
             super()._came_up(facts)
 
     def _pass_deadlines(self, now: float) -> float | None:
-        resumes_at = self._last_rx_at + GAP_S if self._reader.pending() else None
+        resumes_at = self._wire.heard_at + GAP_S if self._reader.pending() else None
         self._session.pass_deadlines(now, resumes_at)
         return self._session.deadline()
 
@@ -697,7 +728,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         self._session.submit(exchange)
         self._pump()
         if exchange.expires_at is not None:
-            self._expire_at(exchange.expires_at)
+            self._expiry.set(exchange.expires_at)
 
     def address_of(self, target: int) -> str:
         """The address of what a frame is for, in the journal."""
@@ -710,38 +741,30 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         self._pump()
         return await future
 
-    def _expire_at(self, at: float) -> None:
-        """Keep one timer for all that waits, at the earliest moment at which any of it is too late."""
-        if self._expiry is not None:
-            if self._expiry_at <= at:
-                return
-            self._expiry.cancel()
-        self._expiry, self._expiry_at = self._loop.call_at(at, self._expire), at
-
     def _expire(self) -> None:
-        self._expiry = None
-        now = max(self._loop.time(), self._expiry_at)  # timers may fire a little early
+        """Withdraw what is too late; one timer for all that waits."""
+        now = max(self._loop.time(), self._expiry.due_at)  # timers may fire a little early
         try:
             next_at = self._session.scheduler.expire(now)
         except Exception as fault:
             self._survive(fault)
             return
         if next_at is not None:
-            self._expire_at(max(next_at, now + EXPIRY_STEP_S))
+            self._expiry.set(max(next_at, now + EXPIRY_STEP_S))
 
     def _receive(self, reply: F) -> None:
         """Hear a reply; the next frame goes out before its waiters have it."""
-        settle = self._session.receive(reply, self._last_rx_at)
-        self._all_answered = self._session.all_answered
-        if self._all_answered:
+        settle = self._session.receive(reply, self._wire.heard_at)
+        self._wire.all_answered = self._session.all_answered
+        if self._wire.all_answered:
             self._note_turnaround()
         self._pump()
-        self._held_when_heard_s = self._held_s
+        self._held_when_heard_s = self._wire.held_s
         if settle is not None:
             settle()
 
     def _note_turnaround(self) -> None:
-        took_s = self._last_rx_at - self._tx_free_at - self._heard_bytes * self.byte_time_s
+        took_s = self._wire.heard_at - self._wire.free_at - self._heard_bytes * self.byte_time_s
         self.turnaround_s += (min(max(took_s, 0.0), self.reply_timeout_s) - self.turnaround_s) / TURNAROUNDS
 
     def _was_overtaken(self, late: X, by: X) -> None:
@@ -755,18 +778,18 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     def _receive_noise(self, what: Garbage) -> None:
         """Hear what can be no reply."""
-        self._session.garbage(what, self._last_rx_at)
+        self._session.garbage(what, self._wire.heard_at)
         self._pump()
 
     def _break_off(self, reason: str) -> None:
         """Settle all that waits for a port that has gone, and forget what was half read."""
         self._reader = self._new_reader()
-        self.echoes, self._held_until = False, -inf
+        self._pauses = EchoPauses()
         unsent = Cancelled(f"Line {self.id} went down: {reason}. Nothing was sent.", "Try again later.")
         lost = NoReply(
             f"Line {self.id} was lost before the reply came: {reason}.", "Read status and position."
         )
-        run_each_logging(
+        do_each(
             f"the end of line {self.id}",
             partial(self._session.break_off, lost, unsent),
             partial(self._cancel_held, lambda _: True, unsent),

@@ -21,6 +21,21 @@ class Load:
         self._spans: deque[tuple[float, str, int]] = deque()
         self._lately_ns: defaultdict[str, int] = defaultdict(int)
         """The sums of these spans: whole numbers, so that nothing is left of what has passed."""
+        self._busy_with: str | None = None
+        """Why the line is busy now, if it is."""
+        self._busy_since = 0.0
+
+    def begin(self, work: str, now: float) -> None:
+        """Note that a frame goes out, for this kind of work."""
+        if self._busy_with is not None:
+            self.note(self._busy_with, self._busy_since, now)
+        self._busy_with, self._busy_since = work, now
+
+    def end(self, now: float) -> None:
+        """Note that the line is free again."""
+        if self._busy_with is not None:
+            self.note(self._busy_with, self._busy_since, now)
+            self._busy_with = None
 
     def note(self, work: str, since: float, now: float) -> None:
         """A frame was written, and its reply has come, or is not waited for any more."""

@@ -82,9 +82,15 @@ class Scheduler(Generic[X]):
         self.locks: dict[int, SequenceLock] = {}
         """The lock of each target, held for a series."""
         self.members: Mapping[int, Iterable[int]] = {}
-        """Other targets that a frame for a target reaches."""
+        """By target, the others that a frame for it reaches."""
+        self.first: deque[X] = deque()
+        """Exchanges of the set-up, which go before all lanes but stops."""
         self._passed_over: dict[Lane, float] = {}
         """Since when a lane has had no turn, where people wait for it or a fence has gone ahead."""
+
+    def lock(self, target: int) -> SequenceLock:
+        """The lock of a target, for series of commands that only stops may divide."""
+        return self.locks.setdefault(target, SequenceLock(self._waits_for))
 
     def exchanges(self, lane: Lane) -> Iterator[X]:
         """Exchanges that wait in a lane."""

@@ -1,7 +1,6 @@
 """Undivided series of commands: what depends on hidden state, or belongs together, is sent unbroken."""
 
 import asyncio
-import logging
 from collections import deque
 from collections.abc import AsyncIterator, Callable, Iterable
 from contextlib import AsyncExitStack, asynccontextmanager
@@ -10,9 +9,7 @@ from functools import partial
 
 from gateway.core.errors import Expired
 from gateway.core.lanes import Lane, require_room
-from gateway.core.own_faults import retry_until_done
-
-log = logging.getLogger(__name__)
+from gateway.core.supervisor import insist
 
 RELEASE = "the release of a sequence lock"
 
@@ -71,11 +68,7 @@ class SequenceLock:
             yield mine
         finally:
             _SERIES.reset(before)
-            try:
-                self._release(mine)
-            except Exception:
-                log.exception("%s has met a fault of the gateway itself", RELEASE)
-                retry_until_done(RELEASE, partial(self._release, mine))
+            insist(RELEASE, partial(self._release, mine))
 
     def _release(self, mine: Series | None) -> None:
         """Pass it on; once, though after a fault of the gateway itself it is tried again."""
@@ -100,7 +93,7 @@ class SequenceLock:
 
     def _give_up(self, turn: "asyncio.Future[None]", queue: "deque[asyncio.Future[None]]") -> None:
         if not turn.cancelled():
-            retry_until_done(RELEASE, partial(self._release, self.holder))
+            insist(RELEASE, partial(self._release, self.holder))
         elif turn in queue:
             queue.remove(turn)
 
@@ -114,11 +107,7 @@ class SequenceLock:
                     turn.set_result(None)
                     return
         self._taken, self.holder = False, None
-        try:
-            self.on_free()
-        except Exception:
-            log.exception("a free sequence lock has met a fault of the gateway itself")
-            retry_until_done("what waits for a sequence lock", self.on_free)
+        insist(RELEASE, self.on_free)
 
 
 @asynccontextmanager

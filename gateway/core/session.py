@@ -8,11 +8,11 @@ No clock and no port: times are given, frames are taken and handed out.
 """
 
 from abc import ABC, abstractmethod
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable
 from enum import Enum, auto
 from functools import partial
-from typing import Any, ClassVar, Generic
+from typing import Any, ClassVar, Generic, NamedTuple
 
 from gateway.core.copies import Copies
 from gateway.core.echo import Echo
@@ -49,6 +49,51 @@ class Awaited(Enum):
     """Nothing: there is no reply."""
 
 
+class SessionTerms(NamedTuple):
+    """Times in seconds and habits of a line, as it is configured."""
+
+    reply_timeout_s: float
+    late_reply_s: float
+    interject_stops: bool
+    set_up_target: int
+    """The target whose exchanges are the set-up."""
+
+
+class OnWire(list[X], Generic[X]):
+    """The exchanges that await their replies, in the order in which they were written."""
+
+    __slots__ = ("all_answered", "first", "written")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.first: X | None = None
+        """The one for which all but stops have to wait."""
+        self.written = 0
+        """How many frames were written."""
+        self.all_answered = False
+        """True when the reply to the last frame has come, where every frame has one."""
+
+    def let_go(self, exchange: X) -> None:
+        """Await the reply to one no longer."""
+        self.remove(exchange)
+        if exchange is self.first:
+            self.first = None
+
+
+class ReplyOrder(Generic[X]):
+    """The replies of late: a fence proves something only where they come in the order of writing."""
+
+    __slots__ = ("numbered", "on_overtaken", "timed_out")
+
+    def __init__(self) -> None:
+        self.on_overtaken: Callable[[X, X], None] = lambda _late, _by: None
+        """Called with an exchange that was answered too late, and the later fence answered before it."""
+        self.numbered: X | None = None
+        """The last answered exchange whose reply carries a number."""
+        self.timed_out: X | None = None
+        """The last exchange that timed out; its reply may still arrive, until a later one has its name."""
+
+
 class Session(ABC, Generic[X, F]):
     """The exchanges of one line. A family adds how its replies are read, and what else it has to know."""
 
@@ -65,49 +110,51 @@ class Session(ABC, Generic[X, F]):
         late_reply_s: float,
         interject_stops: bool = True,
     ) -> None:
-        self.reply_timeout_s = reply_timeout_s
-        self.late_reply_s = late_reply_s
-        self.interject_stops = interject_stops
+        self._terms = SessionTerms(reply_timeout_s, late_reply_s, interject_stops, set_up_target)
         self.gate: Gate[X] = Gate(set_up_target)
         self.scheduler: Scheduler[X] = Scheduler(target)
         self.offline: set[int] = set()
         """Targets that are not asked any more, but to find out whether they are back."""
         self.counters: Counter[str] = Counter()
         self.load = Load()
-        self._busy_with: str | None = None
-        """Purpose of the frame that takes the line now, if any does."""
-        self._busy_since = 0.0
         self.strict = False
-        """True if a fence has to prove that the reply to a command was the last."""
-        self.all_answered = False
-        """True if the reply to the last frame has come, where every frame has one."""
-        self.doubts = 0
-        """Replies that stayed away, could not be understood, or came without a question."""
+        """Whether a fence has to prove that the reply to a command was the last."""
         self.on_stray: Callable[[F], None] = lambda _: None
         """Called with a reply that comes without a question."""
         self.on_silence: Callable[[], None] = lambda: None
         """Called when the only target does not answer."""
-        self.on_echo: Callable[[bool], None] = lambda _found: None
-        """Called with True when the line is found to echo, and with False when it does so no longer."""
-        self.echo = self._new_echo()
-        self.on_overtaken: Callable[[X, X], None] = lambda _late, _by: None
-        """Called with what was answered too late, and the later fence that was answered before."""
-        self._target = target
-        self._set_up_target = set_up_target
+        self.echo: Echo[X] = Echo(self.shows_echo, lambda _found: None)
+        self.order: ReplyOrder[X] = ReplyOrder()
         self._copies: Copies[X, F] = Copies(replies_remembered)
-        self._urgent: deque[X] = deque()
-        self._sent: list[X] = []
-        """Exchanges that await their replies, in the order of writing."""
-        self._awaiting: X | None = None
-        """The exchange that all but stops have to wait for."""
-        self._written = 0
+        self._sent: OnWire[X] = OnWire()
         self._suspect: X | None = None
+        """The exchange in doubt: the fence proves that its reply does not come any more."""
         self._fence = Fence()
-        self._fence_query: X | None = None
-        self._echoed: X | None = None
-        """The last answered exchange whose reply tells which frame it answers."""
-        self._unanswered: X | None = None
-        """The last exchange that timed out, until a later reply has its name. Its reply may still arrive."""
+
+    @property
+    def reply_timeout_s(self) -> float:
+        """How long a reply is waited for, where its command takes no time of its own."""
+        return self._terms.reply_timeout_s
+
+    @property
+    def late_reply_s(self) -> float:
+        """How long after its deadline a reply may still arrive."""
+        return self._terms.late_reply_s
+
+    @property
+    def interject_stops(self) -> bool:
+        """True where a stop is written before the reply under way."""
+        return self._terms.interject_stops
+
+    @property
+    def all_answered(self) -> bool:
+        """True when the reply to the last frame has come, where every frame has one."""
+        return self._sent.all_answered
+
+    @property
+    def doubts(self) -> int:
+        """How often a reply stayed away, could not be understood, or came unasked."""
+        return self._fence.doubts
 
     # what a family adds
 
@@ -213,22 +260,22 @@ class Session(ABC, Generic[X, F]):
 
     def put_first(self, exchange: X) -> None:
         """Queue an exchange of the line's own set-up ahead of everything but stops and fences."""
-        self._urgent.append(exchange)
+        self.scheduler.first.append(exchange)
 
     def waiting(self, lane: Lane) -> int:
         """How many exchanges of a lane wait to be written."""
-        urgent = sum(it.lane is lane for it in self._urgent) if self._urgent else 0
+        urgent = sum(it.lane is lane for it in self.scheduler.first) if self.scheduler.first else 0
         return urgent + self.scheduler.waiting(lane)
 
     def sequence_lock(self, target: int) -> SequenceLock:
         """The lock of a target, for series of commands that nothing but stops may divide."""
-        return self.scheduler.locks.setdefault(target, SequenceLock(self._target))
+        return self.scheduler.lock(target)
 
     def has_something(self) -> bool:
-        """Say whether anything could go; asked first, because it costs less than asking the port."""
-        if self._awaiting is not None:
+        """Whether anything could go; asked first, because it costs less than asking the port."""
+        if self._sent.first is not None:
             return any(self.scheduler.stops)
-        return any(self.scheduler.lanes) or bool(self._urgent) or not self._fence.in_step
+        return any(self.scheduler.lanes) or bool(self.scheduler.first) or not self._fence.in_step
 
     def is_urgent(self) -> bool:
         """Tell whether a stop waits, or a question that a motor waits for."""
@@ -240,16 +287,16 @@ class Session(ABC, Generic[X, F]):
             refusal = self.gate.refuses(exchange, now)
             if refusal is None:
                 return exchange
-            if exchange is self._fence_query:
+            if exchange is self._fence.query:
                 self._fence_failed()
             else:
                 exchange.withdraw(refusal)
         return None
 
     def _choose(self, now: float, *, ready: bool) -> X | None:
-        if self._awaiting is not None or (self._sent and any(map(self.holds_up, self._sent))):
+        if self._sent.first is not None or (self._sent and any(map(self.holds_up, self._sent))):
             return self._interjected() if self.interject_stops else None
-        if ready and self._fence.in_step and not self._urgent:
+        if ready and self._fence.in_step and not self.scheduler.first:
             wanted = self.scheduler.next_wanted(now, self.may_follow if self.must_choose() else None)
             if wanted is None or wanted.lane in STOPS or not self.wants_fence(wanted, now):
                 return wanted
@@ -259,15 +306,15 @@ class Session(ABC, Generic[X, F]):
             return stop
         if not self._fence.in_step:
             return self._recovery()
-        if self._urgent:
-            first = self._urgent.popleft()
+        if self.scheduler.first:
+            first = self.scheduler.first.popleft()
             wants_fence = self.wants_fence(first, now)
-            return self._interposed(first, now, self._urgent.appendleft) if wants_fence else first
+            return self._interposed(first, now, self.scheduler.first.appendleft) if wants_fence else first
         return self.scheduler.next(STOPS, self.may_follow)
 
     def _interjected(self) -> X | None:
         """A stop before the reply under way; repeated ones leave gaps, or fences would never have a turn."""
-        return self.scheduler.next(NEW_STOPS if self._awaiting is None else STOPS, self.may_follow)
+        return self.scheduler.next(NEW_STOPS if self._sent.first is None else STOPS, self.may_follow)
 
     def _interposed(self, exchange: X, now: float, put_back: Callable[[X], None]) -> X | None:
         """A fence goes before what a copy of an earlier reply would answer, if that may be written at all."""
@@ -286,7 +333,7 @@ class Session(ABC, Generic[X, F]):
         if first is not None:
             first.origin = FENCE
             return first
-        fence = self._fence_query = self.fence_query()
+        fence = self._fence.query = self.fence_query()
         fence.origin = FENCE
         fence.timeout_s = max(self.reply_timeout_s, self.late_reply_s / FENCE_TRIES)
         self._fence.take(FenceEvent.ASKED)
@@ -295,39 +342,30 @@ class Session(ABC, Generic[X, F]):
 
     def written(self, exchange: X, now: float, deadline: float) -> None:
         """Note that the frame has been handed to the port, and until when its reply is waited for."""
-        if self._busy_with is not None:
-            self._note_load(now)
-        self._busy_with = "stops" if exchange.lane in STOPS else exchange.origin.work
-        self._busy_since = now
+        self.load.begin("stops" if exchange.lane in STOPS else exchange.origin.work, now)
         self.counters["frames_sent"] += 1
-        self._written += 1
-        self.all_answered = False
+        self._sent.written += 1
+        self._sent.all_answered = False
         if self.echo.in_a_row:
             self.echo.passed_over()
         self.echo.written.append(exchange)
-        exchange.number, exchange.doubt = self._written, None
+        exchange.number, exchange.doubt = self._sent.written, None
         exchange.deadline = exchange.due_at = deadline
         if exchange.proves is not None:
-            exchange.proves.note_asked(self._written, deadline)
+            exchange.proves.note_asked(self._sent.written, deadline)
         awaited = self.was_written(exchange, now)
         if awaited is not Awaited.NEVER:
             self._sent.append(exchange)
         if awaited is Awaited.FIRST:
-            self._awaiting = exchange
+            self._sent.first = exchange
         if exchange.on_written is not None:
             exchange.on_written(now)
 
     def holds(self, proof: Proof, now: float) -> bool:
-        """Say whether a motion may be written that follows the last question of its proof."""
-        return proof.doubts == self.doubts and proof.last == self._written and now < proof.holds_until
+        """Whether a motion may be written that follows the last question of its proof."""
+        return proof.doubts == self.doubts and proof.last == self._sent.written and now < proof.holds_until
 
     # what comes back
-
-    def _note_load(self, now: float) -> None:
-        """The line is free again, or another frame goes out before the reply."""
-        if self._busy_with is not None:
-            self.load.note(self._busy_with, self._busy_since, now)
-            self._busy_with = None
 
     def awaits_replies(self) -> bool:
         """True if anything was written that is neither answered nor given up."""
@@ -354,16 +392,17 @@ class Session(ABC, Generic[X, F]):
         self.counters["replies"] += 1
         if self.echo.in_a_row:
             self.echo.answered(exchange)
-        self._let_go(exchange)
+        self._sent.let_go(exchange)
         self._note_order(exchange)
-        self._note_load(now)
-        self.all_answered = self.all_answered or (self.answers_all and exchange.number == self._written)
+        self.load.end(now)
+        if self.answers_all and exchange.number == self._sent.written:
+            self._sent.all_answered = True
         self.learn(exchange, outcome, frame, now)
-        if exchange is self._fence_query:
+        if exchange is self._fence.query:
             if self.is_refusal_of_fence(frame):
                 self._fence_failed()
                 return None
-            self._fence_query = None
+            self._fence.query = None
             self.fence_passed(exchange)
             if self._fence.take(FenceEvent.ECHO) is Action.SETTLE:
                 self._settle_suspect()
@@ -372,11 +411,6 @@ class Session(ABC, Generic[X, F]):
             self._lose_step(exchange.target)
             return _nothing
         return partial(exchange.settle, outcome)
-
-    def _let_go(self, exchange: X) -> None:
-        self._sent.remove(exchange)
-        if exchange is self._awaiting:
-            self._awaiting = None
 
     def _is_late(self, frame: F, now: float) -> bool:
         """A reply that comes before the fence can only belong to the exchange in doubt.
@@ -404,23 +438,23 @@ class Session(ABC, Generic[X, F]):
         """Take a reply that comes without a question."""
         self.echo.heard(self.line_of(frame))
         self.counters[kind] += 1
-        late = self._unanswered
+        late = self.order.timed_out
         if late is not None and now < late.due_at + self.late_reply_s and late.credit(frame, now) is not None:
             self._note_order(late)
-            self._unanswered = None
+            self.order.timed_out = None
         self.noise("the reply to another command", now)
         self.on_stray(frame)
 
     def _note_order(self, answered: X) -> None:
         """A fence proves something only on a line that answers in the order of writing."""
-        echo, given_up = self._echoed, self._unanswered
+        echo, given_up = self.order.numbered, self.order.timed_out
         if answered.self_identifying:
-            self._echoed = answered
+            self.order.numbered = answered
         elif echo is not None and answered.number < echo.number and self.is_answered_in_order(answered):
             self.counters["overtaken"] += 1
-            self.on_overtaken(answered, echo)
+            self.order.on_overtaken(answered, echo)
         elif given_up is not None and set(given_up.reply_names) & set(answered.reply_names):
-            self._unanswered = None
+            self.order.timed_out = None
 
     def garbage(self, what: Garbage, now: float) -> None:
         """Hear what can be no reply."""
@@ -433,19 +467,16 @@ class Session(ABC, Generic[X, F]):
         if not (self.echo.heard(line) and self.echo.found):
             return False
         self.counters["echoes"] += 1
-        self.doubts += 1  # what is proved now, another echo may seem to answer
+        self._fence.doubts += 1  # what is proved now, another echo may seem to answer
         return True
-
-    def _new_echo(self) -> Echo[X]:
-        return Echo(self.shows_echo, lambda found: self.on_echo(found))
 
     def noise(self, what: str, _now: float) -> None:
         """Take bytes that make no sense: they may have been any awaited reply.
 
         A fence waits on: noise must not use up its tries, and its own reply cannot be mistaken.
         """
-        self.doubts += 1
-        exchange = self._awaiting
+        self._fence.doubts += 1
+        exchange = self._sent.first
         if exchange is not None and not exchange.self_identifying:
             self._doubt(exchange, exchange.unusable(GarbledReply, f"{what} came back"))
 
@@ -468,7 +499,7 @@ class Session(ABC, Generic[X, F]):
             self.was_missed(exchange, now)
             self._doubt(exchange, exchange.unusable(NoReply, "no reply came"))
         if not self._sent:
-            self._note_load(now)
+            self.load.end(now)
 
     def wait_longer(self, seconds: float) -> None:
         """Move the deadlines of all replies by `seconds`, for which no reply could be read."""
@@ -481,13 +512,13 @@ class Session(ABC, Generic[X, F]):
 
     def fence(self) -> None:
         """Prove anew that no earlier reply is still to come."""
-        self._lose_step(self._set_up_target)
+        self._lose_step(self._terms.set_up_target)
 
     def _doubt(self, exchange: X, reason: NoReply) -> None:
         """An exchange has no usable reply: fence the line before it is settled."""
-        self.doubts += 1
-        self._let_go(exchange)
-        if exchange is self._fence_query:
+        self._fence.doubts += 1
+        self._sent.let_go(exchange)
+        if exchange is self._fence.query:
             self._fence_failed()
         elif exchange.lane in STOPS or exchange.self_identifying:
             exchange.settle(reason)
@@ -503,7 +534,7 @@ class Session(ABC, Generic[X, F]):
         self._fence.take(FenceEvent.DOUBT)
 
     def _fence_failed(self) -> None:
-        self._fence_query = None
+        self._fence.query = None
         action = self._fence.take(FenceEvent.SILENCE if self.has_time() else FenceEvent.NO_TIME)
         if action is Action.GIVE_UP:
             found = self.witness_failed()
@@ -524,23 +555,24 @@ class Session(ABC, Generic[X, F]):
             suspect.repeats -= 1
             self.counters["repeats"] += 1
             if suspect.lane is Lane.COMMAND:
-                self._urgent.appendleft(suspect)
+                self.scheduler.first.appendleft(suspect)
             else:
                 self.scheduler.put_back(suspect)
         elif suspect.doubt is not None:
-            self._unanswered = suspect
+            self.order.timed_out = suspect
             suspect.settle(suspect.doubt)
 
     # the end
 
     def break_off(self, lost: NoReply, unsent: Cancelled) -> None:
         """The port has gone: what was written may have been executed, what waited was not."""
-        self.doubts += 1
+        self._fence.doubts += 1
         written = [*self._sent, *([self._suspect] if self._suspect else [])]
-        waiting = [*self._urgent, *self.scheduler.remove(lambda _: True)]
-        self._awaiting = self._suspect = self._fence_query = self._unanswered = None
-        self._sent, self._urgent = [], deque()
-        self.echo = self._new_echo()
+        waiting = [*self.scheduler.first, *self.scheduler.remove(lambda _: True)]
+        self._sent.first = self._suspect = self._fence.query = self.order.timed_out = None
+        self._sent.clear()
+        self.scheduler.first.clear()
+        self.echo.forget()
         self._fence.take(FenceEvent.PORT_LOST)
         for exchange in written:
             exchange.settle(exchange.late_answer or NoReply(lost.detail, exchange.remedy, exchange.command))

@@ -2,16 +2,18 @@
 
 import asyncio
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from enum import Enum
 from functools import partial
-from typing import Any, Generic, Literal, Protocol, Self, TypeVar
+from typing import Any, Final, Generic, Literal, Protocol, Self, TypeVar
 
 from pydantic import PrivateAttr
 
+from gateway.core.drawn import Transition
 from gateway.core.errors import GatewayError, NotSent
 from gateway.core.origin import working
-from gateway.core.own_faults import restart_after_faults, retry_until_done, run_each_logging, when_done
 from gateway.core.records import Record
+from gateway.core.supervisor import do_each, insist, insist_after, supervised
 from gateway.core.waiting import happens
 from gateway.texts import Text, text
 
@@ -33,6 +35,99 @@ RECORD_WITHIN_S = 1.0
 """A move that was stopped is recorded within this; if not, the next one does not wait any longer."""
 CLOCK_S = 0.001
 """Seconds by which a timer may be early."""
+
+
+class StopNews(Enum):
+    """What can happen to a stop."""
+
+    WRITTEN = "it is on the wire"
+    NOT_SENT = "it cannot be put on the wire"
+    TAKEN = "its controller takes it"
+    REFUSED = "its controller refuses it"
+    NOT_REFUSED = "its controller has refused nothing"
+    PROVED = "standstill is proved"
+
+
+class StopAction(Enum):
+    """What is done about it."""
+
+    NONE = ""
+    RAMP = "its ramp begins"
+    TELL = "write the reason into its report"
+
+
+StopStep = Transition[StopState, StopAction]
+
+
+def _row(state: StopState, **steps: StopStep) -> Mapping[StopNews, StopStep]:
+    """The row of a stop that is under way: only a standstill that was proved ends it."""
+    return {
+        StopNews.WRITTEN: StopStep(state, StopAction.NONE),
+        StopNews.NOT_SENT: StopStep(state, StopAction.NONE),  # what was sent before stays sent
+        StopNews.TAKEN: StopStep("acknowledged", StopAction.RAMP),
+        StopNews.REFUSED: StopStep("refused", StopAction.NONE),
+        StopNews.NOT_REFUSED: StopStep(state, StopAction.NONE),
+        StopNews.PROVED: StopStep("confirmed", StopAction.TELL),
+        **{StopNews[it]: steps[it] for it in steps},
+    }
+
+
+_NOT_SENT: Final[Mapping[str, StopStep]] = {
+    "WRITTEN": StopStep("sent", StopAction.NONE),
+    "NOT_SENT": StopStep("not_sent", StopAction.TELL),
+}
+TABLE: Final[Mapping[StopState, Mapping[StopNews, StopStep]]] = {
+    "requested": _row("requested", **_NOT_SENT),
+    "not_sent": _row("not_sent", **_NOT_SENT),
+    "sent": _row("sent"),
+    "acknowledged": _row("acknowledged", TAKEN=StopStep("acknowledged", StopAction.NONE)),
+    "refused": _row("refused", NOT_REFUSED=StopStep("sent", StopAction.NONE)),
+    "confirmed": dict.fromkeys(StopNews, StopStep("confirmed", StopAction.NONE)),
+}
+
+
+class HardwareCall(Enum):
+    """Whether people are called to the hardware stop."""
+
+    NOT_YET = "not called for"
+    AMID_PROOF = "called for, amid a proof"
+    CALLED = "called for"
+    DISPROVED = "called for, and the motor stood already"
+
+
+class CallNews(Enum):
+    """What can happen to that call."""
+
+    LATE = "no standstill in time"
+    UNPROVED = "the proof under way fails"
+    PROVED = "standstill is proved"
+
+
+class CallAction(Enum):
+    """What is done about it."""
+
+    NONE = ""
+    CALL = "tell stop.unconfirmed"
+
+
+CallStep = Transition[HardwareCall, CallAction]
+
+
+def _call(unproved: HardwareCall, proved: HardwareCall) -> Mapping[CallNews, CallStep]:
+    """The row of a stop that is under way; a call that meets a fault of the gateway is made again."""
+    return {
+        CallNews.LATE: CallStep(HardwareCall.AMID_PROOF, CallAction.CALL),
+        CallNews.UNPROVED: CallStep(unproved, CallAction.NONE),
+        CallNews.PROVED: CallStep(proved, CallAction.NONE),
+    }
+
+
+CALLS: Final[Mapping[HardwareCall, Mapping[CallNews, CallStep]]] = {
+    HardwareCall.NOT_YET: _call(HardwareCall.NOT_YET, HardwareCall.NOT_YET),
+    HardwareCall.AMID_PROOF: _call(HardwareCall.CALLED, HardwareCall.DISPROVED),
+    HardwareCall.CALLED: _call(HardwareCall.CALLED, HardwareCall.CALLED),
+    HardwareCall.DISPROVED: dict.fromkeys(CallNews, CallStep(HardwareCall.DISPROVED, CallAction.NONE)),
+}
 
 
 def standstill_unknown(what: Text, error: GatewayError) -> Text:
@@ -94,9 +189,7 @@ class Stopping(ABC):
         self._ramp_s: float | None = None
         """Seconds that its ramp may take by the controller's settings; None if unknown."""
         self._repeated_at = self._began_at
-        self._overdue = False
-        self._was_being_proved = False
-        """True if the latest proof began before the call for the hardware stop."""
+        self._call = HardwareCall.NOT_YET
         self._trouble: Text | None = None
         """Why it was not sent."""
         self._at_once = asyncio.Event()
@@ -173,8 +266,8 @@ class Stopping(ABC):
 
     @property
     def disproves_its_alarm(self) -> bool:
-        """Say whether the proof of standstill was under way already when the hardware stop was called for."""
-        return self._overdue and self._was_being_proved and self._report.state == "confirmed"
+        """True if the proof of standstill was under way already when the hardware stop was called for."""
+        return self._call is HardwareCall.DISPROVED
 
     # repeating
 
@@ -195,12 +288,14 @@ class Stopping(ABC):
             began_at = loop.time()
             while not await self._is_proved():
                 await self._pause(self.pause_s(loop.time() - began_at))
-                began_at, self._was_being_proved = loop.time(), False
+                began_at = loop.time()
+                self._take_call(CallNews.UNPROVED)
                 self._repeat()
         finally:
             self._warning.cancel()
-        self._report.state = "confirmed"
-        self._explain(())
+        self._take_call(CallNews.PROVED)
+        self._take(StopNews.PROVED)
+        self.tell()
 
     def repeat_at_once(self) -> None:
         """Send the next repetition now: it will arrive."""
@@ -231,7 +326,7 @@ class Stopping(ABC):
         now = asyncio.get_running_loop().time()
         decelerates = self.mode == "decelerate" and self._report.state == "acknowledged"
         is_long = self.waited_s >= CONFIRM_WITHIN_S and now - self._repeated_at >= REPEAT_SLOWLY_S
-        if self._overdue or is_long or not decelerates:
+        if self._is_overdue or is_long or not decelerates:
             self._repeated_at = now
             self.submit()
 
@@ -240,8 +335,8 @@ class Stopping(ABC):
         return False
 
     def may_still_be_asked(self) -> bool:
-        """Say whether it is too early to report on the stop; a long ramp is not waited for."""
-        return not self._overdue and not self._takes_long() and self.has_had_no_turn()
+        """Whether it is too early to say how far it has come; a long ramp is not waited for."""
+        return not self._is_overdue and not self._takes_long() and self.has_had_no_turn()
 
     def _takes_long(self) -> bool:
         """Say whether its motor may still be on its ramp when people get the report."""
@@ -249,7 +344,7 @@ class Stopping(ABC):
 
     def _warn_in(self, seconds: float) -> None:
         loop, what = asyncio.get_running_loop(), "the call for the hardware stop"
-        self._warning = loop.call_later(seconds, retry_until_done, what, self._warn)
+        self._warning = loop.call_later(seconds, insist, what, self._warn)
 
     def _warn(self) -> None:
         if self._report.state == "confirmed":
@@ -260,39 +355,53 @@ class Stopping(ABC):
         if self.has_had_no_turn():
             self._warn_in(REPEAT_S)
             return
-        self._overdue = self._was_being_proved = True
-        self.tell()
-        self.publish("unconfirmed")
+        if self._take_call(CallNews.LATE) is CallAction.CALL:
+            self.tell()
+            self.publish("unconfirmed")
 
     # telling
+
+    def _take(self, news: StopNews) -> StopAction:
+        """Go on to the next state of the report, and give what is to be done."""
+        self._report.state, action = TABLE[self._report.state][news]
+        return action
+
+    def _take_call(self, news: CallNews) -> CallAction:
+        self._call, action = CALLS[self._call][news]
+        return action
+
+    @property
+    def _is_overdue(self) -> bool:
+        return self._call is not HardwareCall.NOT_YET
 
     def note_written(self, _: float) -> None:
         """It is on the wire."""
         self._trouble = None
-        if self._report.state in ("requested", "not_sent"):
-            self._report.state = "sent"
+        self._take(StopNews.WRITTEN)
 
     def note_acknowledged(self) -> None:
         """Its controller has taken it."""
-        if self._report.state != "acknowledged":
+        if self._take(StopNews.TAKEN) is StopAction.RAMP:
             self._taken_s = self.waited_s
-        self._report.state = "acknowledged"
 
     def note_not_sent(self, error: GatewayError) -> None:
         """It could not be put on the wire; what was sent before stays sent."""
-        if self._report.state in ("requested", "not_sent"):
+        if self._take(StopNews.NOT_SENT) is StopAction.TELL:
             ja = error.detail_ja or text("stops.not-sent", why=error.detail).ja
-            self._report.state, self._trouble = "not_sent", Text(error.detail, ja)
+            self._trouble = Text(error.detail, ja)
             self.tell()
 
     def calls_for_hardware(self) -> bool:
-        """Say whether the software stop may not be enough."""
-        return self._overdue
+        """Whether the software stop may not be enough."""
+        return self._is_overdue
 
     def tell(self) -> None:
-        """Write into the report why it is not confirmed."""
+        """Write into the report why it is not confirmed; nothing where it is."""
+        if self._report.state == "confirmed":
+            self._explain(())
+            return
         reasons = [self._trouble] if self._trouble else [*self.why_not()]
-        if self._ramp_s is not None and self._takes_long() and not self._overdue:
+        if self._ramp_s is not None and self._takes_long() and not self._is_overdue:
             reasons.append(text("stops.ramp-takes", seconds=f"{self._ramp_s:.1f}"))
         if self.calls_for_hardware():
             reasons.append(text("stops.unconfirmed"))
@@ -334,16 +443,15 @@ class StopsUnderWay(Generic[K, S]):
         """Begin a stop, and do what `others` are to do with it; its task repeats it."""
         task = asyncio.create_task(self._see_through(stop, what), name=what)
         self._running[key], self._tasks[stop] = stop, task
-        when_done(task, f"the end of {what}", partial(self._over, stop))
-        counted, told = partial(self._count, stop), partial(stop.publish, "requested")
-        run_each_logging(what, counted, stop.submit, told, *others)
+        insist_after(task, f"the end of {what}", lambda _: self._over(stop))
+        do_each(what, partial(self._count, stop), stop.submit, partial(stop.publish, "requested"), *others)
 
     async def _see_through(self, stop: S, what: str) -> None:
         """Repeat it until it is confirmed; from then on another stop is one of its own."""
         with working("stops"):
-            await restart_after_faults(what, stop.see_through)
+            await supervised(what, stop.see_through)
         done = self._at_standstill(stop)
-        run_each_logging(what, partial(self._forget, stop), *done, partial(stop.publish, "confirmed"))
+        do_each(what, partial(self._forget, stop), *done, partial(stop.publish, "confirmed"))
         await self._record(stop)
 
     def _over(self, stop: S) -> None:

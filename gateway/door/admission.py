@@ -15,8 +15,8 @@ from gateway.access.principal import EVERYBODY, PRINCIPAL, Principal, current
 from gateway.access.roles import Role
 from gateway.core.errors import GatewayError
 from gateway.core.origin import ORIGIN, Origin
-from gateway.core.own_faults import run_each_logging
 from gateway.core.rights import Right
+from gateway.core.supervisor import do_each
 from gateway.door.table import operations_of
 from gateway.plant import Plant
 from gateway.security import entries
@@ -187,8 +187,8 @@ class AccessCheck:
     def note_refusal(
         self, target: str, error: NotAuthenticated | NotPermitted, name_of: Callable[[], str | None]
     ) -> None:
-        """Write a refusal into the security log, unless the caller has shown no credential."""
-        run_each_logging("the security log", partial(self._note, target, error, name_of))
+        """Write a refusal into the security log, but for those who have shown nothing."""
+        do_each("the security log", partial(self._note, target, error, name_of))
 
     def _note(
         self, target: str, error: NotAuthenticated | NotPermitted, name_of: Callable[[], str | None]

@@ -4,7 +4,7 @@ import logging
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AsyncExitStack
 from datetime import UTC, datetime
-from functools import cache
+from functools import cache, partial
 from typing import Any, Final
 
 from pydantic_core import to_json
@@ -14,8 +14,8 @@ from gateway.core.aside import aside
 from gateway.core.family import Registered
 from gateway.core.operation import EXPECTS, KEYED, Expectation, Operation, names_in
 from gateway.core.origin import ORIGIN
-from gateway.core.own_faults import retry_once
 from gateway.core.rights import Right
+from gateway.core.supervisor import do_each, twice
 from gateway.core.targets import Looked, Target
 from gateway.door.caller import require
 from gateway.door.names import COLLECTIONS
@@ -24,7 +24,7 @@ from gateway.plant import Plant
 from protocols.table import Effect
 from transports.recorder import clocks
 
-__all__ = ["aside", "carry_out", "require_right", "retry_once"]
+__all__ = ["aside", "carry_out", "require_right", "twice"]
 
 _OF_LINES: Final = ("/lines", *COLLECTIONS)
 _BY_ITSELF: Final = "gateway"
@@ -56,10 +56,7 @@ async def carry_out(
     before = ORIGIN.set(ORIGIN.get())
     try:
         _admit(plant, operation, values)
-        try:
-            _note(plant, operation, values)
-        except Exception:  # whatever is asked is done, recorded or not
-            log.exception("the record of a request has met a fault of the gateway itself")
+        do_each("the record of a request", partial(_note, plant, operation, values))
         taken = {name: values[name] for name in operation.parameters if name in values}
         if (request := operation.request_name) is not None and request in values:
             taken[request] = values[request]

@@ -1,14 +1,13 @@
 """Commands of the tables: the effect of each decides how it is carried out."""
 
 from collections.abc import Awaitable
-from functools import partial
 from typing import Any
 
 from gateway.core.errors import NotAllowed
 from gateway.core.move_record import START_WITHIN_S
 from gateway.core.origin import current
-from gateway.core.own_faults import retry_once
 from gateway.core.rights import RIGHT_OF
+from gateway.core.supervisor import twice
 from gateway.core.targets import AnyCommand, Result, Target
 from gateway.door.caller import for_caller, require
 from gateway.door.keys import not_honoured
@@ -32,7 +31,7 @@ async def do(
     """
     require(plant, RIGHT_OF[command.effect], target)
     if command.effect is Effect.STOP:
-        return await retry_once("a stop", partial(_stop_by, plant, target, command))
+        return await twice("a stop", _stop_by, plant, target, command)
     addressed = plant.target(target)
     if not command.starts_motion():
         return await addressed.ask(command)

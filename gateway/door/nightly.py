@@ -12,7 +12,7 @@ from pydantic import BaseModel, Field
 from gateway.core.errors import GatewayError, NotFound
 from gateway.core.operation import PlainText, Rows
 from gateway.core.origin import Origin, acting
-from gateway.core.own_faults import restart_after_faults
+from gateway.core.supervisor import supervise
 from gateway.core.whole_files import write_whole
 from gateway.door.backups import AS_TEXT, ENDING, Night, ReadingOrder, folder_of_nights, text_of_night
 from gateway.door.doors import doors
@@ -66,10 +66,7 @@ class Nightly:
                 "the recognition of swapped controllers": self._recognition.watch,
             }
             with acting(ORIGIN):
-                self._tasks = [
-                    asyncio.create_task(restart_after_faults(what, work), name=what)
-                    for what, work in works.items()
-                ]
+                self._tasks = [supervise(what, work) for what, work in works.items()]
 
     async def close(self) -> None:
         """Read no more."""

@@ -11,7 +11,7 @@ from pydantic_core import to_json
 from gateway.access.principal import EVERYBODY, asking
 from gateway.core.aside import aside
 from gateway.core.origin import POLL, acting
-from gateway.core.own_faults import restart_after_faults
+from gateway.core.supervisor import supervised
 from gateway.door.calls import carry_out
 from gateway.door.names import COLLECTIONS
 from gateway.door.table import Operation, operations
@@ -27,7 +27,7 @@ LISTS: Final = ("/lines", *COLLECTIONS, "/alarms")
 async def note_states(plant: Plant) -> None:
     """Note what has changed, until it is cancelled."""
     with asking(EVERYBODY), acting(POLL):
-        await restart_after_faults("the notes of states", lambda: _note(plant))
+        await supervised("the notes of states", lambda: _note(plant))
 
 
 async def _note(plant: Plant) -> None:

@@ -5,9 +5,9 @@ from collections.abc import Awaitable
 from functools import partial
 
 from gateway.core.family import Family
-from gateway.core.own_faults import retry_once, run_all_then_raise
 from gateway.core.rights import Right
 from gateway.core.stops import StopMode
+from gateway.core.supervisor import do_each, twice
 from gateway.core.targets import Stopped
 from gateway.door.caller import needs
 from gateway.plant import Plant
@@ -19,14 +19,14 @@ async def stop(plant: Plant, target: str, mode: StopMode) -> Stopped:
 
     :raises GatewayError: there is no such target.
     """
-    return await retry_once("a stop", partial(_begin_one, plant, target, mode))
+    return await twice("a stop", _begin_one, plant, target, mode)
 
 
 @needs(Right.STOP, whole_plant=True)
 async def stop_all(plant: Plant, mode: StopMode) -> Stopped:
     """Stop everything; the frames are queued before anything is awaited."""
-    stopped = await asyncio.gather(*retry_once("a stop", partial(_begin_all, plant, mode)))
-    return Stopped({name: those for stop in stopped for name, those in stop.reports.items()})
+    stopped = await asyncio.gather(*twice("a stop", _begin_all, plant, mode))
+    return Stopped({name: those for it in stopped for name, those in it.reports.items()})
 
 
 def _begin_one(plant: Plant, target: str, mode: StopMode) -> Awaitable[Stopped]:
@@ -34,7 +34,7 @@ def _begin_one(plant: Plant, target: str, mode: StopMode) -> Awaitable[Stopped]:
 
 
 def _begin_all(plant: Plant, mode: StopMode) -> "list[asyncio.Future[Stopped]]":
-    return run_all_then_raise(partial(_begin, family, mode) for family in plant.families.values())
+    return do_each("a stop", *(partial(_begin, it, mode) for it in plant.families.values())).or_raise()
 
 
 def _begin(family: Family, mode: StopMode) -> "asyncio.Future[Stopped]":

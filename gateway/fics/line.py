@@ -172,7 +172,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
 
     def _begin_set_up(self) -> None:
         """From now on only stops are said to the robot, until it is set up."""
-        self._ready = False
+        self._begins_set_up()
         self._patient_until = self._loop.time() + READY_WITHIN_S
 
     async def _agree_on_mode_or_tell(self) -> bool:

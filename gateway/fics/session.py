@@ -266,7 +266,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         self._now = now
         if type(command) in NEVER_FORBIDDEN:
             self._answers_until[command.code] = now + exchange.timeout_s + self.late_reply_s
-        if type(command) is GetVariable and exchange is not self._fence_query:
+        if type(command) is GetVariable and exchange is not self._fence.query:
             self._asked_for.append(command.number)
         if command.retry is not Retry.READ:
             self._note_action(exchange, now, silent=silent)
@@ -303,12 +303,12 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     def learn(self, exchange: FicsExchange, outcome: Any, frame: ReplyFrame, now: float) -> None:
         """The robot is there; and an upload that only its refusal shows has to be ended."""
-        if exchange is self._fence_query and isinstance(outcome, RobotAnswered):
+        if exchange is self._fence.query and isinstance(outcome, RobotAnswered):
             self._copies.forget(ROBOT)  # but not its own answer, which has no number in Ver.2
         self.note_reply(exchange, frame, now)
         if type(exchange.command) in NEVER_FORBIDDEN:
             self._answers_until[exchange.command.code] = now + self.late_reply_s
-        if not (exchange is self._fence_query and isinstance(outcome, FicsRefusal)):
+        if not (exchange is self._fence.query and isinstance(outcome, FicsRefusal)):
             self.offline.discard(ROBOT)
         if isinstance(outcome, RobotAnswered):
             self._forbidding -= exchange.command.blocked
@@ -321,18 +321,18 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         """No answer to a motion is awaited any more: a robot does one at a time."""
         motion = next((it for it in self._sent if _is_answered_at_its_end(it.command)), None)
         if motion is not None:
-            self._let_go(motion)
+            self._sent.let_go(motion)
         return motion
 
     def give_up(self, motion: FicsExchange) -> None:
         """A motion has ended, and its answer will not come: fence now, so that none comes late."""
         if motion in self._sent:
-            self._let_go(motion)
+            self._sent.let_go(motion)
             self._lose_step()
 
     def lose_motion(self, reason: NoReply, unsent: Cancelled) -> None:
         """The robot has forgotten what it was doing; what was to follow is not written."""
-        self.doubts += 1
+        self._fence.doubts += 1
         motion = self._forget_motion()
         if motion is not None:
             motion.settle(reason)

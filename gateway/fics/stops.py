@@ -18,6 +18,7 @@ from gateway.core.stops import (
     REPEAT_S,
     BilingualReport,
     StopMode,
+    StopNews,
     Stopping,
     StopState,
     StopsUnderWay,
@@ -195,7 +196,7 @@ class _RobotStop(Stopping):
         if error == STOPPING_ALREADY and stops:  # the robot does what it is told, since an earlier one
             self._acknowledged()
             return
-        self.report.state = "refused"
+        self._take(StopNews.REFUSED)
         if error == UPLOAD_ERROR:
             self._line.doubt_upload()
         if self._refusal != error:
@@ -229,8 +230,7 @@ class _RobotStop(Stopping):
 
     def _note_no_refusal(self) -> None:
         self._refusal = None
-        if self.report.state == "refused":
-            self.report.state = "sent"
+        self._take(StopNews.NOT_REFUSED)
 
     # seeing
 

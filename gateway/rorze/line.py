@@ -13,6 +13,7 @@ from gateway.core.errors import BodyOffline, GarbledReply, GatewayError, NoReply
 from gateway.core.lanes import STOPS, Lane
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState as LineState
+from gateway.core.line_state import PortNews
 from gateway.core.origin import PROBE, SET_UP, acting
 from gateway.core.trace_filter import FrameSubject
 from gateway.core.waiting import happens
@@ -232,7 +233,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
 
     async def _set_up(self, *, fresh: bool) -> None:
         """Tell the link master what it forgets at power-off: XID, XRSM1, the groups (RC-420 manual 17.2)."""
-        self._ready = False
+        self._begins_set_up()
         self.set_ups += 1
         if fresh:
             await self._clear_with(POISON, self._session.late_reply_s)
@@ -250,9 +251,8 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
 
     def _begin_to_serve(self, *, link_answers: bool) -> None:
         """The set-up is over: from now on everybody is heard, and the silent are probed."""
-        self._ready = True
         if self._all_are_offline() and (self.bodies or not link_answers):
-            self._is_silent(self._why_silent(link_answers=link_answers))
+            self._is_silent(self._why_silent(link_answers=link_answers), PortNews.UNANSWERED)
         else:
             if not link_answers:
                 log.warning("line %s: %s", self.id, NO_LINK_MASTER)
@@ -400,7 +400,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         self._unasked.discard(body)
         self._roll.discard(body)
         self.on_change("body.online", {"body": body})
-        was_silent = self._silence is not None or self._nobody_answers
+        was_silent = self.state is LineState.SILENT or self._nobody_answers
         if was_silent and self._ready and not self._set_up_due:
             self._nobody_answers = False
             self.set_up_again("the line was silent and answers again")
@@ -415,7 +415,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
             if await self._has_news_of_silence(pause_s):
                 pause_s = PROBE_S[0]
                 continue
-            if self._silence is not None and not self.bodies:
+            if self.state is LineState.SILENT and not self.bodies:
                 self.set_up_again("there is only the link master to ask")
             with acting(PROBE):
                 somebody_came_back = await self._probe_each()

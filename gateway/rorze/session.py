@@ -304,7 +304,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     def was_missed(self, exchange: RorzeExchange, now: float) -> None:
         """The silence of a body that may well be absent tells nothing of the line."""
-        is_probe = exchange.self_identifying and exchange is not self._fence_query
+        is_probe = exchange.self_identifying and exchange is not self._fence.query
         if not is_probe and exchange.target not in self.offline and exchange.target not in self.mute:
             self._erred(now)
         if exchange.lane in STOPS and exchange.target <= LAST_BODY:

@@ -3,6 +3,7 @@
 A client that repeats what needs no right to administer therefore pushes nothing out and fills no disk.
 """
 
+from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -19,6 +20,9 @@ SINGLY_IN_ALL: Final = 100
 BUSY_WITH_REFUSALS: Final = 20
 MOST_SENDERS: Final = 20
 """Senders that are counted each for itself; all others are counted together."""
+
+BURST_S: Final = 60.0
+"""A burst is over when no minute was so full for this time."""
 
 Sender = tuple[str | None, str | None]
 """The caller and its address; two times None for all that are counted together."""
@@ -88,6 +92,31 @@ class Folding:
         """Give what was counted; it counts from none again."""
         counted, self._counted = self._counted, {}
         yield from counted.items()
+
+
+class Refusals:
+    """Refusals of late: more in a minute than happen by mistake are a burst."""
+
+    def __init__(self, most: int) -> None:
+        """`most` refusals in a minute are no burst yet; 0 for none that ever is."""
+        self._most = most
+        self._newest: deque[float] = deque(maxlen=most or 1)
+        self._until = float("-inf")
+
+    def goes_on(self, now: float) -> bool:
+        """True while a burst lasts, by a clock of seconds."""
+        return now < self._until
+
+    def began_burst(self, now: float) -> float | None:
+        """Count a refusal; the seconds in which the others came, where a burst begins with it."""
+        if not self._most:
+            return None
+        took_s = now - self._newest[0] if len(self._newest) == self._most else BURST_S
+        self._newest.append(now)
+        if took_s >= BURST_S:
+            return None
+        begins, self._until = not self.goes_on(now), now + BURST_S
+        return took_s if begins else None
 
 
 def network_of(address: str | None) -> str | None:

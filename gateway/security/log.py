@@ -4,9 +4,8 @@ import asyncio
 import json
 import logging
 import time
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any, Final
@@ -16,7 +15,7 @@ from gateway.core.origin import GATEWAY, Origin, current
 from gateway.security import entries
 from gateway.security.chain import Chain, Draft, draft, newest
 from gateway.security.entries import Entry, EntryType
-from gateway.security.folding import BUSY_WITH_REFUSALS, SINGLY_IN_ALL, Folding
+from gateway.security.folding import BUSY_WITH_REFUSALS, SINGLY_IN_ALL, Folding, Refusals
 
 log = logging.getLogger(__name__)
 
@@ -34,7 +33,6 @@ LONGEST_DATA: Final = 4096
 FORGET_AFTER_S: Final = 3600.0
 FORGET_EVERY_S: Final = 86_400.0
 """One file a day of running is forgotten at most: a clock that jumps ahead takes no more."""
-BURST_S: Final = 60.0
 WINDOWS_LOOKED_AT_S: Final = 10.0
 """Seconds between looks for windows that have ended, whose counts are then written."""
 
@@ -59,6 +57,32 @@ class Burst:
     address: str | None
 
 
+@dataclass
+class _Backlog:
+    """Entries that wait for the disk, and how many were lost since there was no room for them."""
+
+    waiting: list[Draft] = field(default_factory=list)
+    lost: int = 0
+
+    def has_taken(self, entry: Draft) -> bool:
+        """Whether there was room for an entry."""
+        if len(self.waiting) >= MOST_WAITING:
+            self.lost += 1
+            return False
+        self.waiting.append(entry)
+        return True
+
+    def batch(self) -> tuple[list[Draft], int]:
+        """All that wait, and the number of the lost, which is told behind them."""
+        told = [draft(entries.LOG_LOST.name, data={"lost": self.lost})] if self.lost else []
+        return [*self.waiting, *told], self.lost
+
+    def is_written(self, batch: Sequence[Draft], lost: int) -> None:
+        """Forget them."""
+        del self.waiting[: len(batch) - bool(lost)]
+        self.lost -= lost
+
+
 class SecurityLog:
     """The security log of a gateway; without a data directory it keeps nothing, and sees bursts all the same.
 
@@ -81,20 +105,18 @@ class SecurityLog:
         """Called with the lines that were written; it waits for nothing."""
         self._clock = clock
         self._chain = None if data is None else Chain(data)
-        self._waiting: list[Draft] = []
-        self._lost = 0
+        self._backlog = _Backlog()
         self._writing: asyncio.Task[None] | None = None
         self._foldings: dict[str, Folding] = {}
         self._timer: asyncio.TimerHandle | None = None
-        self._refusals: deque[float] = deque(maxlen=self.keeping.refusals_per_minute or 1)
-        self._burst_until = float("-inf")
+        self._refusals = Refusals(self.keeping.refusals_per_minute)
         self._forget_at = clock() + FORGET_AFTER_S
         self._closed = False
 
     @property
     def burst(self) -> str | None:
         """That a burst of refusals goes on, if it does."""
-        return "a burst of refusals" if self._clock() < self._burst_until else None
+        return "a burst of refusals" if self._refusals.goes_on(self._clock()) else None
 
     # writing
 
@@ -143,25 +165,19 @@ class SecurityLog:
         if self._writing is not None:
             await asyncio.wait({self._writing}, timeout=CLOSED_WITHIN_S)
             self._writing.cancel()
-        if self._waiting:
-            log.error("%d entries of the security log could not be written", len(self._waiting))
+        if self._backlog.waiting:
+            log.error("%d entries of the security log could not be written", len(self._backlog.waiting))
 
     def _put(self, entry: Draft) -> None:
         if self._chain is None or self._closed:
             return
-        if len(self._waiting) >= MOST_WAITING:
-            self._lost += 1
-            return
-        self._waiting.append(entry)
-        if self._writing is None or self._writing.done():
+        if self._backlog.has_taken(entry) and (self._writing is None or self._writing.done()):
             self._writing = asyncio.create_task(self._write(self._chain), name="security log")
 
     async def _write(self, chain: Chain) -> None:
         """Write all that waits, each time what has gathered meanwhile; a disk in trouble is tried again."""
-        while self._waiting:
-            batch, lost = [*self._waiting], self._lost
-            if lost:
-                batch.append(draft(entries.LOG_LOST.name, data={"lost": lost}))
+        while self._backlog.waiting:
+            batch, lost = self._backlog.batch()
             try:
                 lines = await asyncio.to_thread(chain.append, batch)
             except Exception as error:  # whatever it is, the next attempt may succeed
@@ -170,8 +186,7 @@ class SecurityLog:
                     return
                 await asyncio.sleep(AGAIN_S)
                 continue
-            del self._waiting[: len(batch) - bool(lost)]
-            self._lost -= lost
+            self._backlog.is_written(batch, lost)
             self._out_of_trouble()
             self.on_written(lines)
             await self._forget(chain)
@@ -233,17 +248,8 @@ class SecurityLog:
             self._put(draft(name, **members, count=counted.number, since=counted.since))
 
     def _look_for_burst(self, type_: EntryType, address: str | None) -> None:
-        most, now = self.keeping.refusals_per_minute, self._clock()
-        if not most:
-            return
-        is_full = len(self._refusals) == most
-        took_s = now - self._refusals[0] if is_full else BURST_S
-        self._refusals.append(now)
-        if not is_full or took_s >= BURST_S:
-            return
-        began = now >= self._burst_until
-        self._burst_until = now + BURST_S
-        if began:
+        took_s, most = self._refusals.began_burst(self._clock()), self.keeping.refusals_per_minute
+        if took_s is not None:
             log.warning("more than %d requests in a minute are refused, the last from %s", most, address)
             self.on_burst(Burst(most + 1, round(took_s, 1), type_.name, address))
 

@@ -4,13 +4,12 @@ import asyncio
 import sqlite3
 from collections.abc import Callable, Sequence
 from copy import copy
-from dataclasses import dataclass, field
 from queue import SimpleQueue
 from random import Random
 from typing import Any
 
-from gateway.core.journal.disk import DiskFailed, NotWritable
-from gateway.core.journal.journal import CHECK_S, Journal, _Entry, _Question
+from gateway.core.journal.disk import Disk, DiskFailed, NotWritable
+from gateway.core.journal.journal import CHECK_S, Journal
 from gateway.core.journal.schema import migrate
 from gateway.core.journal.writes import Value, Write
 
@@ -112,57 +111,46 @@ class _Waking(SimpleQueue[Any]):
         self.filled.set()
 
 
-@dataclass(eq=False)
 class VirtualJournal(Journal):
     """The journal with a task in the place of its thread: each commit takes as long as the dice say."""
 
-    takes_s: Callable[[], float] = lambda: 0.005
-    _waiting: _Waking = field(default_factory=_Waking)
-    _writer: "asyncio.Task[None] | None" = None
+    def __init__(self, disk: Disk, *, ran_s: float, takes_s: Callable[[], float]) -> None:
+        super().__init__(disk, ran_s=ran_s)
+        self.takes_s = takes_s
+        self.writer.waiting = self._waking = _Waking()
+        self._task: asyncio.Task[None] | None = None
 
     def start(self) -> None:
         """Begin to write."""
         self._loop = asyncio.get_running_loop()
-        self._writer = asyncio.create_task(self._write_on(), name="journal")
+        self.writer.settle = self._settle_soon
+        self._task = asyncio.create_task(self._write_on(), name="journal")
 
     async def _write_on(self) -> None:
         while True:
             try:
                 async with asyncio.timeout(CHECK_S):
-                    await self._waiting.filled.wait()
+                    await self._waking.filled.wait()
             except TimeoutError:
-                self._look()
+                self.writer.look()
                 continue
             await asyncio.sleep(self.takes_s())
-            self._waiting.filled.clear()
-            if not self._write_what_waits():
-                return
-
-    def _write_what_waits(self) -> bool:
-        """One commit for all up to a question; False at the end."""
-        while not self._waiting.empty():
-            taken = self._take()
-            if entries := [it for it in taken if isinstance(it, _Entry)]:
-                self._commit(entries)
-            for it in taken:
-                if isinstance(it, _Question):
-                    self._answer(it)
-            if None in taken:
-                self._end_well()
-                return False
-        return True
+            self._waking.filled.clear()
+            while not self._waking.empty():
+                if not self.writer.write(self.writer.take()):
+                    return
 
     def kill(self) -> None:
         """Write nothing more: what waited is lost with the process."""
         self.disk.close()
-        if self._writer is not None:
-            self._writer.cancel()
-            self._writer = None
+        if self._task is not None:
+            self._task.cancel()
+            self._task = None
 
     async def close(self) -> None:
         """End well, unless it was killed."""
-        if self._writer is not None:
+        if self._task is not None:
             self.on_trouble = lambda _why: None
             self._put(None)
-            await self._writer
+            await self._task
             self.disk.close()

@@ -18,7 +18,7 @@ from gateway.core.exchange import Exchange
 from gateway.core.gate import Gate
 from gateway.core.journal import beginning, intents
 from gateway.core.journal.intents import Intents
-from gateway.core.journal.journal import Journal
+from gateway.core.journal.journal import Writer
 from gateway.core.lanes import Lane
 from gateway.core.line import LineDriver
 from gateway.core.move_record import Move, MoveStatus
@@ -139,15 +139,16 @@ def intent_after_the_first_byte(patch: Patch) -> None:
 
 
 def commits_are_not_synced(patch: Patch) -> None:
-    def attempt(self: Journal, batch: Any, *, durable: bool) -> Any:
-        return tried(self, batch, durable=durable and self.trouble is not None)
+    def attempt(self: Writer, batch: Any, *, durable: bool) -> Any:
+        told: Any = self.settle
+        return tried(self, batch, durable=durable and told.__self__.trouble is not None)
 
-    tried = Journal._try
-    patch.setattr(Journal, "_try", attempt)
+    tried = Writer._try
+    patch.setattr(Writer, "_try", attempt)
 
 
 def a_full_disk_forgets(patch: Patch) -> None:
-    patch.setattr(Journal, "_owe", _nothing)
+    patch.setattr(Writer, "_owe", _nothing)
 
 
 def a_crash_looks_clean(patch: Patch) -> None:
@@ -210,7 +211,7 @@ def a_reply_is_the_end_of_a_move(patch: Patch) -> None:
 def frames_begin_in_each_other(patch: Patch) -> None:
     def send(self: LineDriver[Any, Any, Any], data: bytes, now: float) -> bool:
         sent: bool = done(self, data, now)
-        self._tx_free_at = now
+        self._wire.free_at = now
         return sent
 
     done = LineDriver._send

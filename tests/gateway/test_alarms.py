@@ -12,6 +12,7 @@ from gateway.causes import causes_of
 from gateway.config import parse
 from gateway.core.alarms import Alarm, AlarmLasts, Latched
 from gateway.core.errors import ControllerRefused
+from gateway.core.journal.disk import NotWritable
 from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
@@ -292,7 +293,7 @@ async def test_trouble_with_the_journal_is_an_alarm_that_is_written_when_it_can_
     async with world.gateway() as plant:
         journal = plant.journal
         assert journal is not None
-        journal._in_trouble("the disk is full")
+        journal._settle([], NotWritable("the disk is full"))
         assert "the disk is full" in standing(plant)["gateway.journal.trouble"].ja.happened
         with pytest.raises(AlarmLasts):
             await do_reset(plant)

@@ -177,7 +177,7 @@ class Simulation:
             return
         if exchange.lane is Lane.STOP:
             return  # whichever of its repetitions a stop is acknowledged for
-        if isinstance(frame, FicsRefusal) and exchange is self._rig.robot.line._session._fence_query:
+        if isinstance(frame, FicsRefusal) and exchange is self._rig.robot.line._session._fence.query:
             return  # it only makes a fence fail
         if answered is not None and self._same_question(answered, number):
             self.report.stale += 1

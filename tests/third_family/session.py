@@ -80,7 +80,7 @@ class ToyLine(LineDriver[ToyExchange, Frame, Frame]):
 
     async def _set_up(self, *, fresh: bool) -> None:
         """Go on with the numbers behind the newest motion, for an axis takes only newer ones."""
-        self._ready = False
+        self._begins_set_up()
         while self._open:
             told = await self._say_first(self.numbers.exchange(GetStatus(), Lane.COMMAND, SET_UP))
             if isinstance(told, Status):

@@ -4,13 +4,15 @@ import asyncio
 import logging
 import threading
 import time
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from enum import Enum
 from functools import partial
 from queue import Empty, SimpleQueue
-from typing import Any
+from typing import Any, Final
 
+from gateway.core.drawn import Transition
 from gateway.core.errors import NotSent
 from gateway.core.journal import writes
 from gateway.core.journal.disk import Disk, DiskFailed, NotWritable
@@ -30,7 +32,7 @@ NOTED_WITHIN_S = 0.02
 MOST_AT_ONCE = 1000
 """Entries of one commit."""
 MOST_OWED = 50_000
-"""Unawaited writes kept while the disk is full, and written when there is room."""
+"""Unawaited writes kept while the disk is full."""
 
 
 class JournalUnavailable(NotSent):
@@ -47,61 +49,250 @@ class JournalUnavailable(NotSent):
 
 
 @dataclass(eq=False, slots=True)
-class _Entry:
-    """Writes that belong together, and who waits for them."""
+class Entry:
+    """Writes that belong together, and the future of the one who waits for them."""
 
     writes: Sequence[Write]
     done: "asyncio.Future[None] | None" = None
 
 
 @dataclass(eq=False, slots=True)
-class _Question:
+class Question:
+    """Rows that are asked for, behind all that was written before."""
+
     sql: str
     values: Sequence[Value]
     answer: "asyncio.Future[list[tuple[Any, ...]]]"
 
 
+class DiskState(Enum):
+    """How far the disk takes what is written."""
+
+    WORKS = "written"
+    LATE = "takes nothing in time"
+    FULL = "refuses"
+    FAILED = "not trusted again in this process"
+
+
+class DiskNews(Enum):
+    """What can happen to it."""
+
+    TAKEN = "a commit is done"
+    LATE = "a commit takes too long"
+    REFUSED = "no room, or another program holds the file"
+    FAILED = "it is not known what was written"
+
+
+class DiskAction(Enum):
+    """What is done about it."""
+
+    NONE = ""
+    TELL_TROUBLE = "refuse what has an effect, tell journal.trouble"
+    TELL_WORKS = "tell journal.recovered"
+
+
+DiskStep = Transition[DiskState, DiskAction]
+
+
+def _in_trouble(late: DiskState) -> Mapping[DiskNews, DiskStep]:
+    """The row of a disk whose trouble was told."""
+    return {
+        DiskNews.TAKEN: DiskStep(DiskState.WORKS, DiskAction.TELL_WORKS),
+        DiskNews.LATE: DiskStep(late, DiskAction.NONE),
+        DiskNews.REFUSED: DiskStep(DiskState.FULL, DiskAction.NONE),
+        DiskNews.FAILED: DiskStep(DiskState.FAILED, DiskAction.NONE),
+    }
+
+
+TABLE: Final[Mapping[DiskState, Mapping[DiskNews, DiskStep]]] = {
+    DiskState.WORKS: {
+        DiskNews.TAKEN: DiskStep(DiskState.WORKS, DiskAction.NONE),
+        DiskNews.LATE: DiskStep(DiskState.LATE, DiskAction.TELL_TROUBLE),
+        DiskNews.REFUSED: DiskStep(DiskState.FULL, DiskAction.TELL_TROUBLE),
+        DiskNews.FAILED: DiskStep(DiskState.FAILED, DiskAction.TELL_TROUBLE),
+    },
+    DiskState.LATE: _in_trouble(late=DiskState.LATE),
+    DiskState.FULL: _in_trouble(late=DiskState.FULL),
+    DiskState.FAILED: dict.fromkeys(DiskNews, DiskStep(DiskState.FAILED, DiskAction.NONE)),
+}
+
+
+def _news(error: OSError | None) -> DiskNews:
+    if error is None:
+        return DiskNews.TAKEN
+    return DiskNews.FAILED if isinstance(error, DiskFailed) else DiskNews.REFUSED
+
+
+Settle = Callable[[list[Entry], OSError | None], None]
+"""Takes the outcome of a commit."""
+
+
 @dataclass(eq=False)
-class Journal:
-    """The writer of one disk. Its methods belong to the event loop's thread."""
+class Writer:
+    """The thread that writes to the disk. Its methods are called in it, one after the other."""
 
     disk: Disk
-    on_trouble: Callable[[str | None], None] = lambda _why: None
-    """Called with the reason when it cannot be written any more, and with None when it can again."""
     retention: Retention = field(default_factory=Retention)
     ran_s: float = 0.0
     """For how long gateways have run on this journal."""
-    trouble: str | None = None
-    """Why it cannot be written."""
-    lag_s: float = 0.0
-    """Seconds that the last awaited commit has taken."""
-    _noted: list[Write] = field(default_factory=list)
-    """Unawaited writes that the writer does not have yet: waking it costs more than the write."""
-    _newest: dict[Hashable, Callable[[], Write]] = field(default_factory=dict)
-    """Unawaited writes of rows of which only the newest state counts."""
-    _due: asyncio.TimerHandle | None = None
-    """When the writer has that at the latest."""
-    _waiting: "SimpleQueue[Sequence[_Entry | _Question | None]]" = field(default_factory=SimpleQueue)
-    _thread: threading.Thread | None = None
-    _unsynced_since: float | None = None
     failure: DiskFailed | None = None
     """Why the file is not trusted again in this process."""
-    _owed: list[Write] = field(default_factory=list)
-    """Unawaited writes that a full disk has not taken, in order."""
-    _counted_at: float = field(default_factory=lambda: time.monotonic())
-    """Until when that is counted."""
+    settle: Settle = lambda _entries, _error: None
+    waiting: "SimpleQueue[Sequence[Entry | Question | None]]" = field(default_factory=SimpleQueue)
+    """Work for it; None ends it."""
+    owed: list[Write] = field(default_factory=list)
+    """Unawaited writes kept while the disk is full, in their order."""
     _forgot: bool = False
-    """Some of that was too much: the next life has to begin as after a crash."""
+    """Some of these were too many: the next life has to begin as after a crash."""
+    _unsynced_since: float | None = None
+    _counted_at: float = field(default_factory=lambda: time.monotonic())
+    """Until when `ran_s` is counted."""
+
+    def run(self) -> None:
+        """Write until the end is asked for."""
+        looked_at = time.monotonic()
+        while True:
+            taken = self.take()
+            if not self.write(taken):
+                return
+            if not taken or time.monotonic() - looked_at > CHECK_S:
+                self.look()
+                looked_at = time.monotonic()
+
+    def write(self, taken: "Sequence[Entry | Question | None]") -> bool:
+        """Write in one commit, then answer the question; False at the end."""
+        entries = [it for it in taken if isinstance(it, Entry)]
+        if entries:
+            self._commit(entries)
+        for question in taken:
+            if isinstance(question, Question):
+                self._answer(question)
+        if None not in taken:
+            return True
+        if not self._forgot:  # else the end is not clean
+            self._try([writes.meta("clean", "1")], durable=True)
+        return False
+
+    def take(self) -> "list[Entry | Question | None]":
+        """Give what waits, in its order, up to a question: that is answered after what came before it."""
+        quiet_s = CHECK_S if self._unsynced_since is None else SYNCED_WITHIN_S
+        taken: list[Entry | Question | None] = []
+        with suppress(Empty):
+            taken += self.waiting.get(timeout=quiet_s)
+            while len(taken) < MOST_AT_ONCE and isinstance(taken[-1], Entry):
+                taken += self.waiting.get_nowait()
+        return taken
+
+    def _commit(self, entries: list[Entry]) -> None:
+        now = time.monotonic()
+        waited_for = any(it.done is not None for it in entries)
+        overdue = self._unsynced_since is not None and now - self._unsynced_since >= SYNCED_WITHIN_S
+        durable = waited_for or overdue
+        error = self._try([write for entry in entries for write in entry.writes], durable=durable)
+        if error is None:
+            self._unsynced_since = None if durable else self._unsynced_since or now
+        else:
+            self._owe([write for entry in entries if entry.done is None for write in entry.writes])
+        self.settle(entries, error)
+
+    def _try(self, batch: Sequence[Write], *, durable: bool) -> OSError | None:
+        if self.failure is not None:
+            return self.failure
+        try:
+            self.disk.commit([*self.owed, *batch], durable=durable)
+        except NotWritable as error:
+            return error
+        except Exception as fault:  # a thread that ended would leave everybody waiting
+            return self._distrust(fault)
+        self.owed.clear()
+        return None
+
+    def _distrust(self, fault: Exception) -> DiskFailed:
+        """Trust the file no more, whatever happened to it."""
+        if not isinstance(fault, DiskFailed):
+            log.error("the journal has failed in a way that nobody has foreseen", exc_info=fault)
+            fault = DiskFailed(f"{type(fault).__name__}: {fault}")
+        self.failure = fault
+        return fault
+
+    def _owe(self, batch: Sequence[Write]) -> None:
+        room = MOST_OWED - len(self.owed)
+        self._forgot = self._forgot or len(batch) > room
+        self.owed += batch[: max(room, 0)]
+
+    def _answer(self, question: Question) -> None:
+        call = question.answer.get_loop().call_soon_threadsafe
+        try:
+            rows = self.disk.rows(question.sql, question.values)
+        except Exception as error:  # it belongs to the caller
+            call(_fail, question.answer, error)
+        else:
+            call(_give, question.answer, rows)
+
+    def look(self) -> None:
+        """Sync, forget what is old, try again after trouble, and see that the file is there."""
+        facts = {"seen_at": str(time.time()), writes.RAN_S: str(self._count())}
+        known = [writes.meta(name, value) for name, value in facts.items()]
+        error = self._try([*known, *forget(self.ran_s, self.retention)], durable=True)
+        if error is None:
+            try:
+                self.disk.check()
+                self.disk.tidy()
+            except NotWritable as full:
+                log.warning("the journal could not be tidied: %s", full)
+            except Exception as fault:  # as above
+                error = self._distrust(fault)
+        self._unsynced_since = None
+        self.settle([], error)
+
+    def _count(self) -> float:
+        """For how long gateways have run by now."""
+        now = time.monotonic()
+        self.ran_s += now - self._counted_at
+        self._counted_at = now
+        return self.ran_s
+
+
+class Journal:
+    """The journal of one disk. Its methods belong to the event loop's thread."""
+
+    def __init__(
+        self,
+        disk: Disk,
+        *,
+        ran_s: float = 0.0,
+        trouble: str | None = None,
+        failure: DiskFailed | None = None,
+    ) -> None:
+        self.disk = disk
+        self.writer = Writer(disk, ran_s=ran_s, failure=failure)
+        self.trouble = trouble
+        """Why it cannot be written."""
+        troubled = DiskState.WORKS if trouble is None else DiskState.FULL
+        self._state = troubled if failure is None else DiskState.FAILED
+        self.on_trouble: Callable[[str | None], None] = lambda _why: None
+        """Called with the reason when it cannot be written any more, and with None when it can again."""
+        self.lag_s = 0.0
+        """How long the last commit that somebody waited for has taken."""
+        self._noted: list[Write] = []
+        """Unawaited writes that the writer does not have yet: to wake it costs more than to write."""
+        self._newest: dict[Hashable, Callable[[], Write]] = {}
+        """The same of rows of which only the newest state counts."""
+        self._due: asyncio.TimerHandle | None = None
+        """When the writer has these at the latest."""
+        self._thread: threading.Thread | None = None
+        self._loop: asyncio.AbstractEventLoop
 
     @property
     def failed(self) -> bool:
         """True if the file is not trusted again in this process."""
-        return self.failure is not None
+        return self._state is DiskState.FAILED
 
     def start(self) -> None:
         """Begin to write, beside the event loop."""
         self._loop = asyncio.get_running_loop()
-        self._thread = threading.Thread(target=self._run, name="journal", daemon=True)
+        self.writer.settle = self._settle_soon
+        self._thread = threading.Thread(target=self.writer.run, name="journal", daemon=True)
         self._thread.start()
 
     async def close(self) -> None:
@@ -113,8 +304,8 @@ class Journal:
         self.disk.close()
 
     def waiting(self) -> int:
-        """How many entries wait to be written."""
-        return self._waiting.qsize() + (self._due is not None)
+        """Count the entries that wait to be written."""
+        return self.writer.waiting.qsize() + (self._due is not None)
 
     def require(self) -> None:
         """Make sure that what has an effect can be written down.
@@ -143,14 +334,14 @@ class Journal:
         """
         self.require()
         done: asyncio.Future[None] = self._loop.create_future()
-        self._put(_Entry(entries, done))
+        self._put(Entry(entries, done))
         overdue = self._loop.call_later(WRITTEN_WITHIN_S, self._give_up, done)
         done.add_done_callback(partial(self._end_of, overdue, time.monotonic()))
         return done
 
     def _give_up(self, done: "asyncio.Future[None]") -> None:
         if not done.done():
-            self._in_trouble(f"the disk has taken nothing for {WRITTEN_WITHIN_S:g} s")
+            self._take(DiskNews.LATE, f"the disk has taken nothing for {WRITTEN_WITHIN_S:g} s")
             done.set_exception(JournalUnavailable(self.trouble or ""))
 
     def _end_of(self, overdue: asyncio.TimerHandle, began_at: float, _: "asyncio.Future[None]") -> None:
@@ -160,13 +351,13 @@ class Journal:
     async def rows(self, sql: str, *values: Value) -> list[tuple[Any, ...]]:
         """Read rows, after all that was written before."""
         answer: asyncio.Future[list[tuple[Any, ...]]] = self._loop.create_future()
-        self._put(_Question(sql, values, answer))
+        self._put(Question(sql, values, answer))
         return await answer
 
-    def _put(self, item: _Entry | _Question | None) -> None:
+    def _put(self, item: Entry | Question | None) -> None:
         """Let the writer have this, and what was noted before with it: in one commit."""
         noted = self._take_noted()
-        self._waiting.put([_Entry(noted), item] if noted else [item])
+        self.writer.waiting.put([Entry(noted), item] if noted else [item])
 
     def _hand_over_soon(self) -> None:
         if self._due is None:
@@ -174,7 +365,7 @@ class Journal:
 
     def _hand_over(self) -> None:
         """Let the writer have what was noted."""
-        self._waiting.put([_Entry(self._take_noted())])
+        self.writer.waiting.put([Entry(self._take_noted())])
 
     def _take_noted(self) -> list[Write]:
         if self._due is None:
@@ -187,120 +378,18 @@ class Journal:
 
     def owe(self, entries: Sequence[Write], why: NotWritable) -> None:
         """Begin in trouble: these are written first, when a disk that was full has room."""
-        self._owed, self.trouble = [*entries], str(why)
+        self.writer.owed, self.trouble, self._state = [*entries], str(why), DiskState.FULL
 
-    # the writer's thread
+    # what becomes of it
 
-    def _run(self) -> None:
-        looked_at = time.monotonic()
-        while True:
-            taken = self._take()
-            entries = [it for it in taken if isinstance(it, _Entry)]
-            if entries:
-                self._commit(entries)
-            for question in taken:
-                if isinstance(question, _Question):
-                    self._answer(question)
-            if None in taken:
-                self._end_well()
-                return
-            if not taken or time.monotonic() - looked_at > CHECK_S:
-                self._look()
-                looked_at = time.monotonic()
-
-    def _take(self) -> "list[_Entry | _Question | None]":
-        """Take waiting entries in order, up to a question, which is answered after the entries before it."""
-        quiet_s = CHECK_S if self._unsynced_since is None else SYNCED_WITHIN_S
-        taken: list[_Entry | _Question | None] = []
-        with suppress(Empty):
-            taken += self._waiting.get(timeout=quiet_s)
-            while len(taken) < MOST_AT_ONCE and isinstance(taken[-1], _Entry):
-                taken += self._waiting.get_nowait()
-        return taken
-
-    def _commit(self, entries: list[_Entry]) -> None:
-        now = time.monotonic()
+    def _settle_soon(self, entries: list[Entry], error: OSError | None) -> None:
+        """Called in the writer's thread: nothing is told where nothing is new and no caller waits."""
         waited_for = any(it.done is not None for it in entries)
-        overdue = self._unsynced_since is not None and now - self._unsynced_since >= SYNCED_WITHIN_S
-        durable = waited_for or overdue
-        error = self._try([write for entry in entries for write in entry.writes], durable=durable)
-        if error is None:
-            self._unsynced_since = None if durable else self._unsynced_since or now
-        else:
-            self._owe([write for entry in entries if entry.done is None for write in entry.writes])
         if waited_for or error is not None or self.trouble is not None:
             self._loop.call_soon_threadsafe(self._settle, entries, error)
 
-    def _try(self, batch: Sequence[Write], *, durable: bool) -> OSError | None:
-        if self.failure is not None:
-            return self.failure
-        try:
-            self.disk.commit([*self._owed, *batch], durable=durable)
-        except NotWritable as error:
-            return error
-        except Exception as fault:  # a thread that ended would leave everybody waiting
-            return self._distrust(fault)
-        self._owed.clear()
-        return None
-
-    def _distrust(self, fault: Exception) -> DiskFailed:
-        """Trust the file no more, whatever happened to it."""
-        if not isinstance(fault, DiskFailed):
-            log.error("the journal has failed in a way that nobody has foreseen", exc_info=fault)
-            fault = DiskFailed(f"{type(fault).__name__}: {fault}")
-        self.failure = fault
-        return fault
-
-    def _owe(self, batch: Sequence[Write]) -> None:
-        room = MOST_OWED - len(self._owed)
-        self._forgot = self._forgot or len(batch) > room
-        self._owed += batch[: max(room, 0)]
-
-    def _end_well(self) -> None:
-        """Mark the end as clean, if nothing was lost."""
-        if not self._forgot:
-            self._try([writes.meta("clean", "1")], durable=True)
-
-    def _answer(self, question: _Question) -> None:
-        try:
-            rows = self.disk.rows(question.sql, question.values)
-        except Exception as error:  # it belongs to the caller
-            self._loop.call_soon_threadsafe(_fail, question.answer, error)
-        else:
-            self._loop.call_soon_threadsafe(_give, question.answer, rows)
-
-    def _look(self) -> None:
-        """Sync, forget what is old, try again after trouble, and see that the file is there."""
-        facts = {"seen_at": str(time.time()), writes.RAN_S: str(self._count())}
-        known = [writes.meta(name, value) for name, value in facts.items()]
-        error = self._try([*known, *forget(self.ran_s, self.retention)], durable=True)
-        if error is None:
-            try:
-                self.disk.check()
-                self.disk.tidy()
-            except NotWritable as full:
-                log.warning("the journal could not be tidied: %s", full)
-            except Exception as fault:  # as above
-                error = self._distrust(fault)
-        self._unsynced_since = None
-        self._loop.call_soon_threadsafe(self._settle, [], error)
-
-    def _count(self) -> float:
-        """For how long gateways have run by now."""
-        now = time.monotonic()
-        self.ran_s += now - self._counted_at
-        self._counted_at = now
-        return self.ran_s
-
-    # back on the event loop
-
-    def _settle(self, entries: list[_Entry], error: OSError | None) -> None:
-        if error is not None:
-            self._in_trouble(str(error))
-        elif self.trouble is not None:
-            log.info("the journal is written again")
-            self.trouble = None
-            self.on_trouble(None)
+    def _settle(self, entries: list[Entry], error: OSError | None) -> None:
+        self._take(_news(error), str(error))
         for entry in entries:
             if entry.done is not None and not entry.done.done():
                 if error is None:
@@ -308,11 +397,16 @@ class Journal:
                 else:
                     entry.done.set_exception(JournalUnavailable(str(error), failed=self.failed))
 
-    def _in_trouble(self, why: str) -> None:
-        if self.trouble is None:
+    def _take(self, news: DiskNews, why: str) -> None:
+        self._state, action = TABLE[self._state][news]
+        if action is DiskAction.TELL_TROUBLE:
             log.error("the journal cannot be written: %s; nothing with an effect is sent", why)
             self.trouble = why
             self.on_trouble(why)
+        elif action is DiskAction.TELL_WORKS:
+            log.info("the journal is written again")
+            self.trouble = None
+            self.on_trouble(None)
 
 
 def _give(answer: "asyncio.Future[list[tuple[Any, ...]]]", rows: list[tuple[Any, ...]]) -> None:

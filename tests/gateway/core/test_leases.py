@@ -33,7 +33,7 @@ class Hall:
         self.now = 0.0
         self.leases = Leases(mode, LeaseTokens(), lambda: self.now)
         self.ended: list[tuple[str, End]] = []
-        self.leases.on_end = lambda _subject, lease, why, _parts: self.ended.append((lease.lease, why))
+        self.leases.on_end.append(lambda _subject, lease, why: self.ended.append((lease.lease, why)))
 
     def take(self, holder: Holder, *parts: Part, ttl_s: float = 10.0, over: bool = False) -> Taken:
         async def taking() -> Taken:

@@ -4,6 +4,7 @@ import asyncio
 from collections import Counter
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
@@ -13,6 +14,7 @@ from gateway.core.errors import GatewayError, HeldUp, InvalidRequest, Overtaking
 from gateway.core.gate import Gate
 from gateway.core.lanes import Lane
 from gateway.core.line import GAP_S, LineDriver
+from gateway.core.line_state import PortNews
 from gateway.core.load import Load
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
 from gateway.core.origin import current
@@ -59,6 +61,7 @@ class Speech:
         self.counters: Counter[str] = Counter()
         self.gate: Gate[Any] = Gate()
         self.load = Load()
+        self.echo, self.order = SimpleNamespace(), SimpleNamespace()
         self.in_step = True
         self.waiting: list[Said] = []
         self.asked: list[float] = []
@@ -121,7 +124,7 @@ class Speaker(LineDriver[Any, bytes, bytes]):
         self.broken_off: list[str] = []
 
     async def _set_up(self, *, fresh: bool) -> None:
-        self._ready = fresh
+        self._life.take(PortNews.ANSWERED if fresh else PortNews.SET_UP)
 
     def _break_off(self, reason: str) -> None:
         self.broken_off.append(reason)
@@ -201,7 +204,7 @@ async def test_only_a_line_that_is_set_up_is_fenced() -> None:
     async with speaking(Port()) as line:
         line.fence()
         assert line.speech.fences == 1
-        line._ready = False
+        line._begins_set_up()
         line.fence()
         assert line.speech.fences == 1
 

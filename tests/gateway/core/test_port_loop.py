@@ -42,7 +42,7 @@ class PlainLine(PortLoop):
         self.on_change = lambda what, facts: self.news.append((what, facts))
 
     async def _set_up(self, *, fresh: bool) -> None:
-        self._ready = False
+        self._begins_set_up()
         self.set_ups.append(fresh)
         fault, self.set_up_fault = self.set_up_fault, None
         if fault:
@@ -73,7 +73,7 @@ class PlainLine(PortLoop):
 
     def data_received(self, data: bytes) -> None:
         self.heard += data
-        self._last_rx_at = self._loop.time()
+        self._wire.heard_at = self._loop.time()
 
     def _in_step(self) -> bool:
         return self.in_step
@@ -362,7 +362,7 @@ async def test_no_frame_begins_before_the_last_bit_of_the_one_before() -> None:
 async def test_while_all_has_been_answered_the_port_is_not_asked() -> None:
     port = Port()
     async with plain_line(port) as line:
-        line._all_answered = True
+        line._wire.all_answered = True
         line.say(FRAME)
         assert (port.asked, len(port.written)) == (0, 1)
         line.say(FRAME)
@@ -401,7 +401,7 @@ async def test_a_port_that_has_gone_without_a_word_is_found_out_by_the_next_fram
 async def test_after_an_opening_it_is_asked_again_what_it_holds_back() -> None:
     port = Port()
     async with plain_line(port) as line:
-        line._all_answered = True
+        line._wire.all_answered = True
         port.unplug()
         port.plugged_in = True
         await until(lambda: line.state is LineState.READY)
@@ -421,3 +421,35 @@ async def test_one_timer_goes_off_at_whatever_is_due_first() -> None:
             line._wake_at(at)
         await asyncio.sleep(10)
         assert line.woken == pytest.approx([began_at + 1.0, began_at + 2.0, began_at + 3.0])
+
+
+# another gateway
+
+
+@virtual
+async def test_a_port_that_another_gateway_takes_while_it_is_opened_is_closed_again() -> None:
+    port = Port()
+    line = PlainLine(port)
+    opened = port.open
+
+    async def open_late(receiver: Receiver) -> None:
+        await opened(receiver)
+        line.owner.stands_by = lambda: "gateway b has it"
+        line.hand_over("gateway b has it")
+
+    port.open = open_late  # type: ignore[method-assign]
+    line.start()
+    await asyncio.sleep(2)
+    assert (line.state, line.trouble) == (LineState.STANDBY, "gateway b has it")
+    assert (line.set_ups, port.closed, line.news) == ([], 1, [])
+    await line.close()
+
+
+@virtual
+async def test_a_line_that_is_retired_is_not_opened_again() -> None:
+    port = Port()
+    async with plain_line(port) as line:
+        line.retire("the configuration is another")
+        await asyncio.sleep(60)
+        assert len(port.openings) == 1
+        assert line.trouble == "the configuration is another"

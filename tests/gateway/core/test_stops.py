@@ -256,3 +256,13 @@ async def test_a_stop_that_cannot_be_queued_says_so_and_is_tried_again() -> None
     stop.submit()
     assert "The line is down" in str(stop.report.detail)
     await stops.close()
+
+
+@virtual
+async def test_what_comes_after_standstill_changes_nothing_any_more() -> None:
+    stop = Scripted()
+    stop.still = True
+    await stop.see_through()
+    for outcome in (object(), DOWN):
+        stop._note(outcome)
+        assert (stop.report.state, stop.report.detail) == ("confirmed", None)

@@ -1147,7 +1147,7 @@ async def test_what_a_motor_waits_for_is_never_too_late() -> None:
     async with running_line(far, interject_stops=False) as line:
         far.once("&036PD", (WRITTEN_WITHIN_S + 1.0, ">&036PD+000000001"))
         long = line.submit(3, READ, Lane.VERIFY)
-        line._session._awaiting.deadline = None  # type: ignore[union-attr]  # as long as it takes
+        line._session._sent.first.deadline = None  # type: ignore[union-attr]  # as long as it takes
         waiting = [ask(line, StopImmediately()), line.submit(2, READ, Lane.VERIFY)]
         assert all(isinstance(it, Answered) for it in await asyncio.gather(long, *waiting))
 

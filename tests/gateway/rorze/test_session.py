@@ -466,7 +466,7 @@ def test_nobody_waits_for_what_a_silent_body_answers_to_a_stop(it: Bench) -> Non
 
 
 def test_a_link_that_takes_one_frame_at_a_time_waits_for_a_silent_body_too(it: Bench) -> None:
-    it.session.interject_stops = False
+    it.session._terms = it.session._terms._replace(interject_stops=False)
     it.session.offline.add(2)
     it.ask(STOP)
     it.ask(READ, 3)

@@ -244,7 +244,7 @@ async def test_what_a_full_disk_has_not_taken_is_written_in_its_order_when_there
     monkeypatch.setattr(module, "CHECK_S", 0.01)
     disk = SqliteDisk(tmp_path)
     async with journal_on(disk) as journal:
-        journal.retention = Retention(days=100_000)
+        journal.writer.retention = Retention(days=100_000)
         await journal.write(intent())
         with monkeypatch.context() as full:
             full.setattr(disk, "_connection", FullConnection())
@@ -346,11 +346,10 @@ async def test_how_long_gateways_have_run_is_counted_over_their_lives(
     monkeypatch.setattr(time, "time", lambda: -clock[0])  # which jumps, and is not asked
     for lived_s in (60.0, 90.0):
         journal = open_journal(tmp_path).journal
-        journal._loop = asyncio.get_running_loop()
         clock[0] += lived_s
-        journal._look()
+        journal.writer.look()
         journal.disk.close()
         clock[0] += 4711.0
     after = open_journal(tmp_path).journal
-    assert after.ran_s == 150.0
+    assert after.writer.ran_s == 150.0
     after.disk.close()
