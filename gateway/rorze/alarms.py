@@ -37,7 +37,7 @@ ERROR_BITS: Final[Mapping[str, tuple[str, tuple[NextCall, ...]]]] = {
 
 
 def _shows(mask: int, body: Body) -> bool:
-    return bool((body.status_bits or 0) & mask)
+    return bool((body.told.status_bits or 0) & mask)
 
 
 def _tells(name: str, data: Facts) -> bool:
@@ -64,8 +64,8 @@ BODIES: Final[Sequence[CauseKind[Body]]] = (
         "RC-420 manual 10.2",
         (LINE_STATE, STOP),
         lambda body: not body.online,
-        is_told=lambda body: body.number in body.line.unasked,
-        disproved=lambda body: body.number in body.line.answered_late,
+        is_told=lambda body: body.number in body.line.roll.unasked,
+        disproved=lambda body: body.number in body.line.presence.answered_late,
     ),
     CauseKind(
         "body.power_cycled",
@@ -79,11 +79,11 @@ BODIES: Final[Sequence[CauseKind[Body]]] = (
         "body.stop.unconfirmed",
         "RC-420 manual 5.4.1, 14.6",
         (STATUS, STOP, LINE_STATE),
-        lambda body: body.being_stopped,
+        lambda body: body.life.being_stopped,
         is_told=lambda body: body.line.tells_of_stops,
-        disproved=lambda body: body.stop_was_proved,
+        disproved=lambda body: body.motion.stop_was_proved,
     ),
-    stopped("body", "RC-420 manual 5.4.1", (STATUS, POSITION), lambda body: body.being_stopped),
+    stopped("body", "RC-420 manual 5.4.1", (STATUS, POSITION), lambda body: body.life.being_stopped),
     CauseKind(
         "body.motion.foreign",
         "RC-420 manual 13.8.2, 13.8.4",
@@ -94,7 +94,7 @@ BODIES: Final[Sequence[CauseKind[Body]]] = (
         "body.power_mark.missing",
         "RC-420 manual 14 (9VS)",
         (READ_COMMENT, CLEAR_COMMENT),
-        lambda body: body.power.taken,
+        lambda body: body.power.mark.taken,
     ),
     CauseKind(
         "body.program.upload.failed",

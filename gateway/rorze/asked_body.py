@@ -73,7 +73,7 @@ class PowerLosses(Protocol):
         """Counts them."""
 
 
-class PowerMark(Protocol):
+class StandingMark(Protocol):
     """What a body forgets without power."""
 
     async def stands(self, lane: Lane, /) -> bool | None:
@@ -103,16 +103,24 @@ class AskedBody(Protocol):
 
     number: int
     """Its number on the line."""
-    scale: Scale | None
-    """Its pulses in a unit; None: not configured."""
-    input_names: Mapping[int, str]
-    """The names of its inputs, by their numbers."""
-    sent_count: int
-    """Counts the commands sent to it that are no reads."""
-    poll_interval_s: float
-    """While it has a move, its state is asked for this often."""
     changing: asyncio.Lock
     """Held while its settings are being changed."""
+
+    @property
+    def scale(self) -> Scale | None:
+        """Its pulses in a unit; None: not configured."""
+
+    @property
+    def input_names(self) -> Mapping[int, str]:
+        """The names of its inputs, by their numbers."""
+
+    @property
+    def sent_count(self) -> int:
+        """Counts the commands sent to it that are no reads."""
+
+    @property
+    def poll_interval_s(self) -> float:
+        """While it has a move, its state is asked for this often."""
 
     @property
     def line(self) -> AskedLine:
@@ -131,7 +139,7 @@ class AskedBody(Protocol):
         """What is known of its power."""
 
     @property
-    def mark(self) -> PowerMark:
+    def mark(self) -> StandingMark:
         """What shows that it has kept its power."""
 
     @property

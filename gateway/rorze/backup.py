@@ -30,7 +30,7 @@ from gateway.rorze.backup_places import (
     words_of,
 )
 from gateway.rorze.bodies import Body
-from gateway.rorze.flash_state import SHARES
+from gateway.rorze.knowledge import SHARES
 from gateway.rorze.units import Scale
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.inputs_outputs import SetErrorOutput, SetInterruptAction, SetInterruptMode
@@ -196,7 +196,7 @@ class _Reading:
         """Whether it is the comment by which the gateway sees a loss of power."""
         if not isinstance(command, SetUserComment):
             return False
-        return command.comment_number == self.body.power.comment and is_mark(command.text)
+        return command.comment_number == self.body.power.mark.comment and is_mark(command.text)
 
 
 async def confirm(body: Body, wanted: Contents, held: Contents) -> None:
@@ -239,7 +239,7 @@ async def text_of(body: Body, names: Names = NO_NAMES, on_read: OnRead = lambda:
     contents.scale = body.scale
     if await body.mark.stands(Lane.READ) is False or body.power.losses != losses:
         raise BodyBusy(f"{body.address} has lost its power while it was read.", "Read the backup again.")
-    named = f" ({body.name})" if body.name else ""
+    named = f" ({body.configured.name})" if body.configured.name else ""
     return f"\n; /bodies/{body.address}{named}, {version.text}\n{written(body, contents, names)}"
 
 

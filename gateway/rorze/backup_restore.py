@@ -77,7 +77,7 @@ class BodyRestore:
         if exchange.series is not None and exchange.series is self.series:
             return True
         if isinstance(command, SetUserComment):
-            return command.comment_number == self.body.power.comment and is_mark(command.text)
+            return command.comment_number == self.body.power.mark.comment and is_mark(command.text)
         return isinstance(command, UPLOADED) and self.uploads.is_under_way(self.body)
 
     async def require_rest(self) -> None:
@@ -209,15 +209,14 @@ class BodyRestore:
         :raises SaveUncertain: it has lost its power since.
         :raises GatewayError: a command was not taken, or nobody knows.
         """
-        power = self.body.power
-        mark = power.mark
+        mark, written = self.body.power.mark, self.body.power.mark.text
         async with self.body.line.undivided([self.body.number]) as self.series:
             for command in self._saving():
                 self._require_wanted(watcher)
                 await self.body.ask(command)
-            if mark is not None:
-                told, _ = await self.body.ask(GetInformation(comment_number=power.comment), lane=Lane.VERIFY)
-                if told.text != mark:
+            if written is not None:
+                told, _ = await self.body.ask(GetInformation(comment_number=mark.comment), lane=Lane.VERIFY)
+                if told.text != written:
                     raise SaveUncertain(self.address, "the backup", "Restore it again.")
 
     def _saving(self) -> Iterator[Command]:

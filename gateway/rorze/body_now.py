@@ -26,14 +26,14 @@ class BodyNow(Record):
     @classmethod
     def of(cls, body: Body) -> Self:
         """Tell it without asking the controller."""
-        bits = body.status_bits
+        bits = body.told.status_bits
         return cls(
             body_id=body.address,
             online=body.online,
             moving=body.moving if body.online else None,
             move_id=None if body.move is None else body.move.id,
             counted_in=body.counted_in,
-            position=body.position,
+            position=body.told.position,
             homed=body.power.homed,
             power_cycled=body.power.cycled,
             status=None if bits is None else names_of(bits, CONTROLLER_STATUS_BITS),

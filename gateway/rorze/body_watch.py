@@ -47,8 +47,8 @@ class BodyWatch:
         """Watch until cancelled."""
         body = self._body
         while True:
-            self._woke_at, wanted = _now(), body.poll_due.is_set()
-            body.poll_due.clear()
+            self._woke_at, wanted = _now(), body.life.look_due.is_set()
+            body.life.look_due.clear()
             if body.line.state == "ready" and body.online:
                 try:
                     await self._attend(wanted=wanted)
@@ -85,7 +85,7 @@ class BodyWatch:
         if self._mark_wanted(now):
             if self._is_over(self._mark_at, now):
                 self._mark_at = self._health.next_mark(now)
-            async with self._health.turn(mark_s(body.line, written=body.power.mark is not None)):
+            async with self._health.turn(mark_s(body.line, written=body.power.mark.text is not None)):
                 await body.mark.tend(background_of(body.line))
 
     async def _see_whether_it_is_there(self) -> None:
@@ -102,7 +102,7 @@ class BodyWatch:
 
     def _program_is_due(self) -> bool:
         line = self._body.line
-        return not is_prompt(line) and _is_due(self._body.no_program_at)
+        return not is_prompt(line) and _is_due(self._body.told.no_program_at)
 
     async def _look(self, lane: Lane) -> None:
         """Look at once among clients' reads, and in the background when it has its turn."""
@@ -128,10 +128,10 @@ class BodyWatch:
         return heard_at <= asked_at or self._program_is_due()
 
     def _mark_wanted(self, now: float) -> bool:
-        return self._has_mark() and (self._body.power.mark_due or now >= self._mark_at)
+        return self._has_mark() and (self._body.power.mark.due or now >= self._mark_at)
 
     def _has_mark(self) -> bool:
-        return bool(self._body.power.comment) and not self._body.power.taken
+        return bool(self._body.power.mark.comment) and not self._body.power.mark.taken
 
     def _is_over(self, at: float, now: float) -> bool:
         """Whether another moment is due; on a line of many a moment that was kept stays so."""
@@ -182,7 +182,7 @@ async def _learn_all_programs(health: Health, sweep: Sweep) -> None:
 async def _learn_programs(health: Health, sweep: Sweep, group: Group) -> None:
     """Know where no program runs: a stop of many need not ask each for it."""
     members = sweep.represented_by(group)
-    if any(member.online and _is_due(member.no_program_at) for member in members):
+    if any(member.online and _is_due(member.told.no_program_at) for member in members):
         await asyncio.sleep(health.next_of_group(_now(), len(members), len(sweep.groups)) - _now())
         await sweep.ask(members, GetProgramStatus(), Lane.BACKGROUND)
 

@@ -45,15 +45,15 @@ class EndlessPrograms:
         :raises InvalidText: it has, with each line; line N stands at address N - 1.
         :raises GatewayError: it could not be read.
         """
-        if self._allowed or body.program_ends:
+        if self._allowed or body.told.program_ends:
             return
         program = [_parsed(text) for text in await read_instructions(body)]
         self.forbid(program, range(1, len(program) + 1), f"The program of {body.address} was not started")
-        body.program_ends = True
+        body.told.program_was_read()
 
     def refuses_start(self, body: Body, code: str) -> GatewayError | None:
         """Why a program must not be started in this instant: it may be another than was looked at."""
-        if self._allowed or body.program_ends:
+        if self._allowed or body.told.program_ends:
             return None
         return BodyBusy(
             f"{body.address} may have another program than was searched for moves without an end, "

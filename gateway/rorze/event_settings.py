@@ -31,7 +31,7 @@ async def watch_events(body: Body, events: Events) -> None:
 
 def _life_of(body: Body) -> tuple[object, ...]:
     """Changes where it may have lost its settings."""
-    return body.line.set_ups, body.power.losses, body.power.mark
+    return body.line.set_ups, body.power.losses, body.power.mark.text
 
 
 async def _settle(body: Body, events: Events) -> bool:

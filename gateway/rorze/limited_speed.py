@@ -73,7 +73,9 @@ def slow_pattern_of(bodies: Sequence[Body]) -> int:
 
     :raises InvalidRequest: they have different ones, and get one command.
     """
-    first, *others = [SLOW_PATTERN if it.slow_pattern is None else it.slow_pattern for it in bodies]
+    first, *others = [
+        SLOW_PATTERN if it.configured.slow_pattern is None else it.configured.slow_pattern for it in bodies
+    ]
     if any(number != first for number in others):
         raise InvalidRequest(
             "The members have different slow_patterns, but get one command; nothing was sent.",
@@ -131,7 +133,7 @@ async def limited(target: Body | Group, wish: Wish) -> AsyncIterator[int]:
     epoch = gate.epoch(target.number)
     async with AsyncExitStack() as stack:
         for body in sorted(bodies, key=lambda it: it.number):  # in one order: two groups may share members
-            await stack.enter_async_context(body.limiting)
+            await stack.enter_async_context(body.own_speed.lock)
         idle_bodies_of(target)  # another wish may have begun meanwhile
         wanted = await wish(bodies)
         await asyncio.gather(*(_write(*it, number) for it in zip(bodies, wanted, strict=True)))
@@ -164,15 +166,15 @@ async def _write_where_free(body: Body, wanted: SpeedParameters, number: int) ->
     pattern, items = sets_item(number), list(items_of(number).values())
     made_of = {"acceleration_set": number, "deceleration_set": number}
     found_sets, found = await read(body, pattern), [await read(body, item) for item in items]
-    if body.slow_written == wanted and (found_sets, found) == (made_of, list(astuple(wanted))):
+    if body.own_speed.written == wanted and (found_sets, found) == (made_of, list(astuple(wanted))):
         return
     free = found_sets is None and found[1] == NEVER_SET
     own = free or (found_sets in (None, made_of) and await _may_be_own(body, found))
-    if body.slow_pattern is None and not own:
+    if body.configured.slow_pattern is None and not own:
         raise _in_use(body, number)
     await change(body, [*zip(items, astuple(wanted), strict=True), (pattern, made_of)])
     await body.ask(SetSpeedChange(pattern=number))  # a change on the way could exceed the limit
-    body.slow_written = wanted
+    body.own_speed.was_written(wanted)
 
 
 async def _may_be_own(body: Body, found: Sequence[int]) -> bool:
@@ -180,9 +182,9 @@ async def _may_be_own(body: Body, found: Sequence[int]) -> bool:
 
     Then it has the ramps of the body's standard set, or those of the robot that it is an axis of.
     """
-    if body.slow_written is not None and tuple(found) == astuple(body.slow_written):
+    if body.own_speed.written is not None and tuple(found) == astuple(body.own_speed.written):
         return True
-    standards = await asyncio.gather(*(standard_of(it) for it in {body, *body.companions}))
+    standards = await asyncio.gather(*(standard_of(it) for it in {body, *body.own_speed.companions}))
     ramps = {(it.acceleration, it.rising, it.falling) for it in standards}
     return tuple(found[2:]) in ramps and found[0] <= found[1]
 

@@ -5,8 +5,8 @@ import logging
 import random
 import re
 from collections import deque
-from collections.abc import Awaitable, Callable, Coroutine, Iterable, Mapping, Sequence, Set
-from contextlib import AbstractContextManager
+from collections.abc import Awaitable, Callable, Coroutine, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
 from gateway.core.errors import BodyOffline, GarbledReply, GatewayError, NoReply
@@ -18,7 +18,7 @@ from gateway.core.trace_filter import FrameSubject
 from gateway.core.waiting import happens
 from gateway.rorze.errors import refused
 from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
-from gateway.rorze.session import RorzeSession
+from gateway.rorze.session import Presence, RorzeSession
 from gateway.texts import text
 from protocols.rorze.link import (
     POISON,
@@ -55,6 +55,55 @@ ROLL = ((True, Lane.READ), (True, Lane.BACKGROUND), (False, Lane.BACKGROUND), (F
 One at a time goes among clients' reads, for those may take the whole line. From both ends, for a fuse takes
 neighbours: a body that does not answer ends one of these.
 """
+
+
+class RollCall:
+    """The bodies that fell silent, and those of them that are asked first when their line lives again."""
+
+    def __init__(self) -> None:
+        self.unasked: set[int] = set()
+        """The bodies that count as silent because nobody on the line was heard, and were not asked since."""
+        self.members: set[int] = set()
+        """The bodies that fell silent with the whole line, and were not asked since it lives again."""
+        self.due = False
+        """Whether they are to be asked now."""
+        self.called = asyncio.Event()
+        """Not set while these are being asked: other questions of the gateway itself can wait."""
+        self.called.set()
+        self._silent_since: dict[int, float] = {}
+
+    def fell_silent(self, body: int, now: float, *, asked: bool) -> None:
+        """A body does not answer; `asked`: it was asked itself."""
+        self._silent_since.setdefault(body, now)
+        if asked:
+            self.unasked.discard(body)
+        else:
+            self.unasked.add(body)
+
+    def came_back(self, body: int) -> None:
+        """A body answers."""
+        self._silent_since.pop(body, None)
+        self.unasked.discard(body)
+        self.members.discard(body)
+
+    def line_fell_silent(self, heard_at: float) -> None:
+        """Nobody answers any more; somebody was heard last at that time."""
+        self.members = {it for it, since in self._silent_since.items() if since > heard_at}
+
+    def line_lives(self) -> bool:
+        """The line was set up, and somebody answers; gives whether bodies are to be asked."""
+        self.due |= bool(self.members)
+        return bool(self.members)
+
+    @contextmanager
+    def calling(self) -> Iterator[None]:
+        """They are asked inside."""
+        self.due = False
+        self.called.clear()
+        try:
+            yield
+        finally:
+            self.called.set()
 
 
 class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
@@ -107,18 +156,10 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         self.on_message: Callable[[Message], None] = lambda _: None
         self._news_of_silence = asyncio.Event()
         self._nobody_answers = False
-        self._silent_since: dict[int, float] = {}
-        self._unasked: set[int] = set()
-        """The bodies that count as silent because nobody on the line was heard, and were not asked since."""
-        self._roll: set[int] = set()
-        """Those that fell silent with the whole line, and were not asked since it lives again."""
-        self._roll_due = False
-        self.roll_called = asyncio.Event()
-        """Not set while these are being asked: other questions of the gateway itself can wait."""
-        self.roll_called.set()
+        self.roll = RollCall()
         self.ask_groups: Callable[[], Awaitable[object]] = _ask_nobody
         """Asks many of them in one frame, where the gateway keeps groups for that."""
-        session.on_online, session.on_offline = self._came_back, self._fell_silent
+        self.presence.on_online, self.presence.on_offline = self._came_back, self._fell_silent
         session.on_given_up, session.on_strict = self._gave_up, self._grew_strict
 
     def _beside(self) -> Iterable[Callable[[], Coroutine[Any, Any, None]]]:
@@ -142,19 +183,9 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         return self._session.offline
 
     @property
-    def silent(self) -> set[int]:
-        """Those, and one that seems to be silent while that is still being found out."""
-        return self._session.silent
-
-    @property
-    def answered_late(self) -> set[int]:
-        """The bodies that were called silent last, and answered before they were given up."""
-        return self._session.answered_late
-
-    @property
-    def mute(self) -> set[int]:
-        """The bodies that did not answer their last stop."""
-        return self._session.mute
+    def presence(self) -> Presence:
+        """The bodies that answer, and those that do not."""
+        return self._session.presence
 
     def note_proofs(self, others_prove: Callable[[int], bool]) -> None:
         """Learn how to see that others than a body, who answer, have yet to tell whether they stand."""
@@ -163,11 +194,6 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
     def is_asked_later(self, body: int) -> bool:
         """Whether a body that may be dead has to wait for such others."""
         return self._session.is_asked_later(body)
-
-    @property
-    def unasked(self) -> Set[int]:
-        """Those of the silent who only count as silent because nobody on the line was heard."""
-        return self._unasked
 
     @property
     def interject_stops(self) -> bool:
@@ -186,15 +212,6 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         The silence of those who are known not to answer does not count.
         """
         return self._session.last_error_at
-
-    def heard_at(self, body: int) -> float | None:
-        """When a body last answered, in the event loop's time; not as a member of a group."""
-        return self._session.heard_at(body)
-
-    @property
-    def last_heard_at(self) -> float:
-        """When anybody but the link master last answered, in the event loop's time."""
-        return self._session.last_heard_at
 
     def frame_of(self, body: int, command: RorzeCommand[Any]) -> str:
         """Show the exact frame of a command as text, with its CR escaped."""
@@ -228,6 +245,10 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
             self._session.last_error_at = self._loop.time()
         super()._break_off(reason)
 
+    def is_followed(self, more: int) -> None:
+        """So many more of its bodies have a move that is not over, or fewer where it is below 0."""
+        self.followed += more
+
     # set-up
 
     async def _set_up(self, *, fresh: bool) -> None:
@@ -258,8 +279,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
                 log.warning("line %s: %s", self.id, NO_LINK_MASTER)
             self._came_up({"controllers": self.controllers})
             self._nobody_answers &= not link_answers  # it has heard all this while somebody answered
-            if self._roll:
-                self._roll_due = True
+            if self.roll.line_lives():
                 self._news_of_silence.set()
         self._pump()
 
@@ -338,7 +358,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         if not self._open:
             raise self._down()
         if body in self.offline and lane not in STOPS:
-            raise self._session.offline_error(body)
+            raise self.presence.offline_error(body)
         exchange = self._session.exchange(body, command, lane)
         if expires_at is None and lane in PEOPLE_WAIT:
             expires_at = self._loop.time() + WRITTEN_WITHIN_S
@@ -378,11 +398,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
     # presence
 
     def _fell_silent(self, body: int, asked: bool) -> None:
-        self._silent_since.setdefault(body, self._loop.time())
-        if asked:
-            self._unasked.discard(body)
-        else:
-            self._unasked.add(body)
+        self.roll.fell_silent(body, self._loop.time(), asked=asked)
         self.on_change("body.offline", {"body": body, "asked": asked})
 
     def _gave_up(self) -> None:
@@ -390,15 +406,12 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         self._news_of_silence.set()
         if self._all_are_offline():
             self._nobody_answers = True
-            heard_at = self.last_heard_at
-            self._roll = {it for it, since in self._silent_since.items() if since > heard_at}
+            self.roll.line_fell_silent(self.presence.last_heard_at)
             if self._ready:
                 self.set_up_again("nobody answers any more")
 
     def _came_back(self, body: int) -> None:
-        self._silent_since.pop(body, None)
-        self._unasked.discard(body)
-        self._roll.discard(body)
+        self.roll.came_back(body)
         self.on_change("body.online", {"body": body})
         was_silent = self._silence is not None or self._nobody_answers
         if was_silent and self._ready and not self._set_up_due:
@@ -410,7 +423,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         pause_s = PROBE_S[0]
         while True:
             self.on_work()  # a line without bodies has nothing to write
-            if self._roll_due:
+            if self.roll.due:
                 await self._call_roll()
             if await self._has_news_of_silence(pause_s):
                 pause_s = PROBE_S[0]
@@ -436,7 +449,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
             began_at = self._loop.time()
             if await self._answers_probe(body, Lane.READ):
                 somebody_came_back = True
-                if self._roll and (self._roll_due or self._set_up_due or not self._ready):
+                if self.roll.members and (self.roll.due or self._set_up_due or not self._ready):
                     return True
             elif len(self.offline) < len(self.bodies):
                 rest_s = (self._loop.time() - began_at) / PROBE_SHARE
@@ -446,28 +459,23 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
 
     def _in_turn(self, bodies: Iterable[int]) -> list[int]:
         """Those first who fell silent with the whole line, and of them who was heard last."""
-        return sorted(self._session.latest_first(bodies), key=lambda it: it not in self._roll)
+        return sorted(self.presence.latest_first(bodies), key=lambda it: it not in self.roll.members)
 
     async def _answers_probe(self, body: int, lane: Lane) -> bool:
         """Whether it is there. Who was silent only with the whole line is silent itself if it is not."""
         outcome = await self.probe(body, self._session.reply_timeout_s, lane)
         if isinstance(outcome, NoReply) and self._open and not self._all_are_offline():
-            self._roll.discard(body)
-            if body in self._unasked:
+            self.roll.members.discard(body)
+            if body in self.roll.unasked:
                 self._fell_silent(body, asked=True)
         return isinstance(outcome, Answered)
 
     async def _call_roll(self) -> None:
         """Ask all who fell silent with the line, now that it lives, as fast as they answer."""
-        self._roll_due = False
-        self.roll_called.clear()
-        try:
-            with acting(PROBE):
-                await self.ask_groups()
-                roll = deque(self._in_turn(self._roll))
-                await asyncio.gather(*(self._ask_in_turn(roll, lane, forwards=it) for it, lane in ROLL))
-        finally:
-            self.roll_called.set()
+        with self.roll.calling(), acting(PROBE):
+            await self.ask_groups()
+            roll = deque(self._in_turn(self.roll.members))
+            await asyncio.gather(*(self._ask_in_turn(roll, lane, forwards=it) for it, lane in ROLL))
 
     async def _ask_in_turn(self, roll: deque[int], lane: Lane, *, forwards: bool) -> None:
         """Ask one after the other until one does not answer: probes of the dead are rare."""

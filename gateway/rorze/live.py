@@ -66,13 +66,13 @@ class PositionSource(LiveBody):
     @property
     def own_hz(self) -> float:
         """While it moves, that of the samples which are kept with the move."""
-        return 0.0 if self.body.trajectory is None else self.samples_hz
+        return 0.0 if self.body.motion.trajectory is None else self.samples_hz
 
     async def read(self, due: Sequence[LiveSource]) -> list[LiveSource]:
         """Put what somebody else has just been told, or ask."""
-        if self.body.mode is None:
+        if self.body.told.mode is None:
             with suppress(ControllerRefused):
-                await self.ask([it for it in self.company(due) if it.mode is None], GetOperatingMode())
+                await self.ask([it for it in self.company(due) if it.told.mode is None], GetOperatingMode())
         if self._put_if_fresh():
             return [self]
         sources = self.company(due)
@@ -83,11 +83,10 @@ class PositionSource(LiveBody):
 
     def _put_if_fresh(self) -> bool:
         body, hz = self.body, max(self.live.rate(self.type, self.subject), self.own_hz)
-        if body.position is None or body.position_at is None or hz <= 0:
+        place = body.told.place
+        if place is None or hz <= 0 or asyncio.get_running_loop().time() - place.at > FRESH / hz:
             return False
-        if asyncio.get_running_loop().time() - body.position_at > FRESH / hz:
-            return False
-        self.put(body.position, body.position_at)
+        self.put(*place)
         return True
 
     def put(self, pulses: int, at: float) -> None:
@@ -117,7 +116,7 @@ class SignalSource(LiveBody):
         for body in both:
             signals = Signals(
                 inputs=_signals(INPUTS, body.input_names, inputs[body][0].bits or 0),
-                outputs=_signals(OUTPUTS, body.output_names, outputs[body][0].bits or 0),
+                outputs=_signals(OUTPUTS, body.configured.output_names, outputs[body][0].bits or 0),
             )
             self.live.put(self.type, sources[body].subject, signals, inputs[body][1])
         return [sources[body] for body in both]

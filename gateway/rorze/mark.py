@@ -59,16 +59,16 @@ class Mark:
         :raises GatewayError: the body did not tell.
         """
         power = self._body.power
-        mark = power.mark
+        mark = power.mark.text
         if mark is None:
             return None
         before, (text, at) = None, await self._read(lane)
         while text not in (mark, before):
             before, (text, at) = text, await self._read(lane)
-        if power.mark != mark:  # renewed meanwhile
+        if power.mark.text != mark:  # renewed meanwhile
             return None
         if text == mark:
-            power.note_kept(at)
+            power.was_kept(at)
         else:
             power.lost(certain=True)
         return text == mark
@@ -79,12 +79,12 @@ class Mark:
         :raises GatewayError: the body did not tell, or take it.
         """
         power = self._body.power
-        power.mark_due = False
+        power.mark.due = False
         try:
             if await self.stands(lane) is None:
                 await self.ensure(lane)
         except GatewayError:
-            power.mark_due = True
+            power.mark.due = True
             raise
 
     async def ensure(self, lane: Lane) -> None:
@@ -93,36 +93,36 @@ class Mark:
         :raises GatewayError: the body did not tell, or take it.
         """
         power = self._body.power
-        if power.is_guarded or await self._is_taken(lane):
+        if power.mark.is_written or await self._is_taken(lane):
             return
         for _ in range(TRIES):
-            if not power.is_guarded:  # another may have been quicker
+            if not power.mark.is_written:  # another may have been quicker
                 await self._write(lane)
-        if not power.is_guarded:
+        if not power.mark.is_written:
             raise NotSent(
-                f"{self._body.address} did not keep a mark in user comment {power.comment}, by which a loss "
-                "of power would be seen; nothing was moved.",
+                f"{self._body.address} did not keep a mark in user comment {power.mark.comment}, by which a "
+                "loss of power would be seen; nothing was moved.",
                 "Try again.",
             )
 
     async def _write(self, lane: Lane) -> None:
         """Write a mark, and accept it when it is found again; all who write one now write the same."""
         body, power = self._body, self._body.power
-        power.candidate = power.candidate or new_mark()
-        written = SetUserComment(comment_number=power.comment, text=power.candidate)
+        candidate = power.mark.candidate = power.mark.candidate or new_mark()
+        written = SetUserComment(comment_number=power.mark.comment, text=candidate)
         try:
             await body.ask(written, lane=lane)
         except _StandsAlready:
             return
         text, _ = await self._read(lane)
-        if power.mark is None and written.text == power.candidate == text:
-            power.note_marked(text)
+        if power.mark.text is None and written.text == power.mark.candidate == text:
+            power.was_marked(text)
             # A copy that still waits would hide a loss of power.
             body.drop(self._is_a_copy, _StandsAlready())
 
     def _is_a_copy(self, exchange: RorzeExchange) -> bool:
         row = exchange.command
-        if not isinstance(row, SetUserComment) or row.comment_number != self._body.power.comment:
+        if not isinstance(row, SetUserComment) or row.comment_number != self._body.power.mark.comment:
             return False
         return bool(row.text) and is_mark(row.text)
 
@@ -132,16 +132,18 @@ class Mark:
             found, _ = await self._read(lane)
             if is_mark(found) or found != (await self._read(lane))[0]:
                 return False
-            why = f"User comment {self._body.power.comment} of {self._body.address} holds {found!r}."
+            why = f"User comment {self._body.power.mark.comment} of {self._body.address} holds {found!r}."
         except ControllerRefused as refusal:
             why = refusal.detail
         detail = f"{why} The gateway writes no mark there, so a loss of power is told by its signs only."
         log.warning("%s", detail)
-        self._body.power.taken = True
-        self._body.on_news("body.power_mark.missing", {"comment": self._body.power.comment, "detail": detail})
+        self._body.power.mark.taken = True
+        self._body.on_news(
+            "body.power_mark.missing", {"comment": self._body.power.mark.comment, "detail": detail}
+        )
         return True
 
     async def _read(self, lane: Lane) -> tuple[str, float]:
-        question = GetInformation(comment_number=self._body.power.comment)
+        question = GetInformation(comment_number=self._body.power.mark.comment)
         reply, answer = await self._body.ask(question, lane=lane)
         return reply.text, answer.at

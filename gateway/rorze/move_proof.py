@@ -34,8 +34,9 @@ from gateway.core.verdicts import (
     VerdictWords,
     judge,
 )
-from gateway.rorze.bodies import ENCODER_SWAYS, STATUS, Body, MotorState
+from gateway.rorze.bodies import ENCODER_SWAYS, STATUS, Body
 from gateway.rorze.errors import IN_MOTION
+from gateway.rorze.knowledge import MotorState
 from gateway.rorze.plans import target_of
 from gateway.rorze.poll_intervals import background_of, is_crowded, is_prompt
 from gateway.rorze.power import POWER_ON_POSITION, PowerSeen, needs_place
@@ -149,7 +150,7 @@ class MoveProof:
             ) from None
         if self.before.runs:
             body.may_move()
-            mover = "its user program" if body.in_program else "no move of this gateway"
+            mover = "its user program" if body.life.in_program else "no move of this gateway"
             raise BodyBusy(
                 f"{body.address} moves already, by {mover}; {move.command} was not sent.",
                 "Wait for its end or stop it.",
@@ -173,20 +174,20 @@ class MoveProof:
 
     async def _tolerance(self) -> int:
         """An encoder may find the motor beside its target; pulses put out are counted, and never miss it."""
-        if not self.body.position_tolerance or self.move.target_position is None:
+        if not self.body.configured.position_tolerance or self.move.target_position is None:
             return 0
         operation, _ = await believed(
             self.body.line, lambda: self.body.ask(GetOperatingMode(), lane=Lane.VERIFY), _same_reply
         )
-        return self.body.position_tolerance if operation.mode == "encoder" else 0
+        return self.body.configured.position_tolerance if operation.mode == "encoder" else 0
 
     async def _begin_to_guard(self, command: RorzeCommand[Any]) -> None:
         """Let the mark stand before what a loss of power would spoil; without one, look afresh."""
         power = self.body.power
         self._needs_proof = power.needs_origin and (needs_place(command) or isinstance(command, OriginSearch))
-        if self._needs_proof and power.mark is None:
+        if self._needs_proof and power.mark.text is None:
             await self.body.mark.ensure(Lane.VERIFY)
-            self.body.rest = None
+            self.body.told.rest_in_doubt()
 
     async def _prove_power(self, command: RorzeCommand[Any]) -> None:
         """Ask for the mark; where there is none, what the motor has just said has to do."""
@@ -234,9 +235,9 @@ class MoveProof:
     async def _read(self) -> MotorState:
         """Ask what the motor does: behind clients while it runs, before them when that decides the move."""
         body = self.body
-        if self._half is None and not body.end_due.is_set():
+        if self._half is None and not body.motion.end_due.is_set():
             reading = asyncio.create_task(self._ask(background_of(body.line)), name=f"poll {body.address}")
-            due = asyncio.create_task(body.end_due.wait(), name=f"end of {body.address}")
+            due = asyncio.create_task(body.motion.end_due.wait(), name=f"end of {body.address}")
             try:
                 await asyncio.wait(
                     {reading, due}, timeout=self._patience_s, return_when=asyncio.FIRST_COMPLETED
@@ -266,7 +267,7 @@ class MoveProof:
     @property
     def _urgent_lane(self) -> Lane:
         """Before clients; where many are stopped, their standstill is proved first."""
-        behind = self.body.being_stopped and not is_prompt(self.body.line)
+        behind = self.body.life.being_stopped and not is_prompt(self.body.line)
         return Lane.BACKGROUND if behind else Lane.VERIFY
 
     async def _ask(self, lane: Lane) -> MotorState:
@@ -292,7 +293,7 @@ class MoveProof:
     def _ended_as_asked(self, state: MotorState) -> bool:
         """Whether an announced end, the end cause and the position all tell of success."""
         near = self.move.target_position is None or self._is_target(state.position)
-        return self.body.move_ended.is_set() and not state.cause and near
+        return self.body.motion.announced.is_set() and not state.cause and near
 
     def _is_target(self, position: int | None) -> bool:
         target = self.move.target_position
@@ -312,7 +313,7 @@ class MoveProof:
         if start is None or target is None or self.move.kind == "interpolated":
             return False
         sways = 0 if self.body.counted_in == "pulses" else ENCODER_SWAYS
-        slack = max(self.tolerance, self.body.position_tolerance, sways)
+        slack = max(self.tolerance, self.body.configured.position_tolerance, sways)
         return not min(start, target) - slack <= state.position <= max(start, target) + slack
 
     # the verdict
@@ -353,7 +354,7 @@ class MoveProof:
         if self._tells_its_end(state):
             self._note(f"The motor has moved, and has come to rest{self._of_reply(error)}")
             return await self.at_rest(state)
-        if kept or not self.body.went_silent:
+        if kept or not self.body.life.was_silent:
             if self._travelled_to_target(state):
                 self._note(f"The motor stands at the target{self._of_reply(error)}")
                 return None
@@ -424,7 +425,7 @@ class MoveProof:
 
     def _was_stopped_at(self, state: MotorState) -> bool:
         """Whether a stop was confirmed there since the command was sent."""
-        return self.body.stopped_at is not None and state.position == self.body.stopped_at
+        return self.body.motion.stopped_at is not None and state.position == self.body.motion.stopped_at
 
     async def at_rest(self, state: MotorState) -> Verdict:
         """How the move ended that came to rest."""
@@ -441,7 +442,7 @@ class MoveProof:
         if verdict.status is MoveStatus.SUCCEEDED:
             if self.move.kind == "home":
                 await self._homed()
-            elif self.body.in_position:
+            elif self.body.configured.in_position:
                 return await self._without_in_position() or verdict
         return verdict
 
@@ -468,11 +469,11 @@ class MoveProof:
         while not (sensor := await self._answered(self._ask_for_in_position)):
             if sensor is None:
                 return self.given_up()
-            if body.being_stopped or body.stopped_at is not None:
+            if body.life.being_stopped or body.motion.stopped_at is not None:
                 return self._judged(AtRest(Told.STOP))
             if asyncio.get_running_loop().time() > until:
                 return self._judged(AtRest(Told.NOT_IN_POSITION), waited_s=IN_POSITION_S)
-            body.end_due.clear()
+            body.motion.end_due.clear()
             await body.end_seems_due(body.poll_interval_s)
         self._note("The servo drive reports that it is in position (INP).")
         return None
@@ -493,11 +494,11 @@ class MoveProof:
 
     def given_up(self, error: GatewayError | None = None) -> Verdict:
         """The verdict on a move whose end nobody could see; `error` where nobody knows if it was begun."""
-        move, stopped_at, half = self.move, self.body.stopped_at, self._half
+        move, stopped_at, half = self.move, self.body.motion.stopped_at, self._half
         heard, place = Heard.NOTHING, move.position
         if stopped_at is not None:
             place = move.position = stopped_at
-        elif self.body.move_ended.is_set():
+        elif self.body.motion.announced.is_set():
             heard = Heard.END
         elif half is not None and not half.runs:
             heard, place = Heard.STANDSTILL, half.position
@@ -587,7 +588,7 @@ class MoveProof:
         silent_end = move.completion != "frame" and (
             move.target_position is None or move.position == POWER_ON_POSITION
         )
-        return self._needs_proof or self.body.went_silent or missed or silent_end
+        return self._needs_proof or self.body.life.was_silent or missed or silent_end
 
     async def _mark_tells(self) -> bool | None:
         """Whether its mark proves that it has kept its power; None where there is none, or no answer."""
@@ -634,7 +635,7 @@ class MoveProof:
         if arrived and not at_power_on:
             return False
         fell_back = at_power_on and self.move.kind in STRAIGHT
-        return self.body.went_silent or (fell_back and not arrived)
+        return self.body.life.was_silent or (fell_back and not arrived)
 
     async def _end_announced(self) -> bool:
         if self.move.completion == "frame":

@@ -27,8 +27,9 @@ from gateway.core.own_faults import run_each_logging
 from gateway.core.trajectories import Trajectories
 from gateway.core.verdicts import Unbegun, judge
 from gateway.core.waiting import together
-from gateway.rorze.bodies import Body, Group, MotorState, idle_bodies_of
+from gateway.rorze.bodies import Body, Group, idle_bodies_of
 from gateway.rorze.calls import calls_for_body
+from gateway.rorze.knowledge import MotorState
 from gateway.rorze.line import Line
 from gateway.rorze.move_proof import MISSING_END_FRAME_S, MoveProof, SharedWay
 from gateway.rorze.plans import Planned
@@ -129,14 +130,10 @@ class Moves(MoveRuns[Body, Move]):
         return self._tell(f"body.move.{news}", who, move)
 
     def _claim(self, who: Body, move: Move, /) -> None:
-        who.move = move
-        who.line.followed += 1
-        who.free.clear()
+        who.claim(move)
 
     def _free(self, who: Body) -> None:
-        who.move = who.trajectory = None
-        who.line.followed -= 1
-        who.free.set()
+        who.release()
         run_each_logging(
             "the end of a trajectory", partial(self._on_trajectory, who)
         )  # the body is free once
@@ -194,8 +191,9 @@ class Moves(MoveRuns[Body, Move]):
                 proof.body.was_set_going(run.command)
                 self.advance(proof.body, proof.move, MoveStatus.SENT)
                 run.on_sent(proof.move)
-                proof.body.trajectory = BodyTrajectory(proof.body, proof.move, run.command, at)
-                self.trajectories.begin(proof.move.id, proof.body.trajectory)
+                trajectory = BodyTrajectory(proof.body, proof.move, run.command, at)
+                proof.body.motion.trace(trajectory)
+                self.trajectories.begin(proof.move.id, trajectory)
                 self._on_trajectory(proof.body)
 
         target = run.target
@@ -209,7 +207,7 @@ class Moves(MoveRuns[Body, Move]):
     def _reply(self, body: Body, move: Move, result: "Reply | GatewayError") -> None:
         if isinstance(result, ControllerRefused):
             if move.status is MoveStatus.SENT:
-                body.refused()
+                body.was_refused()
             asked_itself = result.address in (move.body_id, move.group_id)
             self.end(body, move, judge(Unbegun.REFUSED if asked_itself else Unbegun.WITHHELD, given=result))
         elif isinstance(result, NoReply):
@@ -261,7 +259,7 @@ class Moves(MoveRuns[Body, Move]):
     async def _follow_to_rest(self, proof: MoveProof) -> None:
         body, move = proof.body, proof.move
         while True:
-            announced, due = body.move_ended.is_set(), body.end_due.is_set()
+            announced, due = body.motion.announced.is_set(), body.motion.end_due.is_set()
             asked_at, set_ups = asyncio.get_running_loop().time(), body.line.set_ups
             state = await proof.running()
             if state is None:
@@ -272,15 +270,15 @@ class Moves(MoveRuns[Body, Move]):
                 break
             proof.set_ups = set_ups
             if announced:  # an earlier move's end
-                body.move_ended.clear()
+                body.motion.announced.clear()
             if due:
-                body.end_due.clear()
+                body.motion.end_due.clear()
             if move.status is MoveStatus.SENT:
                 self.advance(body, move, MoveStatus.MOVING)
             took_s = asyncio.get_running_loop().time() - asked_at
-            pause_s = WATCHED_S if body.watched else body.poll_interval_s
+            pause_s = WATCHED_S if body.motion.watched else body.poll_interval_s
             await body.end_seems_due(max(pause_s, follow_s(body.line) - took_s))
-        move.completion = "frame" if body.move_ended.is_set() else "polling"
+        move.completion = "frame" if body.motion.announced.is_set() else "polling"
         body.stands()
         self.end(body, move, await proof.at_rest(state))
         if move.completion == "polling" and move.status is not MoveStatus.LOST:
@@ -305,7 +303,7 @@ class Moves(MoveRuns[Body, Move]):
         if body.move is None:
             body.moved_unseen()
         if body.move is None or body.move.command == frame.code:
-            body.announced()
+            body.motion.end_was_announced()
 
 
 def _new(body: Body, target: Body | Group, command: RorzeCommand[Any], kind: MoveKind) -> Move:

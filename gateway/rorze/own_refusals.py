@@ -6,14 +6,20 @@ from typing import Any, Final
 
 from gateway.core.errors import GatewayError
 from gateway.rorze.asked_body import AskedBody
+from gateway.rorze.knowledge import Tracker
 from protocols.rorze.row import RorzeCommand
-from protocols.rorze.status import CONTROLLER_STATUS_BITS, ClearControllerStatus, GetControllerStatus
-from protocols.table import Effect
+from protocols.rorze.status import (
+    CONTROLLER_STATUS_BITS,
+    ClearControllerStatus,
+    ControllerStatus,
+    GetControllerStatus,
+)
+from protocols.table import Effect, Reply
 
 COMMAND_ERROR: Final = 1 << CONTROLLER_STATUS_BITS.index("command_error")
 
 
-class OwnRefusals:
+class OwnRefusals(Tracker):
     """The questions that a body has refused while the gateway looked, such as SPD of a pattern never set.
 
     9CS clears all errors but STALL (RC-420 manual 14.9), so it is sent only at rest, and where the command
@@ -29,11 +35,16 @@ class OwnRefusals:
         """Whether a command error that stands now can only be that of a question of ours."""
         self._refused = False
 
-    def note_status(self, bits: int) -> None:
+    def replied(self, question: RorzeCommand[Any], reply: Reply, at: float) -> None:  # noqa: ARG002
         """Note what its status tells."""
-        self._known_clear = not bits & COMMAND_ERROR
+        if type(reply) is ControllerStatus and reply.bits is not None:
+            self._known_clear = not reply.bits & COMMAND_ERROR
 
-    def note_refused(self, command: RorzeCommand[Any]) -> None:
+    def done(self, command: RorzeCommand[Any], *, certain: bool) -> None:
+        """Note that its errors were cleared."""
+        self._known_clear |= certain and type(command) is ClearControllerStatus
+
+    def refused(self, command: RorzeCommand[Any]) -> None:
         """Note that it has refused a command: what is no question was a caller's."""
         self._known_clear = False
         self._refused = True

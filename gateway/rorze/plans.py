@@ -330,7 +330,7 @@ async def longest_ramp_s(body: Body, pattern: int | None, lane: Lane) -> float |
     """
     rising = falling = None
     if pattern is not None:
-        if (sets := body.pattern_sets.get(pattern)) is None:
+        if (sets := body.told.pattern_sets.get(pattern)) is None:
             return None
         rising, falling = sets.acceleration, sets.deceleration
     of_stops, _ = await body.ask(GetStopSpeedSet(), lane=lane)

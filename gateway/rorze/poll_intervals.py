@@ -124,7 +124,7 @@ class Health:
     async def turn(self, takes_s: float) -> AsyncIterator[None]:
         """Wait for a turn in the background of a line of many bodies, and until its roll is called."""
         async with nullcontext() if is_prompt(self.line) else self._turns:
-            await self.line.roll_called.wait()
+            await self.line.roll.called.wait()
             if not is_prompt(self.line):
                 now = asyncio.get_running_loop().time()
                 await asyncio.sleep(self.next_moment(now, takes_s) - now)
@@ -151,7 +151,7 @@ class Health:
 
     def lane_of_called_for(self, now: float) -> Lane:
         """Where a look waits that something has called for: in a crowd, as at the start, behind clients."""
-        free = self.line.roll_called.is_set() and self._called_for.is_free(now, poll_s(self.line))
+        free = self.line.roll.called.is_set() and self._called_for.is_free(now, poll_s(self.line))
         return Lane.READ if free else background_of(self.line)
 
     def next_mark(self, now: float) -> float:

@@ -167,12 +167,12 @@ class ProgramRuns(DurableJobs[ProgramRun]):
         body.require_power(command)
         if body.line.gate.epoch(body.number) != epoch:
             raise body.line.gate.overtaken(body.number)
-        body.in_program, body.went_silent = True, False
+        body.program_begins()
         self._before[body.address] = body.power.seen
         try:
             await self._sent(body, command)
         except BaseException:
-            body.in_program = False
+            body.program_ended()
             raise
 
     @staticmethod
@@ -262,7 +262,7 @@ class ProgramRuns(DurableJobs[ProgramRun]):
                 f"{body.address} tells of a normal end at address {at.address}, where no END stands: it "
                 "seems to have lost its power."
             )
-        if body.went_silent and body.power.kept_since(self._before[body.address]) is None:
+        if body.life.was_silent and body.power.kept_since(self._before[body.address]) is None:
             return (
                 f"{body.address} was out of reach and may have lost its power: no mark proves that it has "
                 "kept it, and it tells of a normal end after a loss of power, too."
@@ -276,7 +276,7 @@ class ProgramRuns(DurableJobs[ProgramRun]):
         if run.status != "running":
             return
         run.ended_at, run.detail = datetime.now(UTC), why_unknown
-        body.in_program = False
+        body.program_ended()
         if why_unknown is not None:
             run.status = "unknown"
         else:
@@ -291,7 +291,7 @@ class ProgramRuns(DurableJobs[ProgramRun]):
             run.status, run.detail, run.ended_at = "unknown", f"{why.what}.", datetime.now(UTC)
             self.tell("ended", run)
             return
-        body.in_program = body.went_silent = True
+        body.program_was_cut_off()
         self._before[body.address] = body.power.seen
         with acting(RESTART):
             self._see_through(body, run, self._take_over)

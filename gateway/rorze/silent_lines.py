@@ -65,7 +65,7 @@ def is_quiet(line: Line) -> bool:
 def _quiet_timeouts(line: Line) -> float:
     """For how many times as long as a reply may take nobody has been heard."""
     now = _now()
-    return (now - line.last_heard_at - line.held_since_heard_s(now)) / line.reply_timeout_s
+    return (now - line.presence.last_heard_at - line.held_since_heard_s(now)) / line.reply_timeout_s
 
 
 def _now() -> float:
@@ -102,7 +102,7 @@ class SilentLines:
         listening.add_done_callback(self._told.discard)
         stops = self._stops_on(line)
         bodies = list(dict.fromkeys(stop.body.address for stop in stops))
-        silent_since = max(line.last_heard_at, min(stop.began_at for stop in stops))
+        silent_since = max(line.presence.last_heard_at, min(stop.began_at for stop in stops))
         facts = {"silent_s": round(_now() - silent_since, 1), "stops": len(bodies), "bodies": bodies}
         self._events.publish("line.stops.unconfirmed", f"/lines/{line.id}", facts)
 
@@ -112,7 +112,7 @@ class SilentLines:
         Where others live, who are not asked while the silent are fenced, it takes more of them to say so.
         """
         due = {stop.body.number for stop in self._stops_on(line) if stop.is_due()}
-        others_live = not set(line.bodies) <= due | line.silent | line.mute
+        others_live = not set(line.bodies) <= due | line.presence.silent | line.presence.mute
         return len(due) >= (MORE_THAN_A_FUSE if others_live else SILENT_BODIES)
 
     async def close(self) -> None:
@@ -136,7 +136,7 @@ class SilentLines:
         told_at, heard_since, most = _now(), inf, 0
         while stops := self._stops_on(line):
             most = max(most, len(stops))
-            if line.last_heard_at > told_at:
+            if line.presence.last_heard_at > told_at:
                 heard_since = min(heard_since, _now())
             fenced_s = 2 * line.late_reply_s  # for one that does not come back, between stops
             if _now() - heard_since >= fenced_s + max(CONFIRM_WITHIN_S, proofs_s(line, most)):

@@ -60,7 +60,7 @@ async def require_start_positions(
 
 def _require_prepared(bodies: Mapping[Body, int]) -> None:
     for body in bodies:
-        if body.prepared is False:
+        if body.prepared.is_prepared is False:
             raise _outdated(
                 f"Nobody has prepared {body.address} since it was told positions, moved or lost its power"
             )

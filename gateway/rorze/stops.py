@@ -1,11 +1,11 @@
 """Software stops: sent ahead of everything, repeated, believed only when the controller stands still."""
 
 import asyncio
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from functools import partial
 from math import inf
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from pydantic import Field
 
@@ -26,8 +26,9 @@ from gateway.core.stops import (
 )
 from gateway.core.stops import StopMode as StopMode
 from gateway.core.waiting import happens
-from gateway.rorze.bodies import PROGRAM_RUNS, Body, Group, R
+from gateway.rorze.bodies import Body, Group, R
 from gateway.rorze.exchange import Answered, Outcome
+from gateway.rorze.knowledge import PROGRAM_RUNS
 from gateway.rorze.line import Line
 from gateway.rorze.plans import longest_ramp_s
 from gateway.rorze.poll_intervals import is_prompt, wire_s
@@ -74,11 +75,11 @@ class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
         self,
         events: EventHub,
         groups_of: Callable[[Body], list[Group]],
-        sweeps: Mapping[str, Sweep],
+        sweep_of: Callable[[Line], Sweep],
     ) -> None:
         super().__init__()
         self._events = events
-        self._sweeps = sweeps
+        self._sweep_of = sweep_of
         self._groups_of = groups_of
         self.on_begin: Callable[[Body], None] = lambda _: None
         """Called with each body whose stop begins."""
@@ -122,7 +123,7 @@ class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
         """One that did not answer its stop is not asked for proofs, either."""
         line = group.line
         if isinstance(stop.result(), NoReply) and line.state == "ready" and not is_prompt(line):
-            self._sweeps[line.id].distrust(group)
+            self._sweep_of(line).distrust(group)
 
     def under_way(self, body: Body) -> bool:
         """Whether a stop of the body is not confirmed yet."""
@@ -176,12 +177,12 @@ class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
 
     def _begin_new(self, body: Body, mode: StopMode) -> None:
         stop = _BodyStop(
-            body, mode, self._events, self._sweeps[body.line.id], self._company_of, self._silent_lines
+            body, mode, self._events, self._sweep_of(body.line), self._company_of, self._silent_lines
         )
         self._begin((body, mode), stop, f"the stop of {body.address}", partial(self.on_begin, body))
 
     def _count(self, stop: "_BodyStop") -> None:
-        stop.body.being_stopped = self.under_way(stop.body)
+        stop.body.is_being_stopped(still=self.under_way(stop.body))
 
     def _company_of(self, body: Body) -> list[Body]:
         """The bodies of its line with stops that are not confirmed yet."""
@@ -202,12 +203,23 @@ class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
 
     def _at_standstill(self, stop: "_BodyStop") -> Sequence[Callable[[], object]]:
         body = stop.body
-        body.stop_was_proved = stop.disproves_its_alarm
-        body.being_stopped = any(it is not stop and it.body is body for it in self._tasks)
+        body.motion.stop_is_confirmed(disproves_its_alarm=stop.disproves_its_alarm)
+        body.is_being_stopped(still=any(it is not stop and it.body is body for it in self._tasks))
         return stop.withdraw, partial(body.was_stopped, stop.report.position)
 
     async def _record(self, stop: "_BodyStop") -> None:
         await _move_recorded(stop.body)
+
+
+class _Look(NamedTuple):
+    """The last look at a motor that is being stopped."""
+
+    why: Text | None
+    """Why it does not prove standstill; None: it does."""
+    refuted_at: float | None = None
+    """The age of the stop at a look that has seen the motor move; endless where it told nothing."""
+    runs: bool = False
+    """Whether the motor has told that it runs."""
 
 
 class _BodyStop(Stopping):
@@ -228,8 +240,6 @@ class _BodyStop(Stopping):
         self._sweep, self._company_of, self._silent_lines = sweep, company_of, silent_lines
         self._most = 1
         """The most stops at a time that its line has had beside it, with it."""
-        self._refuted_at: float | None = None
-        """Its age when its body was asked last, and said that it moves; endless where it did not tell."""
         self.silent_after_s = max(REPEAT_S, body.line.reply_timeout_s)
         self._events = events
         self._stopped_in = Lane.STOP
@@ -240,9 +250,7 @@ class _BodyStop(Stopping):
         """If not, the body may be dead, and nobody else need wait for it."""
         self._ramp: asyncio.Task[None] | None = None
         """Asks how long its ramp may take."""
-        self._runs = False
-        """Whether its motor ran when it was last asked, and has told so."""
-        self._why: Text | None = text("stops.motor-has-not-told", body=body.address)
+        self._look = _Look(text("stops.motor-has-not-told", body=body.address))
         self.tell()
 
     # sending
@@ -276,7 +284,7 @@ class _BodyStop(Stopping):
             return
         self._answers = not isinstance(outcome, NoReply)
         if not self._answers:
-            self._why = text("stops.body-silent", body=self.body.address)
+            self._look = self._look._replace(why=text("stops.body-silent", body=self.body.address))
             self.tell()
         if isinstance(outcome, Answered):
             self.note_acknowledged()
@@ -323,7 +331,7 @@ class _BodyStop(Stopping):
         pause_s = max(super().pause_s(took_s), 2 * attempts_s - took_s)
         if self._answers or line.interject_stops:
             return pause_s
-        silent = line.offline | line.mute if line.is_asked_later(self.body.number) else line.offline
+        silent = line.offline | line.presence.mute if line.is_asked_later(self.body.number) else line.offline
         return max(pause_s, 2 * len(silent) * ATTEMPT_FRAMES * line.reply_timeout_s - took_s)
 
     # seeing
@@ -340,23 +348,21 @@ class _BodyStop(Stopping):
             return False
         asked_at = self.waited_s
         try:
-            self._why = await self._why_not_still()
+            why = await self._why_not_still()
         except GatewayError as error:
-            self._why = standstill_unknown(text("stops.the-motor", body=self.body.address), error)
-            self._refuted_at = inf if is_heard(self.body.line) else None
-            self._runs = False
+            why = standstill_unknown(text("stops.the-motor", body=self.body.address), error)
+            self._look = _Look(why, inf if is_heard(self.body.line) else None)
         else:
             self._answers = True
-            self._runs = self._why is NOT_AT_REST
-            self._refuted_at = None if self._why is None else asked_at
+            self._look = _Look(why, None if why is None else asked_at, why is NOT_AT_REST)
         if self.asks_for_ramp() and (self._ramp is None or self._ramp.done()):
             self._ramp = asyncio.create_task(self._learn_ramp(), name=f"ramp of {self.body.address}")
         self.tell()
-        return self._why is None
+        return self._look.why is None
 
     async def _learn_ramp(self) -> None:
         """Ask how long its ramp may take, beside the proofs; what it does not tell is asked again."""
-        pattern = None if self.body.move is None else self.body.pattern
+        pattern = None if self.body.move is None else self.body.prepared.pattern_of_move
         try:
             self.note_ramp(await longest_ramp_s(self.body, pattern, Lane.VERIFY) or 0.0)
         except ProfileError:
@@ -371,7 +377,7 @@ class _BodyStop(Stopping):
 
     def tells_of_motion(self) -> bool:
         """Its motor ran when it was last asked; what has not answered since is silent."""
-        told = self._runs and self._answers and self.report.state == "acknowledged"
+        told = self._look.runs and self._answers and self.report.state == "acknowledged"
         return told and not is_quiet(self.body.line)
 
     def has_had_no_turn(self) -> bool:
@@ -386,7 +392,8 @@ class _BodyStop(Stopping):
 
     def _is_refuted(self) -> bool:
         """Whether it was to stand when it was last asked, and did not say that it does."""
-        return self._refuted_at is not None and self._refuted_at >= self.due_s - LAST_LOOK_S
+        refuted_at = self._look.refuted_at
+        return refuted_at is not None and refuted_at >= self.due_s - LAST_LOOK_S
 
     def goes_first(self) -> bool:
         """Whether its body answers, and is asked before those who do not; not for ever, for they may live."""
@@ -428,7 +435,7 @@ class _BodyStop(Stopping):
             return NOT_AT_REST
         if await self._runs_program():
             return PROGRAM_GOES_ON
-        if (rest := self.body.rest) is not None and not is_prompt(self.body.line):
+        if (rest := self.body.told.rest) is not None and not is_prompt(self.body.line):
             self.report.position = rest.position
             return None
         position = await self._position()
@@ -438,7 +445,7 @@ class _BodyStop(Stopping):
         return None
 
     async def _position(self) -> int:
-        company = [it for it in self._company_of(self.body) if it.rest is None]
+        company = [it for it in self._company_of(self.body) if it.told.rest is None]
         return (await self._sweep.ask_one(self.body, company, GetPosition(), Lane.VERIFY)).pulses
 
     async def _runs_pulses(self) -> bool:
@@ -464,7 +471,7 @@ class _BodyStop(Stopping):
 
     def why_not(self) -> list[Text]:
         """What the controller has answered, or why it has not."""
-        return [self._why] if self._why else []
+        return [self._look.why] if self._look.why else []
 
     def publish(self, what: str) -> None:
         """Tell everybody how far it has come."""
@@ -476,7 +483,7 @@ class _BodyStop(Stopping):
 async def _move_recorded(body: Body) -> None:
     """Wait a little until the stopped move is over in the records too: a new one may then follow at once."""
     if body.move is not None:
-        await happens(body.free, RECORD_WITHIN_S)
+        await happens(body.motion.free, RECORD_WITHIN_S)
 
 
 def _under_way(future: "asyncio.Future[Outcome] | None") -> bool:

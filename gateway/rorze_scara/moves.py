@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
@@ -27,7 +28,8 @@ from gateway.core.next_calls import NextCall
 from gateway.core.origin import working
 from gateway.core.own_faults import restart_after_faults
 from gateway.core.verdicts import Unbegun, Unwatched, Verdict, VerdictWords, judge, worst_of
-from gateway.rorze.bodies import PULSES_RUNNING, Body, Group
+from gateway.rorze.bodies import Body, Group
+from gateway.rorze.knowledge import PULSES_RUNNING
 from gateway.rorze.move_proof import MOTION_ERRORS, SharedWay
 from gateway.rorze.moves import Moves
 from gateway.rorze.samples import samples_of
@@ -297,7 +299,7 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
     # while it runs
 
     def _begin_to_watch(self, run: _Run) -> None:
-        known = ((body, body.status_bits) for body in run.moves)
+        known = ((body, body.told.status_bits) for body in run.moves)
         errors = {body: MOTION_ERRORS if bits is None else bits & MOTION_ERRORS for body, bits in known}
         what = f"watch of {run.move.id}"
         watching = restart_after_faults(f"the {what}", partial(self._watch, run, errors))
@@ -308,19 +310,15 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
 
         `errors` are those that each had before.
         """
-        for body in errors:
-            body.watched = True
-        try:
+        with ExitStack() as watched:
+            for body in errors:
+                watched.enter_context(body.motion.watched_as_a_whole())
             with working("followers"):
                 while run.under_way and run.stopping is None:
                     await self._see(run, errors)
                     await asyncio.sleep(WATCH_S)
-        finally:
-            for body in errors:
-                body.watched = False
-                body.end_due.set()
         for body in run.moves:
-            await body.free.wait()
+            await body.motion.free.wait()
         self._look_after(run)
 
     async def _see(self, run: _Run, errors: Mapping[Body, int]) -> None:
@@ -335,7 +333,7 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
         for body, before in errors.items():
             bits = seen.get(body, PULSES_RUNNING)
             if not bits & PULSES_RUNNING:
-                body.end_due.set()
+                body.motion.end_due.set()
             if bits & MOTION_ERRORS & ~before:
                 self._failed(body, "it reports an error")
 

@@ -173,7 +173,7 @@ async def trajectory_of(plan: Plan, body: Body, pattern: int | None) -> Planned:
 
 async def know_pattern(scara: Scara, pattern: int | None) -> None:
     """Know the speed sets of a pattern before the move: a stop may have to know how long its ramp takes."""
-    if pattern is not None and any(pattern not in body.pattern_sets for body in scara.members):
+    if pattern is not None and any(pattern not in body.told.pattern_sets for body in scara.members):
         with suppress(GatewayError):  # the move does not hang on it
             await scara.ask(GetPattern(pattern=pattern), lane=Lane.VERIFY)
 

@@ -17,9 +17,9 @@ from gateway.core.errors import (
 )
 from gateway.core.move_record import Move
 from gateway.core.sampler import Sampler
-from gateway.rorze.bodies import MotorState
 from gateway.rorze.config import UnitsTable
 from gateway.rorze.errors import refused as refusal_of
+from gateway.rorze.knowledge import MotorState
 from gateway.rorze.poll_intervals import HEALTH_POLL_S
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.link_master import SetGroup
@@ -412,7 +412,7 @@ async def test_a_motor_that_ran_before_the_gateway_is_known_to_run_as_soon_as_th
 async def test_motion_that_nobody_here_asked_for_is_reported_once_and_forgets_the_position() -> None:
     async with rig() as it:
         await asyncio.sleep(HEALTH_POLL_S)
-        assert it.body().rest == MotorState(0, 0)
+        assert it.body().told.rest == MotorState(0, 0)
         it.axis().execute("1+MZ", now())
         await asyncio.sleep(3 * HEALTH_POLL_S)
         assert it.types("body.motion") == ["body.motion.foreign"]
@@ -422,7 +422,7 @@ async def test_motion_that_nobody_here_asked_for_is_reported_once_and_forgets_th
         it.axis().execute("5IS", now())
         await asyncio.sleep(HEALTH_POLL_S + 1.0)
         assert not it.body().moving
-        assert it.body().rest == MotorState(0, it.axis().position(now()))
+        assert it.body().told.rest == MotorState(0, it.axis().position(now()))
 
 
 @in_virtual_time

@@ -273,7 +273,7 @@ class OfBody(Client):
         return self._axis.motor.moving
 
     def is_being_stopped(self) -> bool:
-        return self._body.being_stopped
+        return self._body.life.being_stopped
 
     def is_there(self, move: Any) -> bool:
         return bool(self._axis.motor.pulses(now()) == move.target_position)

@@ -17,8 +17,9 @@ from gateway.core.times import age_ms_of, utc_of
 from gateway.door.caller import sees
 from gateway.door.names import LineId
 from gateway.plant import Plant
-from gateway.rorze.bodies import PULSES_RUNNING, Body
+from gateway.rorze.bodies import Body
 from gateway.rorze.family import Rorze
+from gateway.rorze.knowledge import PULSES_RUNNING
 from gateway.rorze.line import Line
 from gateway.rorze.power import Homed
 from gateway.rorze.signals import SensorBits
@@ -269,7 +270,7 @@ class SpeedAccepted(BaseModel):
 @ROWS.get("/bodies/{body_id}/position")
 async def get_position(body: Body) -> Position:
     """Ask the controller where the motor stands (6PD), and for its mode where that is not known (EAD)."""
-    if body.mode is None:
+    if body.told.mode is None:
         await body.know_mode()
     reply, answered = await body.ask(WHERE)
     return _position(body, reply.pulses, answered.at)
@@ -349,7 +350,7 @@ async def list_bodies(plant: Plant, *, fresh: Fresh = False) -> BodyList:
 
 async def _poll_line(rorze: Rorze, line: Line) -> None:
     for command in (GetControllerStatus(), GetPosition()):
-        await rorze.sweeps[line.id].ask(rorze.bodies_of(line), command)
+        await rorze.sweep_of(line).ask(rorze.bodies_of(line), command)
 
 
 @ROWS.get("/bodies/{body_id}")
@@ -390,7 +391,7 @@ async def _sweep(
     plant.target(f"/lines/{line_id}")  # a line that leads to a robot says so
     rorze = plant.family(Rorze)
     line = rorze.lines[line_id]
-    results = await rorze.sweeps[line.id].ask(rorze.bodies_of(line), command)
+    results = await rorze.sweep_of(line).ask(rorze.bodies_of(line), command)
     told = {body: it for body, it in results.items() if not isinstance(it, GatewayError)}
     unanswered = [
         Unanswered(body_id=body.address, detail=it.detail)
@@ -415,12 +416,12 @@ def _flags(bits: int, names: tuple[str, ...]) -> dict[str, bool]:
 
 
 def _info(rorze: Rorze, body: Body) -> BodyInfo:
-    heard_at, position_at, online, scale = body.last_heard_at, body.position_at, body.online, body.scale
-    bits = body.status_bits
+    heard_at, place, online, scale = body.last_heard_at, body.told.place, body.online, body.scale
+    bits = body.told.status_bits
     return {
         "body_id": body.address,
         "line_id": body.line.id,
-        "name": body.name,
+        "name": body.configured.name,
         "online": online,
         "last_heard_at": None if heard_at is None else utc_of(heard_at),
         "known_age_s": None if heard_at is None else round(age_ms_of(heard_at) / 1000, 3),
@@ -433,6 +434,6 @@ def _info(rorze: Rorze, body: Body) -> BodyInfo:
         "groups": [group.address for group in rorze.groups_of(body)],
         "counted_in": body.counted_in,
         "position": body.position,
-        "position_read_at": None if position_at is None else utc_of(position_at),
+        "position_read_at": None if place is None else utc_of(place.at),
         "status": None if bits is None else names_of(bits, CONTROLLER_STATUS_BITS),
     }

@@ -316,7 +316,7 @@ async def _require_unchanged(plant: Plant, body: Body, upload: PositionsToStore)
     """
     numbers = (it.number for it in upload.positions)
     upload.require_unchanged(
-        BodyPositions(body_id=body.address, positions=[], flash=body.position_flash.held_of(numbers))
+        BodyPositions(body_id=body.address, positions=[], flash=body.flash.positions.held_of(numbers))
     )
     scale = body.scale
     for it in upload.positions:
@@ -333,7 +333,7 @@ def _table_of(plant: Plant, body: Body, held: Sequence[TablePosition]) -> BodyPo
     return BodyPositions(
         body_id=body.address,
         positions=[named(plant, body, it) for it in held],
-        flash=body.position_flash.held_of(it.number for it in held),
+        flash=body.flash.positions.held_of(it.number for it in held),
     )
 
 

@@ -262,7 +262,7 @@ def _info(scara: Scara) -> ScaraInfo:
         homed=_homed(scara),
         power_cycled=_power_cycled(scara),
         axes=[
-            ScaraAxis(axis=axis, body_id=body.address, position=body.position)
+            ScaraAxis(axis=axis, body_id=body.address, position=body.told.position)
             for axis, body in enumerate(scara.members)
         ],
         geometry=Geometry.of(scara.robot),

@@ -21,7 +21,7 @@ BODIES = range(8)
 
 
 def sweep_of(rig: Rig) -> Sweep:
-    return rig.plant.rorze.sweeps["line1"]
+    return rig.plant.rorze.sweep_of(rig.plant.rorze.lines["line1"])
 
 
 async def positions(rig: Rig) -> dict[str, int | None]:
