@@ -14,10 +14,10 @@ from gateway.core.move_record import CountedIn, Move, MoveStatus
 from gateway.core.targets import Looked
 from gateway.core.trajectories import Trajectory
 from gateway.core.waiting import happens
+from gateway.rorze.asked_body import believed, errs
 from gateway.rorze.body_states import BodyAction, BodyLife, BodyNews
 from gateway.rorze.config import Events
-from gateway.rorze.errors import refused
-from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
+from gateway.rorze.exchange import Answered, Outcome, RorzeExchange, refused
 from gateway.rorze.knowledge import (
     PROGRAM_RUNS,
     PULSES_RUNNING,
@@ -32,10 +32,8 @@ from gateway.rorze.knowledge import (
     Tracker,
 )
 from gateway.rorze.line import Line, lane_of
-from gateway.rorze.mark import Mark
 from gateway.rorze.own_refusals import OwnRefusals
-from gateway.rorze.power import POWER_ON_POSITION, BodyPower
-from gateway.rorze.readings import believed, errs
+from gateway.rorze.power import POWER_ON_POSITION, BodyPower, Mark
 from gateway.rorze.units import Scale
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.link import Refusal
@@ -625,28 +623,10 @@ class Body(Looked):
         self.life.hear(BodyNews.REFUSED)
         self.may_move()
 
-    # its stop and its program
-
-    def is_being_stopped(self, *, still: bool) -> None:
-        """A stop of it has begun, or is over; `still`: one is under way."""
-        self.life.hear(BodyNews.STOP if still else BodyNews.NO_STOP)
-
     def was_stopped(self, position: int | None) -> None:
         """A stop is confirmed by its standstill."""
         self.stands()
         self.motion.was_stopped(position)
-
-    def program_begins(self) -> None:
-        """The gateway starts its program."""
-        self.life.hear(BodyNews.PROGRAM)
-
-    def program_was_cut_off(self) -> None:
-        """An earlier life of the gateway has started it: its power may have been away meanwhile."""
-        self.life.hear(BodyNews.CUT_OFF)
-
-    def program_ended(self) -> None:
-        """That program is over, or was never begun."""
-        self.life.hear(BodyNews.PROGRAM_OVER)
 
     # what may have happened unseen
 

@@ -11,8 +11,7 @@ from gateway.core.lanes import Lane
 from gateway.core.operation import Rows, Wait
 from gateway.core.records import RequestModel, SentBack, example, require_same
 from gateway.core.rights import Right
-from gateway.rorze.asked_body import AskedBody
-from gateway.rorze.readings import read_pulses
+from gateway.rorze.asked_body import AskedBody, read_pulses
 from gateway.rorze.units import Length
 from protocols.rorze.inputs_outputs import (
     GetInterruptAction,

@@ -20,8 +20,7 @@ from gateway.rorze.settings import (
     scaled,
     unavailable_in,
 )
-from gateway.rorze.settings_document import EncoderChange, EncoderSettings
-from gateway.rorze.settings_table import SETTINGS
+from gateway.rorze.settings_table import SETTINGS, EncoderChange, EncoderSettings
 from gateway.rorze.units import Scaled
 from protocols.rorze.encoder import GetEncoderStallError
 from protocols.rorze.position import GetEncoderCount, GetEncoderPosition, GetPosition

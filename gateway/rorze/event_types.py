@@ -16,11 +16,11 @@ from gateway.core.event_types import (
     news_types,
     restore_types,
 )
-from gateway.core.move_record import CountedIn, Move
+from gateway.core.move_record import Move
 from gateway.core.restore_record import Restore
-from gateway.rorze.jogs import BodyJog
-from gateway.rorze.position_uploads import TableUpload
-from gateway.rorze.positions import PositionReading
+from gateway.rorze.live import BodyPosition
+from gateway.rorze.move_requests import BodyJog
+from gateway.rorze.positions import PositionReading, TableUpload
 from gateway.rorze.power import Acknowledgement
 from gateway.rorze.program_runs import ProgramRun
 from gateway.rorze.program_uploads import ProgramUpload
@@ -107,15 +107,6 @@ class EndFrame(EventData):
 
     command: str
     cause: int = Field(description="The byte of 9MD, 0 after a normal end.")
-
-
-class BodyPosition(EventData):
-    """Where a motor stands (6PD)."""
-
-    pulses: int = Field(description="Or encoder counts: see `counted_in`.")
-    counted_in: CountedIn | None = Field(description="Null where its operating mode could not be read.")
-    value: float | None = Field(description="The same in `unit`; null without a scale.")
-    unit: str | None
 
 
 class SettingsNews(EventData):

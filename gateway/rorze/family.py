@@ -44,9 +44,7 @@ from gateway.rorze import (
     config,
     curves,
     encoders,
-    homing,
     memories,
-    noise_filters,
     patterns,
     settings,
     signals,
@@ -56,28 +54,24 @@ from gateway.rorze.alarms import causes
 from gateway.rorze.asked_body import AskedBody
 from gateway.rorze.backup_restore import BodyRestore
 from gateway.rorze.bodies import Body, Configured, Group
-from gateway.rorze.body_now import BodyNow
-from gateway.rorze.body_watch import BodyWatch, watch_groups
-from gateway.rorze.endless_programs import EndlessPrograms
-from gateway.rorze.event_settings import watch_events
+from gateway.rorze.body_watch import BodyWatch, watch_events, watch_groups
 from gateway.rorze.event_types import TYPES
 from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.groups import Groups, planned_group
 from gateway.rorze.guards import Guards
-from gateway.rorze.jogs import BodyJog, BodyJogs
+from gateway.rorze.jogs import BodyJogs
 from gateway.rorze.line import Line
-from gateway.rorze.live import PositionSource, SignalSource
+from gateway.rorze.live import BodyNow, PositionSource, SignalSource
+from gateway.rorze.move_requests import BodyJog
 from gateway.rorze.moves import Moves
-from gateway.rorze.names import BodyId, GroupId
-from gateway.rorze.poll_intervals import Health
-from gateway.rorze.position_uploads import TableUploads
-from gateway.rorze.positions import PositionReadings
+from gateway.rorze.positions import PositionReadings, TableUploads
 from gateway.rorze.power import BodyPower, PowerMark
+from gateway.rorze.probes import Health, Sweep
 from gateway.rorze.program_runs import ProgramRun, ProgramRuns
 from gateway.rorze.program_uploads import ProgramUpload, ProgramUploads
 from gateway.rorze.scans import Scans
 from gateway.rorze.stops import StopReport, Stops
-from gateway.rorze.sweep import Sweep
+from gateway.rorze.stored_program import EndlessPrograms
 from gateway.rorze.targets import STOP_MODES, BodyTarget, GroupTarget, LinkMasterTarget
 from protocols.rorze.commands import COMMANDS, Row
 from protocols.rorze.errors import lookup
@@ -86,6 +80,20 @@ from protocols.rorze.link_master import SetGroup
 from protocols.rorze.row import MODE_NAMES, LinkMasterCommand
 from transports.base import Transport
 
+BodyId = Annotated[
+    str,
+    Field(
+        description="Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.",
+        examples=["3F"],
+    ),
+]
+GroupId = Annotated[
+    str,
+    Field(
+        description="Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80.",
+        examples=["80"],
+    ),
+]
 UNATTENDED: Final = ("continuous", "jog")
 """Moves that must not go on when the gateway ends, or has ended: nobody else would stop them."""
 BODY = TargetKind("/bodies/{body_id}", Move, listed=True)
@@ -199,9 +207,7 @@ class Rorze(Family):
     stop_modes = STOP_MODES
     rows = (
         settings.ROWS,
-        homing.ROWS,
         encoders.ROWS,
-        noise_filters.ROWS,
         speed_sets.ROWS,
         patterns.ROWS,
         curves.ROWS,

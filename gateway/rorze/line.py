@@ -16,8 +16,7 @@ from gateway.core.line_state import LineState as LineState
 from gateway.core.origin import PROBE, SET_UP, acting
 from gateway.core.trace_filter import FrameSubject
 from gateway.core.waiting import happens
-from gateway.rorze.errors import refused
-from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
+from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange, refused
 from gateway.rorze.session import Presence, RorzeSession
 from gateway.texts import text
 from protocols.rorze.link import (

@@ -6,21 +6,34 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import ClassVar, Self, cast
 
+from pydantic import Field
+
 from gateway.core.errors import ControllerRefused, GatewayError
-from gateway.core.event_types import IO, Signal, Signals
+from gateway.core.event_types import IO, EventData, Signal, Signals
 from gateway.core.lanes import Lane
 from gateway.core.live import Live
+from gateway.core.move_record import CountedIn
+from gateway.core.records import Record
 from gateway.core.sampler import IO_HZ, LiveSource
 from gateway.rorze.bodies import POSITION, Body, R
-from gateway.rorze.event_types import BodyPosition
-from gateway.rorze.sweep import Sweep, SweepAnswer
+from gateway.rorze.probes import Sweep, SweepAnswer
 from protocols.rorze.inputs_outputs import GetInputs, GetOutputs
 from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.row import RorzeCommand
+from protocols.rorze.status import CONTROLLER_STATUS_BITS, names_of
 
 INPUTS, OUTPUTS = range(10), range(16)
 FRESH = 0.5
 """Share of the time between two values that one may be old which was told to somebody else."""
+
+
+class BodyPosition(EventData):
+    """Where a motor stands (6PD)."""
+
+    pulses: int = Field(description="Or encoder counts: see `counted_in`.")
+    counted_in: CountedIn | None = Field(description="Null where its operating mode could not be read.")
+    value: float | None = Field(description="The same in `unit`; null without a scale.")
+    unit: str | None
 
 
 @dataclass(eq=False)
@@ -124,3 +137,33 @@ class SignalSource(LiveBody):
 
 def _signals(numbers: range, names: Mapping[int, str], bits: int) -> list[Signal]:
     return [Signal(number=it, name=names.get(it), on=bool(bits >> it & 1)) for it in numbers]
+
+
+class BodyNow(Record):
+    """A body, as far as is known."""
+
+    body_id: str
+    online: bool
+    moving: bool | None
+    move_id: str | None
+    counted_in: CountedIn | None = Field(description="Of the position; null where that is not known.")
+    position: int | None = Field(description="In `counted_in`, as last read.")
+    homed: str
+    power_cycled: bool
+    status: list[str] | None
+
+    @classmethod
+    def of(cls, body: Body) -> Self:
+        """Tell it without asking the controller."""
+        bits = body.told.status_bits
+        return cls(
+            body_id=body.address,
+            online=body.online,
+            moving=body.moving if body.online else None,
+            move_id=None if body.move is None else body.move.id,
+            counted_in=body.counted_in,
+            position=body.told.position,
+            homed=body.power.homed,
+            power_cycled=body.power.cycled,
+            status=None if bits is None else names_of(bits, CONTROLLER_STATUS_BITS),
+        )

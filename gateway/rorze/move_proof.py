@@ -34,13 +34,13 @@ from gateway.core.verdicts import (
     VerdictWords,
     judge,
 )
+from gateway.rorze.asked_body import believed, errs
 from gateway.rorze.bodies import ENCODER_SWAYS, STATUS, Body
-from gateway.rorze.errors import IN_MOTION
+from gateway.rorze.exchange import IN_MOTION
 from gateway.rorze.knowledge import MotorState
 from gateway.rorze.plans import target_of
-from gateway.rorze.poll_intervals import background_of, is_crowded, is_prompt
 from gateway.rorze.power import POWER_ON_POSITION, PowerSeen, needs_place
-from gateway.rorze.readings import believed, errs
+from gateway.rorze.probes import background_of, is_crowded, is_prompt
 from protocols.rorze.inputs_outputs import GetSensors
 from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.origin import CentreStallDog, GetHomingDistance, OriginSearch

@@ -6,7 +6,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
-from typing import Any
+from typing import Any, Final, cast
 
 from gateway.core.errors import (
     ControllerRefused,
@@ -14,10 +14,12 @@ from gateway.core.errors import (
     NoReply,
     NotAllowed,
     NotFound,
+    NotSent,
     restarted_in_motion,
 )
 from gateway.core.events import Event
 from gateway.core.journal.intents import OF_MOVES
+from gateway.core.lanes import Lane
 from gateway.core.move_log import new_id
 from gateway.core.move_record import RESTARTED, START_WITHIN_S, Move, MoveKind, MoveStatus
 from gateway.core.move_runs import Beginning, MoveRuns, guarded
@@ -27,22 +29,112 @@ from gateway.core.own_faults import run_each_logging
 from gateway.core.trajectories import Trajectories
 from gateway.core.verdicts import Unbegun, judge
 from gateway.core.waiting import together
-from gateway.rorze.bodies import Body, Group, idle_bodies_of
-from gateway.rorze.calls import calls_for_body
+from gateway.rorze.alarms import calls_for_body
+from gateway.rorze.asked_body import believed
+from gateway.rorze.bodies import Body, Group, R, idle_bodies_of
 from gateway.rorze.knowledge import MotorState
 from gateway.rorze.line import Line
 from gateway.rorze.move_proof import MISSING_END_FRAME_S, MoveProof, SharedWay
-from gateway.rorze.plans import Planned
-from gateway.rorze.poll_intervals import follow_s, poll_s
+from gateway.rorze.plans import Planned, crossed_limit, target_of
 from gateway.rorze.power import ProofTooOld
+from gateway.rorze.probes import follow_s, poll_s
 from gateway.rorze.samples import BodyTrajectory
-from gateway.rorze.soft_limits import name_limits
-from gateway.rorze.start_positions import require_start_positions
+from protocols.rorze.interpolation import (
+    GetDrivenAxis,
+    GetStartPosition,
+    MoveToExtensionStart,
+    StartInterpolation,
+    TurnFinger,
+)
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.moves import AbsoluteMove, RelativeMove
 from protocols.rorze.origin import CentreStallDog, OriginSearch
+from protocols.rorze.position import GetPosition
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Reply
+
+OUT_OF_RANGE: Final = "0x5D"
+"""What the controller answers; it does not say which range is meant."""
+
+
+async def name_limits(body: Body, command: RorzeCommand[Any], refusal: Reply | GatewayError) -> None:
+    """Name the target and the limit, where a refused move leads beyond one; only reads are sent."""
+    if not isinstance(refusal, ControllerRefused) or refusal.error_code != OUT_OF_RANGE:
+        return
+    try:
+        here, _ = await body.ask(GetPosition())
+        target = await target_of(body, command, here.pulses)
+        crossed = None if target is None else await crossed_limit(body, target)
+    except GatewayError:
+        return  # the refusal stands, with the controller's own words
+    if crossed is None:
+        return
+    refusal.reword("body.beyond-limits", body=body.address, code=refusal.command_code, beyond=crossed.said)
+
+
+FROM_TOLD_POSITIONS: Final = (StartInterpolation, MoveToExtensionStart, TurnFinger)
+
+
+class PreparationOutdated(GatewayError):
+    """An interpolated move was prepared for other positions than those in which the axes stand."""
+
+    kind = "preparation-outdated"
+
+
+async def require_start_positions(
+    target: Body | Group, command: RorzeCommand[Any], positions: Mapping[Body, int]
+) -> None:
+    """See that an interpolated move was prepared for where the axes stand, in pulses (HCD, HPD).
+
+    Every controller that is asked to move must hold the position of each axis that moves.
+
+    :raises PreparationOutdated: one does not, or was told positions after its preparation.
+    :raises ControllerRefused, NotSent: one did not tell.
+    """
+    if not isinstance(command, FROM_TOLD_POSITIONS):
+        return
+    if isinstance(command, StartInterpolation):
+        _require_prepared(positions)
+    try:
+        for body, driven in (await _of_all(target, GetDrivenAxis())).items():
+            told = await _of_all(target, GetStartPosition(axis=driven.axis))
+            for controller, start in told.items():
+                if start.pulses != positions[body]:
+                    raise _outdated(
+                        f"{controller.address} was told that axis {driven.axis} stands at {start.pulses}, "
+                        f"and {body.address} stands at {positions[body]}"
+                    )
+    except NoReply as error:
+        raise NotSent(
+            f"{target.address} did not tell what its move was prepared for; the move was not sent.",
+            error.remedy,
+        ) from None
+
+
+def _require_prepared(bodies: Mapping[Body, int]) -> None:
+    for body in bodies:
+        if body.prepared.is_prepared is False:
+            raise _outdated(
+                f"Nobody has prepared {body.address} since it was told positions, moved or lost its power"
+            )
+
+
+async def _of_all(target: Body | Group, question: RorzeCommand[R]) -> dict[Body, R]:
+    async def ask() -> dict[Body, R]:
+        if isinstance(target, Body):
+            return {target: (await target.ask(question, lane=Lane.VERIFY))[0]}
+        replies = await target.ask(question, lane=Lane.VERIFY)
+        for reply in replies.values():
+            if isinstance(reply, GatewayError):
+                raise reply
+        return cast("dict[Body, R]", replies)
+
+    return await believed(target.line, ask)
+
+
+def _outdated(why: str) -> PreparationOutdated:
+    return PreparationOutdated.worded("preparation.outdated", why=why)
+
 
 SET_UP_AGAIN_S = 60.0
 """Where ends of moves are not announced, the link master is told to do so no more often than this."""

@@ -16,9 +16,9 @@ from gateway.core.own_faults import restart_after_faults
 from gateway.core.records import Record, request_id_field
 from gateway.core.works import CutOff
 from gateway.rorze.bodies import Body
-from gateway.rorze.endless_programs import EndlessPrograms
+from gateway.rorze.body_states import BodyNews
 from gateway.rorze.power import PowerSeen
-from gateway.rorze.stored_program import RUNS, addresses, as_written, instruction_at, runs
+from gateway.rorze.stored_program import RUNS, EndlessPrograms, addresses, as_written, instruction_at, runs
 from protocols.rorze.programs import (
     AddressReply,
     GetProgramAddress,
@@ -167,12 +167,12 @@ class ProgramRuns(DurableJobs[ProgramRun]):
         body.require_power(command)
         if body.line.gate.epoch(body.number) != epoch:
             raise body.line.gate.overtaken(body.number)
-        body.program_begins()
+        body.life.hear(BodyNews.PROGRAM)
         self._before[body.address] = body.power.seen
         try:
             await self._sent(body, command)
         except BaseException:
-            body.program_ended()
+            body.life.hear(BodyNews.PROGRAM_OVER)
             raise
 
     @staticmethod
@@ -276,7 +276,7 @@ class ProgramRuns(DurableJobs[ProgramRun]):
         if run.status != "running":
             return
         run.ended_at, run.detail = datetime.now(UTC), why_unknown
-        body.program_ended()
+        body.life.hear(BodyNews.PROGRAM_OVER)
         if why_unknown is not None:
             run.status = "unknown"
         else:
@@ -291,7 +291,7 @@ class ProgramRuns(DurableJobs[ProgramRun]):
             run.status, run.detail, run.ended_at = "unknown", f"{why.what}.", datetime.now(UTC)
             self.tell("ended", run)
             return
-        body.program_was_cut_off()
+        body.life.hear(BodyNews.CUT_OFF)
         self._before[body.address] = body.power.seen
         with acting(RESTART):
             self._see_through(body, run, self._take_over)

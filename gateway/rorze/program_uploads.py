@@ -26,12 +26,10 @@ from gateway.core.move_log import new_id
 from gateway.core.records import Record, request_id_field
 from gateway.core.sequence_lock import Series
 from gateway.core.works import GATEWAY_ENDED, CutOff
+from gateway.rorze.asked_body import closely
 from gateway.rorze.bodies import Body
-from gateway.rorze.endless_programs import EndlessPrograms
-from gateway.rorze.errors import ProgramDiffers, SaveUncertain
-from gateway.rorze.exchange import RorzeExchange
-from gateway.rorze.readings import closely
-from gateway.rorze.stored_program import instruction_at, runs
+from gateway.rorze.exchange import ProgramDiffers, RorzeExchange, SaveUncertain
+from gateway.rorze.stored_program import EndlessPrograms, instruction_at, runs
 from protocols.rorze.flash import EraseFlash, LoadProgram, SaveProgram
 from protocols.rorze.programs import STEPS, AddProgramInstruction, ClearProgram, GetLastProgramAddress
 from protocols.rorze.user_program.assembler import Assembled

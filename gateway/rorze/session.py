@@ -13,9 +13,7 @@ from gateway.core.exchange import RememberedReply
 from gateway.core.lanes import STOPS, Lane
 from gateway.core.session import READ_REPEATS as READ_REPEATS
 from gateway.core.session import Awaited, Session, Settle
-from gateway.rorze.errors import is_evasive
-from gateway.rorze.exchange import ReplyFrame, RorzeExchange
-from gateway.rorze.readings import CLEAN_AFTER_S
+from gateway.rorze.exchange import CLEAN_AFTER_S, ReplyFrame, RorzeExchange, is_evasive
 from gateway.texts import Text
 from protocols.rorze.errors import lookup
 from protocols.rorze.link import GroupAnswer, Refusal, encode

@@ -9,8 +9,7 @@ from typing import Any
 from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest, PowerCycled
 from gateway.core.lanes import Lane
 from gateway.rorze.bodies import Body, Group
-from gateway.rorze.limited_speed import Wish
-from gateway.rorze.plans import AlongPath, Planned, PlannedTrajectory, crossed_of, parameters_of_pattern
+from gateway.rorze.plans import AlongPath, Planned, PlannedTrajectory, Wish, crossed_of, parameters_of_pattern
 from gateway.rorze_scara import geometry, paths
 from gateway.rorze_scara.record import PlannedScaraMove, ScaraPlace
 from gateway.rorze_scara.requests import Course, Manoeuvre, MoveStart, ScaraMoveRequest

@@ -7,8 +7,8 @@ from typing import Annotated, Any, Final, Literal, NamedTuple, Self
 from pydantic import Field, WithJsonSchema, model_validator
 
 from gateway.core.records import RequestModel, example
-from gateway.rorze.limited_speed import require_one_speed
 from gateway.rorze.move_requests import Pattern
+from gateway.rorze.plans import require_one_speed
 from gateway.rorze_scara.paths import commands_for
 from gateway.rorze_scara.record import ScaraMoveKind
 from protocols.rorze import ways

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from gateway.core.errors import InvalidRequest
 from gateway.rorze.bodies import Body
-from gateway.rorze.limited_speed import Wish, limited, slow_pattern_of, standard_of
+from gateway.rorze.plans import Wish, limited, slow_pattern_of, standard_of
 from gateway.rorze_scara.geometry import WHOLE_TURN_MDEG
 from gateway.rorze_scara.requests import ScaraMoveRequest, TurnSpeed
 from gateway.rorze_scara.scara import Scara

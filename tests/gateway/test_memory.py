@@ -12,7 +12,7 @@ from gateway.core.errors import NotFound, NotSent, PowerCycled
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.move_record import Move, MoveStatus
 from gateway.fics.move_record import RobotMove
-from gateway.rorze.jogs import BodyJogRequest
+from gateway.rorze.move_requests import BodyJogRequest
 from protocols.fics.axis_settings import SpeedPercents
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute, MoveRelative

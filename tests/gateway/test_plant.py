@@ -18,9 +18,9 @@ from gateway.core.errors import (
 from gateway.core.move_record import Move
 from gateway.core.sampler import Sampler
 from gateway.rorze.config import UnitsTable
-from gateway.rorze.errors import refused as refusal_of
+from gateway.rorze.exchange import refused as refusal_of
 from gateway.rorze.knowledge import MotorState
-from gateway.rorze.poll_intervals import HEALTH_POLL_S
+from gateway.rorze.probes import HEALTH_POLL_S
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.link_master import SetGroup
 from protocols.rorze.moves import MoveClockwise
@@ -539,7 +539,7 @@ async def test_a_body_is_as_its_configuration_says() -> None:
     text = configuration(bodies=(), groups={}).replace("bodies = []", tables)
     plant = TestedPlant(parse(text, "test.toml"), open_transport=lambda _: Wire(build_line((0x3F,), 0.0)))
     [body] = plant.bodies()
-    assert (body.position_tolerance, body.scale) == (3, UnitsTable(unit="mm", pulses_per_unit=100.0))
+    assert (body.configured.position_tolerance, body.scale) == (3, UnitsTable(unit="mm", pulses_per_unit=100.0))
 
 
 @in_virtual_time
@@ -547,9 +547,9 @@ async def test_only_a_body_that_was_asked_itself_is_suspected_of_having_lost_its
     async with rig() as it:
         body, line = it.body(), it.plant.line("line1")
         line.on_change("body.offline", {"body": 0x3F, "asked": False})
-        assert (body.moving, body.went_silent) == (None, False)
+        assert (body.moving, body.life.was_silent) == (None, False)
         line.on_change("body.offline", {"body": 0x3F, "asked": True})
-        assert (body.moving, body.went_silent) == (None, True)
+        assert (body.moving, body.life.was_silent) == (None, True)
         assert [event.data for event in it.events("body.offline")] == [{"asked": False}, {"asked": True}]
 
 

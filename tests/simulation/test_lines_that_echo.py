@@ -20,7 +20,7 @@ from gateway.core.line_state import LineState
 from gateway.core.move_record import MoveStatus
 from gateway.core.stops import StopMode
 from gateway.fics.targets import is_missed
-from gateway.rorze.jogs import BodyJogRequest
+from gateway.rorze.move_requests import BodyJogRequest
 from protocols.fics.alarms import ResetErrors
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative, MoveToPosition

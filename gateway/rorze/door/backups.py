@@ -32,13 +32,12 @@ from gateway.door.backups import (
 )
 from gateway.door.names import LineId
 from gateway.plant import Plant
-from gateway.rorze import backup, backup_scale
+from gateway.rorze import backup
 from gateway.rorze.backup import BodySource, Contents
 from gateway.rorze.backup_places import Section
 from gateway.rorze.backup_restore import BodyRestore
 from gateway.rorze.bodies import Body
-from gateway.rorze.family import Rorze
-from gateway.rorze.names import BodyId
+from gateway.rorze.family import BodyId, Rorze
 from protocols.rorze.inputs_outputs import SetOutputs
 from protocols.rorze.status import SetUserComment
 from protocols.rorze.user_program.assembler import Assembled
@@ -141,7 +140,7 @@ def _controllers(
                 f"{there_are([f'{it:02X}' for it in found])}; nothing was sent.",
                 "Name the body of the backup by `from_body`.",
             )
-    held = {body: backup_scale.for_body(found[source], body, units) for body, source in sources.items()}
+    held = {body: backup.for_body(found[source], body, units) for body, source in sources.items()}
     return rorze.restores, [
         BodyRestore(body, wanted, rorze.uploads, scale) for body, (wanted, scale) in held.items()
     ]

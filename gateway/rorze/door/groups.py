@@ -13,8 +13,7 @@ from gateway.core.tables import check_printable
 from gateway.door.caller import require, sees
 from gateway.plant import Plant
 from gateway.rorze.bodies import Group
-from gateway.rorze.family import Rorze
-from gateway.rorze.names import GroupId
+from gateway.rorze.family import GroupId, Rorze
 from protocols.rorze.link_master import MOST_MEMBERS
 
 ROWS: Final = Rows("groups")

@@ -19,12 +19,12 @@ from gateway.plant import Plant
 from gateway.rorze import positions
 from gateway.rorze.bodies import Body
 from gateway.rorze.family import Rorze
-from gateway.rorze.position_uploads import TableUpload
 from gateway.rorze.positions import (
     LAST_POSITION,
     NamedPosition,
     PositionReading,
     TablePosition,
+    TableUpload,
     WantedPosition,
 )
 from gateway.rorze.units import Length

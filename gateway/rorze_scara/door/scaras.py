@@ -12,7 +12,7 @@ from gateway.core.rights import Right
 from gateway.core.times import age_ms_of, utc_of
 from gateway.door.caller import sees
 from gateway.plant import Plant
-from gateway.rorze.power import Homed
+from gateway.rorze.asked_body import Homed
 from gateway.rorze_scara import geometry, paths
 from gateway.rorze_scara.extension import Scaras
 from gateway.rorze_scara.geometry import Geometry, HeldGeometry, wanted

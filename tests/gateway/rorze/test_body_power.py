@@ -10,8 +10,8 @@ import pytest
 from gateway.core.errors import BodyBusy, PowerCycled
 from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
-from gateway.rorze.poll_intervals import MARK_POLL_S
 from gateway.rorze.power import PROOF_HOLDS_S
+from gateway.rorze.probes import MARK_POLL_S
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.interpolation import StartInterpolation
 from protocols.rorze.modes import GetSoftLimits, SetSoftLimits

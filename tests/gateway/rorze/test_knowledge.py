@@ -94,7 +94,7 @@ def test_only_commands_that_change_settings_count_as_changes() -> None:
 def test_an_interpolated_move_is_prepared_until_positions_are_told_or_it_moves() -> None:
     prepared = Prepared()
     assert prepared.is_prepared is None, "nobody knows"
-    prepared.done(SetStartPosition(axis=0, pulses=5), certain=True)
+    prepared.done(SetStartPosition(axis=0, position=5), certain=True)
     assert prepared.is_prepared is False
     prepared.moves(StartInterpolation())
     assert prepared.is_prepared is False

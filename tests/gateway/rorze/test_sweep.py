@@ -7,7 +7,7 @@ import pytest
 
 from gateway.core.errors import GatewayError
 from gateway.rorze.bodies import Body
-from gateway.rorze.sweep import Sweep, SweepAnswer, parts_of
+from gateway.rorze.probes import Sweep, SweepAnswer, parts_of
 from protocols.rorze.link_master import MOST_MEMBERS
 from protocols.rorze.position import GetPosition, SignedPulses
 from protocols.rorze.status import GetControllerStatus

@@ -23,8 +23,8 @@ from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
 from gateway.core.stops import CONFIRM_WITHIN_S
 from gateway.core.targets import BegunMoves
-from gateway.rorze.limited_speed import Rate
 from gateway.rorze.move_requests import RelativeMoveRequest
+from gateway.rorze.plans import Rate
 from gateway.rorze.speed_sets import read_set
 from gateway.rorze.units import Length
 from gateway.rorze_scara import paths
