@@ -1,4 +1,4 @@
-"""What goes wrong with bodies, in words for a technician (RC-420 manual 10.2, 13.8)."""
+"""Alarms of bodies, in words for a technician (RC-420 manual 10.2, 13.8)."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial

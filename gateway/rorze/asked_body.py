@@ -41,7 +41,7 @@ class AskedLine(Protocol):
 
     @property
     def gate(self) -> Epochs:
-        """What looks at each frame."""
+        """The gate that every frame passes."""
 
     @property
     def last_error_at(self) -> float | None:
@@ -57,17 +57,17 @@ class AskedLine(Protocol):
 
 
 class KnownFlash(Protocol):
-    """What flash memory is known to hold."""
+    """The known content of flash memory."""
 
     @property
     def known(self) -> bool:
-        """Whether anything is known."""
+        """True if anything is known."""
 
     def held(self, question: RorzeCommand[Any], /) -> Reply | None:
         """How a question would be answered by it."""
 
     def may_be_unset(self, command: RorzeCommand[Any], /) -> bool:
-        """Whether what a command sets may never have been set, though it reads so."""
+        """True if what a command sets may never have been set, though it reads so."""
 
 
 Homed = Literal["yes", "no", "unknown"]
@@ -78,7 +78,7 @@ class PowerLosses(Protocol):
 
     @property
     def homed(self) -> Homed:
-        """Whether it was homed, and has kept its power since."""
+        """True if it was homed, and has kept its power since."""
 
     @property
     def losses(self) -> int:
@@ -86,10 +86,10 @@ class PowerLosses(Protocol):
 
 
 class StandingMark(Protocol):
-    """What a body forgets without power."""
+    """A mark that a body forgets without power."""
 
     async def stands(self, lane: Lane, /) -> bool | None:
-        """Whether it is there; None where that is not known."""
+        """True if it is there; None where that is not known."""
 
 
 def new_mark() -> str:
@@ -98,16 +98,16 @@ def new_mark() -> str:
 
 
 def is_mark(text: str) -> bool:
-    """Whether a comment is empty, or a mark of this gateway or of an earlier one: it may be overwritten."""
+    """True if a comment is empty, or a mark of this gateway or of an earlier one: it may be overwritten."""
     return not text or _MARK.fullmatch(text) is not None
 
 
 class Resting(Protocol):
-    """What a body says of its motor."""
+    """A body's answer about its motor."""
 
     @property
     def runs(self) -> bool:
-        """Whether pulses run."""
+        """True if pulses run."""
 
 
 class AskedBody(Protocol):
@@ -144,15 +144,15 @@ class AskedBody(Protocol):
 
     @property
     def flash(self) -> KnownFlash:
-        """What its flash memory holds."""
+        """The content of its flash memory, as far as known."""
 
     @property
     def power(self) -> PowerLosses:
-        """What is known of its power."""
+        """The state of its power, as far as known."""
 
     @property
     def mark(self) -> StandingMark:
-        """What shows that it has kept its power."""
+        """The mark that shows that it has kept its power."""
 
     @property
     def move(self) -> object | None:
@@ -178,16 +178,16 @@ class AskedBody(Protocol):
 # what decides something is read twice on a line that errs
 
 MOST_READINGS = 8
-"""What differs so often cannot be known."""
+"""Readings without two equal ones in a row, after which a value counts as unknown."""
 
 AHEAD = 2
-"""So many questions of one reader are at the line, that it has no rest; more would hold up others."""
+"""Questions of one reader at the line: enough to keep it busy, few enough not to delay others."""
 
 T = TypeVar("T")
 
 
 def errs(line: AskedLine) -> bool:
-    """Whether the line has lately garbled or lost a frame."""
+    """True if the line has lately garbled or lost a frame."""
     error_at = line.last_error_at
     return error_at is not None and asyncio.get_running_loop().time() - error_at < CLEAN_AFTER_S
 

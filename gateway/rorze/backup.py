@@ -56,10 +56,10 @@ T = TypeVar("T")
 
 KIND = "body"
 AHEAD = 2
-"""So many questions wait at the line, that it has no rest; more would hold up others who read the body."""
+"""Questions in flight: enough to keep the line busy, few enough not to delay other readers of the body."""
 SPEEDS = (SetStartSpeed, SetMaximumSpeed, SetMaximumAcceleration)
 READINGS = 4
-"""What is read otherwise again and again is told as it was read last."""
+"""Readings of a value that changes each time; the last one is told."""
 NOT_THERE: Final = {"0x61"}
 """The refusal of what the operating mode does not have."""
 NO_PATTERN: Final = {"0x47"}
@@ -71,7 +71,7 @@ PREAMBLE = (
 
 OnRead = Callable[[], None]
 Names = Mapping[int, str]
-"""Of positions, by their numbers."""
+"""Names of positions, by their numbers."""
 NO_NAMES: Final[Names] = {}
 SCALE: Final = "scale"
 """The section that tells how many pulses a unit is."""
@@ -80,14 +80,14 @@ _SCALE: Final = re.compile(r"([0-9]+(?:\.[0-9]+)?) pulses/([a-z]+)")
 
 @dataclass
 class Contents:
-    """What a body keeps, or should."""
+    """The content of a body, or of a backup of it."""
 
     places: dict[Section, dict[str, Command]] = field(default_factory=dict)
     """By section and by place, the commands that set it."""
     program: Assembled | tuple[str, ...] | None = None
     """None where it is not among the sections."""
     unread: list[str] = field(default_factory=list)
-    """What the body has refused to tell, and why."""
+    """The places that the body has refused to tell, and why."""
     scale: Scale | None = None
     """In which its pulses were those of lengths or angles; None where nothing tells."""
 
@@ -103,17 +103,17 @@ class Contents:
 
     @property
     def in_encoder_counts(self) -> bool:
-        """Whether its positions are encoder counts, as its settings tell (EAS)."""
+        """True if its positions are encoder counts, as its settings tell (EAS)."""
         settings = self.places.get("settings", {}).values()
         return any(isinstance(it, SetOperatingMode) and it.mode == "encoder" for it in settings)
 
     def without(self, sections: Collection[str]) -> "Contents":
-        """The same without sections, which a restore leaves as they are."""
+        """Leave out sections, which a restore leaves as they are."""
         places = {name: commands for name, commands in self.places.items() if name not in sections}
         return replace(self, places=places, program=None if "program" in sections else self.program)
 
     def lasting(self) -> "Contents":
-        """The same without what is gone with the power."""
+        """Leave out all that is gone with the power."""
         lasting: dict[Section, dict[str, Command]] = {
             section: {key: it for key, it in commands.items() if not isinstance(it, RAM_ONLY)}
             for section, commands in self.places.items()
@@ -141,7 +141,7 @@ async def read(body: Body, sections: Iterable[Section], on_read: OnRead = lambda
 
 
 def _depends(place: BackupPlace) -> bool:
-    """Whether what was read before decides whether it is asked for."""
+    """True if what was read before decides whether it is asked for."""
     return place.row is SetSpeedChange or place.row in SHARES
 
 
@@ -197,7 +197,7 @@ class _Reading:
         return None if command is None or self._is_mark(command) else command
 
     def _is_mark(self, command: Command) -> bool:
-        """Whether it is the comment by which the gateway sees a loss of power."""
+        """True if it is the comment by which the gateway sees a loss of power."""
         if not isinstance(command, SetUserComment):
             return False
         return command.comment_number == self.body.power.mark.comment and is_mark(command.text)
@@ -255,7 +255,7 @@ class BodySource:
     require_free: Callable[[], None]
     """Raises where its program, or all it keeps, is being changed."""
     names: Names
-    """Of its positions, by number."""
+    """Names of its positions, by number."""
 
     @property
     def address(self) -> str:
@@ -310,7 +310,7 @@ def _line(command: Command) -> str:
 
 
 def _positions(body: Body, contents: Contents, names: Names) -> Iterator[str]:
-    """Those that are not 0, or have a name; with their place in the unit of the body, and their name."""
+    """Lines of positions that are not 0 or have a name, each with its place in the body's unit and name."""
     pulses = {
         it.entry.position: it.pulses or 0
         for it in contents.places["positions"].values()
@@ -441,7 +441,7 @@ def _setting(name: Section, text: str) -> tuple[str, Command]:
 
 
 def differences(body_id: str, wanted: Contents, held: Contents) -> list[Difference]:
-    """What a body holds otherwise than a backup has it."""
+    """The differences between a body and a backup."""
     found = [
         Difference(
             target=body_id,
@@ -623,7 +623,7 @@ def _converted(wanted: Contents, factor: Fraction) -> Contents:
 
 
 def _scaled(command: Command, factor: Fraction) -> Command:
-    """The same length or speed: the nearest whole number of pulses, or of hundredths where there are such.
+    """Scale a length or speed: to the nearest whole number of pulses, or of hundredths where there are such.
 
     :raises InvalidRequest: the controller does not take so much, or so little.
     """

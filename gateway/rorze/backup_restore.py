@@ -32,7 +32,7 @@ CYCLE_WITHIN_S = 3600.0
 """Somebody has to switch it off and on within this time."""
 
 UPLOADED = (ClearProgram, AddProgramInstruction, SaveProgram)
-"""What an upload sends, whose own guard keeps out those of others."""
+"""Commands of an upload, whose own guard keeps out those of others."""
 
 
 @dataclass(eq=False)
@@ -47,7 +47,7 @@ class BodyRestore:
     held: Contents = field(default_factory=Contents)
     """As of the last comparison."""
     epoch: int = field(init=False)
-    """Of the body at the beginning: a stop ends the restore."""
+    """Stop epoch of the body at the beginning: a stop ends the restore."""
     series: Series | None = None
 
     def __post_init__(self) -> None:
@@ -69,7 +69,7 @@ class BodyRestore:
         return backup.answers_of(self.wanted)
 
     def lets_pass(self, exchange: RorzeExchange) -> bool:
-        """Whether an exchange may go while the body is restored: stops, reads, its own, the mark."""
+        """True if an exchange may go while the body is restored: stops, reads, its own, the mark."""
         command = exchange.command
         if command.effect in (Effect.STOP, Effect.READ):
             return True

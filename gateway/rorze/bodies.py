@@ -67,7 +67,7 @@ BELIEVED_S = 0.5
 
 
 def counted_in(mode: ModeName | None) -> CountedIn:
-    """What positions and amounts are counted in (RC-420 manual 13.1)."""
+    """The unit in which positions and amounts are counted (RC-420 manual 13.1)."""
     return "encoder_counts" if mode == "encoder" else "pulses"
 
 
@@ -124,11 +124,11 @@ class BodyMotion:
     free: asyncio.Event = field(default_factory=asyncio.Event)
     """The last move is over and recorded: the next one may begin."""
     watched: bool = False
-    """Whether its robot is asked as a whole, so that this body is asked alone now and then only."""
+    """True if its robot is asked as a whole, so that this body is asked alone now and then only."""
     stopped_at: int | None = None
     """Where it stood when a stop was confirmed since its last move was sent."""
     stop_was_proved: bool = False
-    """Whether the last stop was being proved already when it was called late."""
+    """True if the last stop was being proved already when it was called late."""
 
     def claim(self, move: Move) -> None:
         """Let no other move begin."""
@@ -232,7 +232,7 @@ class Body(Looked):
 
     @property
     def moving(self) -> bool | None:
-        """Whether its motor runs; None until its status has been read since it was out of reach."""
+        """True if its motor runs; None until its status has been read since it was out of reach."""
         return self.life.moving
 
     @property
@@ -252,7 +252,7 @@ class Body(Looked):
 
     @property
     def online(self) -> bool:
-        """Whether it can be asked now, as far as is known."""
+        """True if it can be asked now, as far as is known."""
         return self.line.state != "down" and self.number not in self.line.presence.silent
 
     @property
@@ -321,7 +321,7 @@ class Body(Looked):
 
     @property
     def counted_in(self) -> CountedIn | None:
-        """What its positions are counted in; None while its operating mode is not known."""
+        """The unit of its positions; None while its operating mode is not known."""
         return None if self.told.mode is None else counted_in(self.told.mode)
 
     async def know_mode(self) -> ModeName:
@@ -357,7 +357,7 @@ class Body(Looked):
     # its power
 
     async def _weigh(self, state: MotorState, lane: Lane, at: float) -> None:
-        """What it says at rest may tell of a loss of power: then find out."""
+        """Find out whether it has lost its power, where its answer at rest contradicts an earlier one."""
         if self.power.signs.contradicts(state.position, state.bits, self.configured.position_tolerance):
             why = await self._why_lost(state, lane)
             if why is not None:
@@ -410,7 +410,7 @@ class Body(Looked):
         return self.power.signs.jumped(state.position, state.bits, sways)
 
     async def _is_moved_by_a_program(self, lane: Lane) -> bool:
-        """Whether a user program moves it that ran before: one that runs since may have begun at power-on."""
+        """True if a user program moves it that ran before: one that runs since may have begun at power-on."""
         if self.life.in_program or self.told.no_program_at is not None:
             return self.life.in_program
         status, _ = await self.ask(GetProgramStatus(), lane=lane)
@@ -422,7 +422,7 @@ class Body(Looked):
         return self.power.signs.differs(setting, reply)
 
     async def remembers_homing(self, lane: Lane) -> bool:
-        """Whether it knows how far its last homing went (0PD), which a loss of power would have taken.
+        """True if it knows how far its last homing went (0PD), which a loss of power would have taken.
 
         Asked twice: one garbled digit must not prove anything.
 
@@ -468,7 +468,7 @@ class Body(Looked):
         self.line.cancel(lambda it: it.body == self.number and unwanted(it), reason)
 
     def runs_no_program(self) -> bool:
-        """Whether it has said so of late, and nothing was seen since that could start one.
+        """True if it has said so of late, and nothing was seen since that could start one.
 
         A program is started by URG and USG, and when the power comes back (RC-420 manual 14, UAS).
         """
@@ -631,7 +631,7 @@ class Body(Looked):
     # what may have happened unseen
 
     def may_move(self) -> None:
-        """What was moving counts as moving, what stood still may move: ask."""
+        """Ask for its state: if it stood still, it may move now."""
         self.life.hear(BodyNews.MAY_MOVE)
         for it in self._trackers:
             it.may_move()
@@ -649,7 +649,7 @@ class Body(Looked):
     # what is waited for
 
     async def end_announced(self, within_s: float) -> bool:
-        """Whether the link master announces the end of a move in time."""
+        """True if the link master announces the end of a move in time."""
         return await happens(self.motion.announced, within_s)
 
     async def end_seems_due(self, within_s: float) -> None:
@@ -673,11 +673,11 @@ class Group:
     members: list[Body]
     name: str = ""
     kept_for: str | None = None
-    """What it stands for, if it must not be defined anew."""
+    """The thing it stands for, if it must not be defined anew."""
     position_tolerance: int | None = None
     """By how much a member may end beside its target, where that is otherwise than for the body alone."""
     in_force: bool = True
-    """Whether the link master means these members by the number: False while, and once, it is told others."""
+    """True if the link master means these members by the number: False while, and once, it is told others."""
     on_strangers: Callable[[set[int]], None] = lambda _numbers: None
     """Called with bodies that have obeyed a command to the group and are no members."""
 

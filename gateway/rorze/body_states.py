@@ -15,7 +15,7 @@ Part = Literal["motor", "move", "program", "stop", "reach"]
 
 
 class BodyNews(Enum):
-    """What can be heard of a body."""
+    """News of a body."""
 
     CLAIMED = "a move of it is queued"
     SENT = "its motion command is on the wire"
@@ -35,7 +35,7 @@ class BodyNews(Enum):
 
 
 class BodyAction(Enum):
-    """What is done about it."""
+    """Reactions to it."""
 
     NONE = ""
     ASK = "ask for its state"
@@ -116,27 +116,27 @@ class BodyLife:
 
     @property
     def moving(self) -> bool | None:
-        """Whether its motor runs; None until its status has been read since it was out of reach."""
+        """True if its motor runs; None until its status has been read since it was out of reach."""
         return _MOVES[self._states["motor"]]
 
     @property
     def in_move(self) -> bool:
-        """Whether it has a move that is not over: no single reading says then if the motor runs."""
+        """True if it has a move that is not over: no single reading says then if the motor runs."""
         return self._states["move"] == "in a move"
 
     @property
     def in_program(self) -> bool:
-        """Whether a program that the gateway has started is not over, as far as is known."""
+        """True if a program that the gateway has started is not over, as far as is known."""
         return self._states["program"] == "in program"
 
     @property
     def being_stopped(self) -> bool:
-        """Whether a stop is under way that is not confirmed yet."""
+        """True if a stop is under way that is not confirmed yet."""
         return self._states["stop"] == "being stopped"
 
     @property
     def was_silent(self) -> bool:
-        """Whether it has been silent since its last motion command: it may have lost its power meanwhile."""
+        """True if it has been silent since its last motion command: it may have lost its power meanwhile."""
         return self._states["reach"] == "silent"
 
 

@@ -38,7 +38,7 @@ class BodyWatch:
         self._health = health
         self._sweep = sweep
         self._stopping = stopping
-        """Whether a line has a stop that is not confirmed: its time belongs to that."""
+        """True if a line has a stop that is not confirmed: its time belongs to that."""
         self._woke_at = -inf
         self._look_at = self._mark_at = self._ask_at = -inf
         """When each question is due."""
@@ -117,7 +117,7 @@ class BodyWatch:
                 await self._body.poll(lane)
 
     def _is_unheard(self, now: float) -> bool:
-        """Whether it is to be asked if it is there; on a line of many, when its turn has come."""
+        """True if it is to be asked if it is there; on a line of many, when its turn has come."""
         heard_at = self._body.last_heard_at or -inf
         if is_prompt(self._body.line):
             return now - heard_at >= IDLE_POLL_S - CLOCK_S
@@ -137,7 +137,7 @@ class BodyWatch:
         return bool(self._body.power.mark.comment) and not self._body.power.mark.taken
 
     def _is_over(self, at: float, now: float) -> bool:
-        """Whether another moment is due; on a line of many a moment that was kept stays so."""
+        """True if another moment is due; on a line of many a moment that was kept stays so."""
         return now >= at or is_prompt(self._body.line)
 
 
@@ -191,7 +191,7 @@ async def _learn_programs(health: Health, sweep: Sweep, group: Group) -> None:
 
 
 def _is_due(no_program_at: float | None) -> bool:
-    """Whether to ask for a program, before that none runs is believed no more."""
+    """True if to ask for a program, before that none runs is believed no more."""
     return no_program_at is None or no_program_at < _now() - NO_PROGRAM_S / 2
 
 
@@ -202,7 +202,7 @@ def _now() -> float:
 # the changes that a body reports unasked
 
 CHECK_S = 1.0
-"""Whether it may have forgotten its settings is considered this often; that asks nothing."""
+"""True if it may have forgotten its settings is considered this often; that asks nothing."""
 RETRY_S = 60.0
 """They are read this often where nothing is known to have happened."""
 

@@ -49,7 +49,7 @@ class Section(RequestModel):
     upper: Length | int
 
     def bounds(self, body: AskedBody) -> Bounds:
-        """The same in pulses.
+        """The length in pulses.
 
         :raises InvalidRequest: it is empty, too long, or in another unit.
         """
@@ -143,12 +143,12 @@ class Capture(NamedTuple):
 
     @property
     def captured(self) -> bool | None:
-        """Whether an edge has come; None where no entry tells."""
+        """True if an edge has come; None where no entry tells."""
         return any(it.value is not None for it in self.recorded) if self.recorded else None
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing more will come: it has captured, or is not armed."""
+        """True if nothing more will come: it has captured, or is not armed."""
         return self.edge == "off" or bool(self.captured)
 
 
@@ -254,7 +254,7 @@ async def _require_free(body: AskedBody, port: int, entries: Collection[int]) ->
 
 
 def _recording(port: int, entries: Mapping[Kind, int]) -> list[SetInterruptAction]:
-    """What each kind of value is recorded in; nothing where no entry is named."""
+    """The entry in which each kind of value is recorded; empty where none is named."""
     return [SetInterruptAction(port=port, recorded=kind, number=entries.get(kind)) for kind in KINDS]
 
 
@@ -370,7 +370,7 @@ async def arm_capture(body: AskedBody, port: Port, capture: CaptureRequest) -> C
 
 
 def _is_as(present: Capture, wanted: CaptureRequest, body: AskedBody) -> bool:
-    """Whether an input is set up as it is wanted.
+    """True if an input is set up as it is wanted.
 
     :raises InvalidRequest: it is to be off, and is not so already; nothing was sent.
     """

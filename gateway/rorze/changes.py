@@ -1,4 +1,4 @@
-"""What a body keeps and takes by pairs of commands: read as values, and changed where it differs."""
+"""Settings that a body tells and takes by pairs of commands: read as values, changed where they differ."""
 
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Mapping, Sequence
 from contextlib import asynccontextmanager
@@ -59,7 +59,7 @@ class Item:
     place: Mapping[str, Any] = field(default_factory=dict)
     """The parameters that say which one it is."""
     refused_as: Mapping[str, Any] = field(default_factory=dict)
-    """What it is where the question is refused with one of these errors."""
+    """The value that a refusal with one of these errors means."""
 
     def value_in(self, reply: Reply | None) -> Any:
         """The value that a reply tells; None without one."""
@@ -187,7 +187,7 @@ async def _step(body: AskedBody, item: Item, value: Any, command: Setter, epoch:
 
 
 def _agree(found: Any, wanted: Any) -> bool:
-    """Whether a value is as wanted; of one with several members, those that are given."""
+    """True if a value is as wanted; of one with several members, those that are given."""
     if isinstance(found, dict) and isinstance(wanted, dict):
         return wanted.items() <= found.items()
     return bool(found == wanted)

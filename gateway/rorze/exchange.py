@@ -25,7 +25,7 @@ class Answered:
     late: bool = False
     """It came after its deadline, but before the line was proved to be in step again."""
     text: str = field(default="", compare=False)
-    """What followed the code in the reply of one body, as it came."""
+    """The text behind the code in the reply of one body, as it came."""
 
 
 Outcome = Answered | Refusal | GatewayError
@@ -43,7 +43,7 @@ class RorzeExchange(Exchange[RorzeCommand[Any], ReplyFrame, Answered | Refusal])
 
     @property
     def key(self) -> tuple[int, str]:
-        """What a reply is matched by first: body and code."""
+        """Body and code, by which a reply is matched first."""
         return self.target, self.command.code
 
     @property
@@ -74,7 +74,7 @@ class RorzeExchange(Exchange[RorzeCommand[Any], ReplyFrame, Answered | Refusal])
         return Answered(replies, now, self.doubt is not None, text)
 
     def mistakes(self, said: RememberedReply) -> bool:
-        """Whether a copy would be credited, and be wrong (decision 10).
+        """True if a copy would be credited, and be wrong (decision 10).
 
         It is right where the very same was asked, and asking changes nothing: that was true a moment ago.
         """
@@ -111,7 +111,7 @@ def refused(address: str, command: RorzeCommand[Any], error: int | None) -> Cont
 
 
 def is_evasive(error: int | GatewayError | None) -> bool:
-    """Whether a refusal is no sign of a body: a link master may answer so for one that is not there."""
+    """True if a refusal is no sign of a body: a link master may answer so for one that is not there."""
     code = f"0x{error:02X}" if isinstance(error, int) else getattr(error, "error_code", None)
     return code == SAME_GROUP
 

@@ -127,7 +127,7 @@ class LineInfo(PortInfo):
 
 
 class Listener(Protocol):
-    """What hears of bodies before anybody waits for their moves: what is made of several of them."""
+    """An extension made of several bodies, which hears of them before anybody waits for their moves."""
 
     def advanced(self, body: Body, move: Move) -> None:
         """A move has changed its status."""
@@ -460,13 +460,13 @@ class Rorze(Family):
         await self.define_group(f"{line_id}.{command.group}", members)
 
     def causes(self) -> Iterator[Cause]:
-        """What can go wrong with bodies."""
+        """Alarms of bodies."""
         return causes(self._bodies.get, self.lines.get)
 
     # over restarts
 
     def trajectories(self) -> Sequence[Any]:
-        """Those of the moves."""
+        """The trajectories of the moves."""
         return self.moves.trajectories.all
 
     def move_logs(self) -> Iterator[MoveLog[Any]]:
@@ -612,7 +612,7 @@ class Rorze(Family):
         self.site.events.publish(what, f"/bodies/{address}", facts)
 
     def _line_changed(self, line: Line, what: str) -> None:
-        """What happens while a line is down is known only when its bodies have been asked."""
+        """Note that nothing is known of the bodies of a line that is down until they are asked."""
         for body in self.bodies_of(line):
             if what == "line.down":
                 body.out_of_sight()
@@ -648,11 +648,11 @@ class Rorze(Family):
         return [self.stops.stop(bodies, "decelerate")] if bodies else []
 
     def _must_end(self, body: Body, *, everything: bool) -> bool:
-        """Whether it is to be stopped; where nobody can tell, too."""
+        """True if it is to be stopped; where nobody can tell, too."""
         return bool(everything and body.moving) or self._never_ends(body)
 
     def _never_ends(self, body: Body) -> bool:
-        """Whether its last move must not go on unattended, and nobody has seen its end."""
+        """True if its last move must not go on unattended, and nobody has seen its end."""
         move = next(iter(self.moves.log.of(body.address, 1)), None)
         if move is None or move.kind not in UNATTENDED or move.sent_at is None:
             return False

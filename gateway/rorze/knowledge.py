@@ -73,16 +73,16 @@ class Tracker:
 
 
 class MotorState(NamedTuple):
-    """What a controller says of its motor."""
+    """A controller's answer about its motor."""
 
     bits: int
     position: int
     cause: int = 0
-    """Of the end (9MD), where it was asked for."""
+    """The cause of the last end (9MD), where it was asked for."""
 
     @property
     def runs(self) -> bool:
-        """Whether pulses run."""
+        """True if pulses run."""
         return bool(self.bits & PULSES_RUNNING)
 
 
@@ -96,7 +96,7 @@ class PlaceRead(NamedTuple):
 
 
 class EndedBy(NamedTuple):
-    """What ends a fact, besides a newer answer."""
+    """The news that ends a fact, besides a newer answer."""
 
     commands: tuple[AnyRow, ...] = ()
     unknown: bool = False
@@ -150,7 +150,7 @@ _BY_ROW: Final[Mapping[AnyRow, list[str]]] = {
 
 @dataclass(eq=False)
 class BodyFacts(Tracker):
-    """What a body has told of itself."""
+    """The last answers of a body."""
 
     heard_at: float | None = None
     """When it last answered as a member of a group, or alone, in the event loop's time."""
@@ -159,7 +159,7 @@ class BodyFacts(Tracker):
     changes: int = 0
     """Counts the commands that may have changed its settings."""
     rest: MotorState | None = None
-    """What it said when it was last seen at rest; None once it may have moved since."""
+    """Its answer when it was last seen at rest; None once it may have moved since."""
     rest_at: float = 0.0
     status_bits: int | None = None
     place: PlaceRead | None = None
@@ -171,7 +171,7 @@ class BodyFacts(Tracker):
     no_program_at: float | None = None
     """When it last said that no user program runs; None where one may have been started since."""
     program_ends: bool = False
-    """Whether its program was read, has no move without an end, and was not changed since."""
+    """True if its program was read, has no move without an end, and was not changed since."""
 
     def sent(self, command: RorzeCommand[Any], *, is_known: bool) -> None:
         """Count it, and end what it ends."""
@@ -237,10 +237,10 @@ class BodyFacts(Tracker):
 
 @dataclass(eq=False)
 class Prepared(Tracker):
-    """What an interpolated move was prepared for (RC-420 manual 13.10.7)."""
+    """The preparation of an interpolated move (RC-420 manual 13.10.7)."""
 
     is_prepared: bool | None = None
-    """Whether one was prepared since it got positions or moved; None: not known."""
+    """True if one was prepared since it got positions or moved; None: not known."""
     pattern_of_move: int | None = None
     """The acceleration pattern of its last move; None: the standard one, or not known."""
     _pattern: int | None = None
@@ -282,14 +282,14 @@ _UNSEEN: Final = frozenset((*STARTS_PROGRAM, EraseFlash))
 
 @dataclass(eq=False)
 class FlashPositions(Tracker):
-    """What is known of the positions in flash memory (RC-420 manual 13.4).
+    """The positions in flash memory, as far as known (RC-420 manual 13.4).
 
     Nothing can ask a controller for it. But FPS writes the whole table there, and FPD reads it back: from
     then on a position is the same in both until it is set.
     """
 
     _same: bool = False
-    """Whether RAM holds the same, but for what was set since."""
+    """True if RAM holds the same, but for what was set since."""
     _set: set[int] = field(default_factory=set)
     _held: dict[int, int] = field(default_factory=dict)
 
@@ -333,7 +333,7 @@ class FlashPositions(Tracker):
         self._same = False
 
     def forget(self) -> None:
-        """What flash memory holds is not known any more."""
+        """Forget the positions in flash memory."""
         self._same = False
         self._set.clear()
         self._held.clear()
@@ -341,19 +341,19 @@ class FlashPositions(Tracker):
 
 @dataclass(eq=False)
 class FlashState(Tracker):
-    """What is known of the settings in flash memory (RC-420 manual 18), and of its positions.
+    """The settings in flash memory, as far as known (RC-420 manual 18), and its positions.
 
     Nothing can ask a controller for it. But power-on loads the settings from flash memory, and FIS writes
     them there: from then on a setting is the same in both until it is set.
     """
 
     known: bool = False
-    """Whether power-on or FIS was seen, and nothing since that could change settings unseen."""
+    """True if power-on or FIS was seen, and nothing since that could change settings unseen."""
     positions: FlashPositions = field(default_factory=FlashPositions)
     _set: set[str] = field(default_factory=set)
-    """What was set since, by the first two characters of the commands."""
+    """Settings that were set since, by the first two characters of the commands."""
     _replies: dict[str, Reply] = field(default_factory=dict)
-    """What questions were answered while both memories held the same, by their texts."""
+    """Answers from the time when both memories held the same, by the texts of their questions."""
     _shares: set[tuple[str, int | None]] = field(default_factory=set)
     """The shares that were set since the power came on, by their codes and sets."""
 
@@ -397,7 +397,7 @@ class FlashState(Tracker):
         self._replies.clear()
 
     def may_be_unset(self, command: RorzeCommand[Any]) -> bool:
-        """Whether reading back what a command sets proves nothing: 0 % of a set, perhaps never set.
+        """True if reading back what a command sets proves nothing: 0 % of a set, perhaps never set.
 
         The standard set leaves the factory with 50 % (RC-420 manual 18).
         """

@@ -65,7 +65,7 @@ class RollCall:
         self.members: set[int] = set()
         """The bodies that fell silent with the whole line, and were not asked since it lives again."""
         self.due = False
-        """Whether they are to be asked now."""
+        """True if they are to be asked now."""
         self.called = asyncio.Event()
         """Not set while these are being asked: other questions of the gateway itself can wait."""
         self.called.set()
@@ -139,7 +139,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         session.byte_time_s = self.byte_time_s
         self._garbage_before = 0
         self.controllers = ""
-        """What the link master answered to XID."""
+        """The link master's answer to XID."""
         self.set_ups = 0
         self.own_groups: set[int] = set()
         """Groups for sweeps.
@@ -151,7 +151,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         self.followed = 0
         """How many of its bodies have a move that is not over."""
         self.tells_of_stops = False
-        """Whether it was told as a whole that its stops are not confirmed, since nobody on it answers."""
+        """True if it was told as a whole that its stops are not confirmed, since nobody on it answers."""
         self.on_message: Callable[[Message], None] = lambda _: None
         self._news_of_silence = asyncio.Event()
         self._nobody_answers = False
@@ -191,17 +191,17 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         self._session.others_prove = others_prove
 
     def is_asked_later(self, body: int) -> bool:
-        """Whether a body that may be dead has to wait for such others."""
+        """True if a body that may be dead has to wait for such others."""
         return self._session.is_asked_later(body)
 
     @property
     def interject_stops(self) -> bool:
-        """Whether a stop goes out before the reply under way."""
+        """True if a stop goes out before the reply under way."""
         return self._session.interject_stops
 
     @property
     def strict(self) -> bool:
-        """Whether a reply came twice here lately, so that every acknowledgement is bracketed by fences."""
+        """True if a reply came twice here lately, so that every acknowledgement is bracketed by fences."""
         return self._session.strict
 
     @property
@@ -226,7 +226,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         return FrameSubject(b"%X" % number, frozenset((number, *self.groups.get(number, ()), *named)))
 
     def shows_silence(self, error: GatewayError) -> bool:
-        """Whether an error shows that a body does not answer, on a line that works or is another's."""
+        """True if an error shows that a body does not answer, on a line that works or is another's."""
         if self.state is LineState.STANDBY:
             return True
         if self.state in (LineState.DOWN, LineState.SETTING_UP) or isinstance(error, GarbledReply):
@@ -236,7 +236,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         return isinstance(error, NoReply | BodyOffline) and not all_are_silent
 
     def can_address(self, body: int) -> bool:
-        """Whether the line's way of addressing reaches this body number."""
+        """True if the line's way of addressing reaches this body number."""
         return self._session.introducer == "&" or body <= 0xF
 
     def _break_off(self, reason: str) -> None:
@@ -245,7 +245,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         super()._break_off(reason)
 
     def is_followed(self, more: int) -> None:
-        """So many more of its bodies have a move that is not over, or fewer where it is below 0."""
+        """Count the bodies with a move that is not over: `more` than before, or fewer where it is below 0."""
         self.followed += more
 
     # set-up
@@ -317,7 +317,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         self._note_group(group, outcome, set_up)
 
     def knows_group(self, group: int) -> bool:
-        """Whether its link master has acknowledged the definition of a group since it was last set up."""
+        """True if its link master has acknowledged the definition of a group since it was last set up."""
         return self._known_since.get(group) == self.set_ups
 
     async def define_own_group(self, group: int) -> None:
@@ -457,11 +457,11 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         return somebody_came_back
 
     def _in_turn(self, bodies: Iterable[int]) -> list[int]:
-        """Those first who fell silent with the whole line, and of them who was heard last."""
+        """Order bodies for probes: first those that fell silent with the line, the last heard in front."""
         return sorted(self.presence.latest_first(bodies), key=lambda it: it not in self.roll.members)
 
     async def _answers_probe(self, body: int, lane: Lane) -> bool:
-        """Whether it is there. Who was silent only with the whole line is silent itself if it is not."""
+        """True if it is there. Who was silent only with the whole line is silent itself if it is not."""
         outcome = await self.probe(body, self._session.reply_timeout_s, lane)
         if isinstance(outcome, NoReply) and self._open and not self._all_are_offline():
             self.roll.members.discard(body)

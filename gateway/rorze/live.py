@@ -51,7 +51,7 @@ class LiveBody(LiveSource):
         self.subject = f"/bodies/{self.body.address}"
 
     def company(self, due: Sequence[LiveSource]) -> dict[Body, Self]:
-        """Those that one frame asks for, by their bodies."""
+        """The values that one frame asks for, by their bodies."""
         alike = {it.body: it for it in self.among(due)}
         group = self.sweep.group_for(self.body, alike)
         return {

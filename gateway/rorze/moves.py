@@ -54,7 +54,7 @@ from protocols.rorze.row import RorzeCommand
 from protocols.table import Reply
 
 OUT_OF_RANGE: Final = "0x5D"
-"""What the controller answers; it does not say which range is meant."""
+"""The controller's error; it does not say which range is meant."""
 
 
 async def name_limits(body: Body, command: RorzeCommand[Any], refusal: Reply | GatewayError) -> None:
@@ -413,7 +413,7 @@ def _new(body: Body, target: Body | Group, command: RorzeCommand[Any], kind: Mov
 
 
 def rested_at(move: Move) -> MotorState | None:
-    """What the body said before the move, as far as its record tells."""
+    """The body's state before the move, as far as its record tells."""
     return None if move.start_position is None else MotorState(0, move.start_position)
 
 
@@ -445,7 +445,7 @@ class _MoveRun:
 
 
 def kind_of(command: RorzeCommand[Any]) -> MoveKind:
-    """What kind of move a motion command makes."""
+    """The kind of move that a motion command makes."""
     if isinstance(command, RelativeMove):
         return "continuous" if command.distance == "endless" else "relative"
     if isinstance(command, AbsoluteMove):

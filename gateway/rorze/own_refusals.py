@@ -29,10 +29,10 @@ class OwnRefusals(Tracker):
     def __init__(self, body: AskedBody) -> None:
         self._body = body
         self._known_clear = False
-        """Whether its status had no command error when it was last read, and nothing was refused since."""
+        """True if its status had no command error when it was last read, and nothing was refused since."""
         self._looking = 0
         self._ours = False
-        """Whether a command error that stands now can only be that of a question of ours."""
+        """True if a command error that stands now can only be that of a question of ours."""
         self._refused = False
 
     def replied(self, question: RorzeCommand[Any], reply: Reply, at: float) -> None:  # noqa: ARG002

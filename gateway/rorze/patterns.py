@@ -72,7 +72,7 @@ class SpeedChangeRequest(SentBack):
         )
 
     def planned(self) -> SpeedChange:
-        """The same as the speed curve takes it."""
+        """The change as the speed curve takes it."""
         if self.begin is not None:
             return SpeedChange("F", self.begin, self.speed_pps)
         return SpeedChange("T", self.end or 0, self.speed_pps)
@@ -271,7 +271,7 @@ async def alter_pattern(
 
 
 def _stays(present: Pattern, wanted: PatternValues | PatternChange) -> bool:
-    """Whether a pattern that no command can write is wanted as it is: the standard one, or one never set."""
+    """True if a pattern that no command can write is wanted as it is: the standard one, or one never set."""
     fixed = present.number == STANDARD or present.acceleration_set is None
     same = (getattr(wanted, name) in (None, getattr(present, name)) for name in PatternSets.model_fields)
     return fixed and wanted.told != {} and not wanted.changes and all(same)

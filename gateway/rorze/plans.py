@@ -1,4 +1,4 @@
-"""What a move would do, asked without moving: the exact frame, and how long the pulses would run."""
+"""Plans of moves, asked without moving: the exact frame, and how long the pulses would run."""
 
 import asyncio
 from bisect import bisect_left
@@ -206,7 +206,7 @@ async def _write_where_free(body: Body, wanted: SpeedParameters, number: int) ->
 
 
 async def _may_be_own(body: Body, found: Sequence[int]) -> bool:
-    """Whether a set is what was written last, or for another limit in an earlier life of the gateway.
+    """True if a set is what was written last, or for another limit in an earlier life of the gateway.
 
     Then it has the ramps of the body's standard set, or those of the robot that it is an axis of.
     """
@@ -262,7 +262,7 @@ class AlongPath(NamedTuple):
     """Where an axis is led along a path with others, by the time since their start."""
 
     profile: Profile
-    """Of the path, in micrometres."""
+    """Length of the path, in micrometres."""
     start: int
     knots: Sequence[Knot]
 

@@ -275,7 +275,7 @@ class TableUploads(Readings[TableUpload]):
         return self.follow(record, work)
 
     def left_by(self, record: TableUpload, /) -> str:
-        """What one that was broken off has changed."""
+        """The changes of an upload that was broken off."""
         if record.read >= record.count:
             return f"all {record.count} positions were sent, and not all of them read back"
         return f"{record.read} of {record.count} positions were sent, perhaps one more, and none read back"

@@ -60,7 +60,7 @@ class ProofTooOld(NotSent):
 
 
 def needs_place(command: RorzeCommand[Any]) -> bool:
-    """Whether a motion ends where a loss of power would not let it end.
+    """True if a motion ends where a loss of power would not let it end.
 
     So do moves to a position or by an entry of the position table, interpolated moves, and programs.
     """
@@ -115,17 +115,17 @@ class PowerMark:
     taken: bool = False
     """The comment holds somebody's own text, or there is none."""
     vouches: bool = False
-    """Whether it stood already when the body was last seen at rest."""
+    """True if it stood already when the body was last seen at rest."""
     saved: bool = False
-    """Whether it may be in flash memory, where it proves nothing later."""
+    """True if it may be in flash memory, where it proves nothing later."""
 
     @property
     def is_written(self) -> bool:
-        """Whether it stands, or cannot be written."""
+        """True if it stands, or cannot be written."""
         return self.text is not None or not self.comment or self.taken
 
     def is_overwritten_by(self, command: RorzeCommand[Any]) -> bool:
-        """Whether it proves nothing after a command."""
+        """True if it proves nothing after a command."""
         if type(command) is SaveSettings:
             return True
         if not isinstance(command, SetUserComment) or command.comment_number != self.comment:
@@ -148,13 +148,13 @@ class PowerSigns:
     changed: RorzeCommand[Any] | None = None
     """A question for a setting that was answered otherwise than before, though nobody here has changed it."""
     seen: bool = False
-    """Whether it was seen at rest."""
+    """True if it was seen at rest."""
     _silent: bool = False
     _settings: dict[str, str] = field(default_factory=dict)
     """Settings as they were last read, by the texts of their questions."""
     _position: int | None = None
     _sure: bool = False
-    """Whether that place was read twice, or is where it was sent: one garbled digit proves nothing."""
+    """True if that place was read twice, or is where it was sent: one garbled digit proves nothing."""
     _errors: int = 0
     _errors_once: int = 0
     """Errors of the last reading; `_errors` has those that two readings in a row told of."""
@@ -174,7 +174,7 @@ class PowerSigns:
         self._position, self._silent, self.changed = None, False, None
 
     def differs(self, question: RorzeCommand[Any], reply: Reply) -> bool:
-        """Whether a setting is not what it was when it was first read."""
+        """True if a setting is not what it was when it was first read."""
         told = reply.written()
         return self._settings.setdefault(question.code + question.written(), told) != told
 
@@ -201,7 +201,7 @@ class PowerSigns:
             self._settings.clear()
 
     def contradicts(self, position: int, bits: int, tolerance: int = 0) -> bool:
-        """Whether what a body at rest says does not follow from what it said before."""
+        """True if what a body at rest says does not follow from what it said before."""
         back_from_silence = self._silent and self.seen and self._position is None
         jumped = self.jumped(position, bits, tolerance) is not None
         return jumped or back_from_silence or self.changed is not None
@@ -215,7 +215,7 @@ class PowerSigns:
         return f"{', '.join(gone)} went from its status" if gone else None
 
     def looks_switched_on(self, position: int) -> bool:
-        """Whether a body stands where one stands that was switched on, and stood elsewhere before."""
+        """True if a body stands where one stands that was switched on, and stood elsewhere before."""
         return position == POWER_ON_POSITION and self._position != POWER_ON_POSITION
 
 
@@ -225,18 +225,18 @@ class BodyPower(Tracker):
 
     mark: PowerMark = field(default_factory=PowerMark)
     needs_origin: bool = True
-    """Whether a loss of power makes its position worthless."""
+    """True if a loss of power makes its position worthless."""
     doubts_silence: bool = False
-    """Whether each silence counts as a loss of power: nothing on the wire tells where a board keeps all."""
+    """True if each silence counts as a loss of power: nothing on the wire tells where a board keeps all."""
     on_news: Tell = lambda _kind, _facts: None
     on_memory: Callable[[], None] = lambda: None
     """Called when there is something else to remember."""
     signs: PowerSigns = field(default_factory=PowerSigns)
     homed: Homed = "unknown"
     cycled: bool = False
-    """Whether it has lost its power, and was neither homed nor acknowledged since."""
+    """True if it has lost its power, and was neither homed nor acknowledged since."""
     certain: bool = True
-    """Whether that loss is certain."""
+    """True if that loss is certain."""
     losses: int = 0
     """Counts the losses of power that were noticed."""
     proved_at: float = -inf
@@ -271,7 +271,7 @@ class BodyPower(Tracker):
 
     @property
     def is_vouched(self) -> bool:
-        """Whether the mark, where there is one, stood already when the body was last seen at rest.
+        """True if the mark, where there is one, stood already when the body was last seen at rest.
 
         One that was written later proves nothing of the time before.
         """
@@ -283,7 +283,7 @@ class BodyPower(Tracker):
         return PowerSeen(self.mark.text, self.losses)
 
     def kept_since(self, before: PowerSeen) -> bool | None:
-        """Whether it has kept its power since then, as far as is known; None where no mark vouches for it."""
+        """True if it has kept its power since then, as far as is known; None where no mark vouches for it."""
         if self.losses != before.losses:
             return False
         return True if before.mark is not None and self.mark.text == before.mark else None
@@ -454,7 +454,7 @@ class Mark:
         self._body = body
 
     async def stands(self, lane: Lane) -> bool | None:
-        """Whether it proves that the body has kept its power; None where there is no mark.
+        """True if it proves that the body has kept its power; None where there is no mark.
 
         One reading proves that it stands, two equal ones that it does not.
 
@@ -529,7 +529,7 @@ class Mark:
         return bool(row.text) and is_mark(row.text)
 
     async def _is_taken(self, lane: Lane) -> bool:
-        """Whether the comment is somebody's own; a single garbled reading does not count."""
+        """True if the comment is somebody's own; a single garbled reading does not count."""
         try:
             found, _ = await self._read(lane)
             if is_mark(found) or found != (await self._read(lane))[0]:

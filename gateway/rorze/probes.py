@@ -27,17 +27,17 @@ PROMPT_SHARE = 0.3
 PRESENCE, POLLS, MARKS = 0.45, 0.3, 0.2
 """How the share of health is divided among presence, polls, and marks; the rest is for what is asked anew."""
 STATUS_BYTES, POLL_BYTES, MARK_BYTES = 18, 43, 30
-"""Of 9CD, of 9CD and 6PD, and of 9VD, with their replies."""
+"""Bytes of 9CD, of 9CD and 6PD, and of 9VD, with their replies."""
 MARK_EXCHANGES = 3
 """The comment is read, written, and read back."""
 ATTENDED_AT_A_TIME = 2
-"""So many bodies of a line of many are attended at a time: who follows a motor takes turns with few."""
+"""Bodies of a crowded line attended at a time: whoever follows a motor takes turns with few."""
 CALLED_FOR_SHARE = 0.05
 """Share of the line's time for looks that something has called for and that go among clients' reads."""
 LEARN_SHARE = 0.38
 """Share of the line's time for all else that is asked anew, as at the start; with those less than half."""
 GROUP_BYTES, MEMBER_BYTES = 16, 8
-"""Of 9CD or URD to a group and its reply, and for each member in it, at most."""
+"""Bytes of 9CD or URD to a group and its reply, and for each member in it, at most."""
 TURNAROUND_S = 0.003
 """From a question to its reply, besides the bytes: an assumption."""
 SLOWEST_BYTE_S = 10 / 9600
@@ -84,7 +84,7 @@ def group_s(line: Line, members: int) -> float:
 
 
 def is_prompt(line: Line) -> bool:
-    """Whether few enough bodies are there to tell within two seconds that one has lost its power.
+    """True if few enough bodies are there to tell within two seconds that one has lost its power.
 
     At 9600 baud these are 8 bodies; they take more than the share of health for it.
     """
@@ -177,20 +177,20 @@ def follow_s(line: Line) -> float:
 
 
 def is_crowded(line: Line) -> bool:
-    """Whether too many move to ask each for its position, too, and see its end in time."""
+    """True if too many move to ask each for its position, too, and see its end in time."""
     return line.followed * wire_s(line, POLL_BYTES, 2) > FOLLOW_SHARE * END_SEEN_S
 
 
 WORTH = 0.5
 """A group is asked where at least this share of its members is asked for; else each is asked alone."""
 SERVING = (LineState.READY, LineState.OUT_OF_STEP)
-"""What a line is that was set up; out of step it takes what is to be sent, and fences first."""
+"""States of a line that was set up; out of step it takes frames, and fences first."""
 DISTRUST_S = 60.0
 """A group that did not answer is not asked again for this time: its link master may not define it."""
 
 
 class SweepAnswer(NamedTuple):
-    """What a body said, and when on the event loop's clock."""
+    """An answer of a body, and its time on the event loop's clock."""
 
     reply: Reply
     at: float
@@ -233,7 +233,7 @@ class Sweep:
         return [*self.own, *sorted(self._declared(), key=lambda it: len(it.members), reverse=True)]
 
     def relies_on(self, group: Group) -> bool:
-        """Whether its number reaches its members, as far as is known."""
+        """True if its number reaches its members, as far as is known."""
         if not group.in_force or not self._line.knows_group(group.number):
             return False
         return self._distrusted_until.get(group, -inf) <= _now()
@@ -258,7 +258,7 @@ class Sweep:
         return self._group_of
 
     def covers(self, body: Body) -> bool:
-        """Whether a group that is relied on asks for it."""
+        """True if a group that is relied on asks for it."""
         return body in self._groups_by_body()
 
     async def define(self) -> None:
@@ -336,7 +336,7 @@ class Sweep:
     async def _ask_group(
         self, group: Group, command: RorzeCommand[R], lane: Lane
     ) -> dict[Body, Reply | GatewayError]:
-        """What each member of a group told; nothing where the group is not to be relied on."""
+        """Ask a group, and give the answer of each member; empty where the group is not to be relied on."""
         try:
             return await group.ask(command, lane=lane)
         except (NoReply, ControllerRefused):
@@ -347,7 +347,7 @@ class Sweep:
 
 
 def _says_nothing(error: GatewayError) -> bool:
-    """Whether a group's reply leaves open if a member is there."""
+    """True if a group's reply leaves open if a member is there."""
     return isinstance(error, NoReply) or is_evasive(error)
 
 

@@ -114,7 +114,7 @@ class ProgramRuns(DurableJobs[ProgramRun]):
         self._find_body = find_body
         self._endless = endless
         self._before: dict[str, PowerSeen] = {}
-        """What was known of the power of each body, by address, before its run that is not over."""
+        """The state of each body's power before its run that is not over, by address."""
 
     async def start(self, body: Body, command: RunProgram | StepProgram) -> ProgramRun:
         """Run a program, or one instruction of it.

@@ -23,9 +23,9 @@ from protocols.rorze.row import LAST_BODY, LINK_MASTER, RorzeCommand
 
 REPLIES_REMEMBERED = 32
 STOP_REPLY_BYTES = 24
-"""Of the reply to a stop, and of the message that a move has ended."""
+"""Bytes of the reply to a stop, and of the message that a move has ended."""
 GROUP_REPLY_BYTES, MEMBER_REPLY_BYTES = 8, 8
-"""Of a group's reply to a stop, and of each member's part in it, where some members were moving."""
+"""Bytes of a group's reply to a stop, and of each member's part in it, where some members were moving."""
 NONCES = 2048
 """Position entries a fence can ask for. All take their turn, so that no late echo is the next fence's own."""
 SILENT_BODIES = 3
@@ -47,7 +47,7 @@ class Presence:
         self.offline = offline
         """The bodies that are not asked any more, but by probes."""
         self.silent: set[int] = set()
-        """Those, and the one that seems to be silent while the line is still being fenced."""
+        """The offline bodies, and one that seems to be silent while the line is still being fenced."""
         self.answered_late: set[int] = set()
         """The bodies that were called silent last, and answered before they were given up."""
         self.mute: set[int] = set()
@@ -82,7 +82,7 @@ class Presence:
             self._refused_fence.pop(body, None)
 
     def evades(self, body: int, now: float) -> bool:
-        """Whether @4C has been its only answer for so long that it is not there."""
+        """True if @4C has been its only answer for so long that it is not there."""
         return now - self._evasive_since.setdefault(body, now) >= EVASIVE_S
 
     def is_there(self, body: int) -> None:
@@ -142,7 +142,7 @@ class Witness:
     in_silence: int = 0
     """Bodies that were fenced in vain since a byte was heard."""
     was_clean: bool = True
-    """Whether the line had no error when it lost its step."""
+    """True if the line had no error when it lost its step."""
 
 
 class RorzeSession(Session[RorzeExchange, ReplyFrame]):
@@ -266,7 +266,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         return all(exchange.key != sent.key for sent in self._sent)
 
     def is_asked_later(self, body: int) -> bool:
-        """Whether it may be dead, and others who answer have yet to tell whether they stand."""
+        """True if it may be dead, and others who answer have yet to tell whether they stand."""
         return body in self.presence.mute and self.others_prove(body)
 
     def wants_fence(self, exchange: RorzeExchange, now: float) -> bool:
@@ -287,7 +287,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         return super().receive(frame, now)
 
     def _denies_probe(self, frame: ReplyFrame) -> bool:
-        """Whether it says that a body is absent which is not known to be there: no trouble of the line."""
+        """True if it says that a body is absent which is not known to be there: no trouble of the line."""
         is_absent = frame.body in self.offline or frame.body not in self.bodies
         return (
             is_absent
@@ -330,7 +330,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
                 self.presence.is_there(answer.body)
 
     def is_refusal_of_fence(self, frame: ReplyFrame) -> bool:
-        """Whether a position entry was refused."""
+        """True if a position entry was refused."""
         return isinstance(frame, Refusal) and frame.code == GetNumberedPositionEntry.code
 
     def fence_passed(self, _fence: RorzeExchange) -> None:

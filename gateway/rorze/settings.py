@@ -125,7 +125,7 @@ async def change_settings(
 
 @cache
 def about() -> dict[str, AboutSetting]:
-    """What the manual says of each setting, by name."""
+    """The manual's words on each setting, by name."""
     properties = Settings.model_json_schema()["properties"]
     return {name: _about(setting, properties[name]) for name, setting in SETTINGS.items()}
 
@@ -287,7 +287,7 @@ def _wanted(named: Mapping[str, Any]) -> Iterator[Wanted]:
 
 
 def _wanted_of(setting: BodySetting, item: Item, value: Any, key: Key) -> Iterator[Wanted]:
-    """What is wanted of one item, if it is named; null is a value only of what need not be set at all."""
+    """The wanted value of one item, if it is named; null is a value only where an item need not be set."""
     for part in key.split(".") if key else ():
         if value is None:
             break

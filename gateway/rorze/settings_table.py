@@ -227,7 +227,7 @@ class WholeQuestion(NamedTuple):
     question: Query
     names: Mapping[str, int]
     words: tuple[Any, Any]
-    """What 0 means, and 1."""
+    """The meaning of 0, and of 1."""
 
     def values_in(self, reply: Any) -> dict[str, Any]:
         """The members' values, by their names."""

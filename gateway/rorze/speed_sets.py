@@ -63,7 +63,7 @@ _ROWS: Final[dict[str, tuple[type[Any], type[Any], str]]] = {
 SPEEDS: Final = set(_ROWS)
 """The parameters of a set."""
 SHARES: Final = ("rising_percent", "falling_percent")
-"""Those of which 0 is a value."""
+"""The parameters of which 0 is a value."""
 OF_THE_SET: Final = frozenset(
     ("body_id", "number", "start_speed", "maximum_speed", "acceleration", "flash", "steps")
 )

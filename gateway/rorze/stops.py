@@ -46,11 +46,11 @@ QUIET_TIMEOUTS = 2
 """Where many stops are due, a line is silent on which nobody was heard for so many times as long as a reply
 may take."""
 MORE_THAN_A_FUSE = 12
-"""So many bodies that fall silent at once do not hang on one fuse."""
+"""Bodies that fall silent at once and do not hang on one fuse."""
 CHECK_S = 0.5
 """A silent line is listened to this often."""
 PROOF_BYTES, PROOF_EXCHANGES = 140, 6
-"""What it takes to stop a body and its program, and to see it stand, with all replies."""
+"""Bytes and exchanges that stop a body and its program and see it stand, with all replies."""
 
 
 def proofs_s(line: Line, stops: int) -> float:
@@ -59,17 +59,17 @@ def proofs_s(line: Line, stops: int) -> float:
 
 
 def is_silent(line: Line) -> bool:
-    """Whether nobody on a line has been heard for longer than it takes to find one body silent."""
+    """True if nobody on a line has been heard for longer than it takes to find one body silent."""
     return _quiet_timeouts(line) >= QUIET_TIMEOUTS + line.late_reply_s / line.reply_timeout_s
 
 
 def is_heard(line: Line) -> bool:
-    """Whether somebody on a line was heard within the time of a reply."""
+    """True if somebody on a line was heard within the time of a reply."""
     return _quiet_timeouts(line) <= 1
 
 
 def is_quiet(line: Line) -> bool:
-    """Whether nobody on a line was heard for so long that it may be silent."""
+    """True if nobody on a line was heard for so long that it may be silent."""
     return _quiet_timeouts(line) >= QUIET_TIMEOUTS
 
 
@@ -96,7 +96,7 @@ class SilentLines:
         self._told: set[asyncio.Task[None]] = set()
 
     def may_be(self, line: Line) -> bool:
-        """Whether it will be known in a moment if a line with many stops is silent."""
+        """True if it will be known in a moment if a line with many stops is silent."""
         if is_heard(line) or is_silent(line):
             return False
         if self._many_are_due(line):
@@ -118,7 +118,7 @@ class SilentLines:
         self._events.publish("line.stops.unconfirmed", f"/lines/{line.id}", facts)
 
     def _many_are_due(self, line: Line) -> bool:
-        """Whether so many stops are due that their line is the cause, and not a fuse.
+        """True if so many stops are due that their line is the cause, and not a fuse.
 
         Where others live, who are not asked while the silent are fenced, it takes more of them to say so.
         """
@@ -158,9 +158,9 @@ class SilentLines:
 ATTEMPT_FRAMES = 2
 """An attempt to stop a body that does not answer: the stop, and the end of the program."""
 STOP_BYTES = 8
-"""Of a stop, or the end of a program; replies go the other way meanwhile."""
+"""Bytes of a stop, or of the end of a program; replies go the other way meanwhile."""
 GOES_FIRST = 2
-"""Who does not answer is asked behind the proofs of others for so many times as long as these may take."""
+"""A silent body is asked behind the proofs of others for this many times as long as these may take."""
 LAST_LOOK_S = 2 * REPEAT_S
 """A motor that ran so shortly before it was to stand counts as running."""
 UNKNOWN_CODE = "0x49"
@@ -239,15 +239,15 @@ class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
             self._sweep_of(line).distrust(group)
 
     def under_way(self, body: Body) -> bool:
-        """Whether a stop of the body is not confirmed yet."""
+        """True if a stop of the body is not confirmed yet."""
         return any(stop.body is body for stop in self._tasks)
 
     def on_line(self, line: Line) -> bool:
-        """Whether a stop of any body of a line is not confirmed yet."""
+        """True if a stop of any body of a line is not confirmed yet."""
         return any(stop.body.line is line for stop in self._tasks)
 
     def others_prove(self, line: Line, body: int) -> bool:
-        """Whether others on a line, who answer, have yet to tell whether they stand, and how a move ended."""
+        """True if others on a line, who answer, have yet to tell whether they stand, and how a move ended."""
         stops = (stop for stop in self._tasks if stop.body.line is line and stop.body.number != body)
         return any(stop.goes_first() for stop in stops)
 
@@ -333,7 +333,7 @@ class _Look(NamedTuple):
     refuted_at: float | None = None
     """The age of the stop at a look that has seen the motor move; endless where it told nothing."""
     runs: bool = False
-    """Whether the motor has told that it runs."""
+    """True if the motor has told that it runs."""
 
 
 class _BodyStop(Stopping):
@@ -359,7 +359,7 @@ class _BodyStop(Stopping):
         self._stopped_in = Lane.STOP
         self._stop: asyncio.Future[Outcome] | None = None
         self._end: asyncio.Future[Outcome] | None = None
-        """Of the program."""
+        """The end of the program."""
         self._answers = True
         """If not, the body may be dead, and nobody else need wait for it."""
         self._ramp: asyncio.Task[None] | None = None
@@ -451,7 +451,7 @@ class _BodyStop(Stopping):
     # seeing
 
     async def stands_still(self) -> bool:
-        """Whether the status says so twice, and no program runs that could move the motor again.
+        """True if the status says so twice, and no program runs that could move the motor again.
 
         On a line of many, one that was seen at rest and was told nothing since has said so once already.
         """
@@ -495,7 +495,7 @@ class _BodyStop(Stopping):
         return told and not is_quiet(self.body.line)
 
     def has_had_no_turn(self) -> bool:
-        """Whether nothing speaks against it yet, for as long as the wire needs for the proofs of all.
+        """True if nothing speaks against it yet, for as long as the wire needs for the proofs of all.
 
         Its reply may still stand behind those of others, and what was asked before it was to stand proves
         nothing.
@@ -505,17 +505,17 @@ class _BodyStop(Stopping):
         return may_be and not self._is_refuted() and self._in_time() and not is_silent(self.body.line)
 
     def _is_refuted(self) -> bool:
-        """Whether it was to stand when it was last asked, and did not say that it does."""
+        """True if it was to stand when it was last asked, and did not say that it does."""
         refuted_at = self._look.refuted_at
         return refuted_at is not None and refuted_at >= self.due_s - LAST_LOOK_S
 
     def goes_first(self) -> bool:
-        """Whether its body answers, and is asked before those who do not; not for ever, for they may live."""
+        """True if its body answers, and is asked before those who do not; not for ever, for they may live."""
         answers = self._answers and self.report.state in ("acknowledged", "confirmed")
         return answers and self._in_time(GOES_FIRST)
 
     def _in_time(self, times: int = 1) -> bool:
-        """Whether it began no longer ago than the wire needs for the proofs of all, or so many times that."""
+        """True if it began no longer ago than the wire needs for the proofs of all, or so many times that."""
         line = self.body.line
         needed_s = self.due_s + line.reply_timeout_s + proofs_s(line, self._most)
         return self.waited_s < times * needed_s
@@ -526,7 +526,7 @@ class _BodyStop(Stopping):
         return self._began_at
 
     def is_due(self) -> bool:
-        """Whether it was to be confirmed by now."""
+        """True if it was to be confirmed by now."""
         return self.is_late() and not self.has_had_no_turn()
 
     def _warn(self) -> None:
@@ -537,7 +537,7 @@ class _BodyStop(Stopping):
         super()._warn()
 
     def _is_free_of_programs(self) -> bool:
-        """Whether no program can run: on a line of few bodies each is asked nevertheless."""
+        """True if no program can run: on a line of few bodies each is asked nevertheless."""
         return self.body.runs_no_program() and not is_prompt(self.body.line)
 
     async def _ask(self, command: RorzeCommand[R]) -> R:
@@ -584,7 +584,7 @@ class _BodyStop(Stopping):
     # telling
 
     def why_not(self) -> list[Text]:
-        """What the controller has answered, or why it has not."""
+        """The controller's answer, or why it has not answered."""
         return [self._look.why] if self._look.why else []
 
     def publish(self, what: str) -> None:

@@ -105,7 +105,7 @@ def as_written(text: str) -> str:
 
 
 MOST_TOLD = 100
-"""So many lines are named at once."""
+"""Lines that are named at once."""
 REMEDY = "Give a distance, or set allow_endless_moves in the configuration."
 
 

@@ -74,14 +74,14 @@ class _Run:
     scara: Scara
     move: ScaraMove
     moves: dict[Body, Move] = field(default_factory=dict)
-    """Those of the bodies, once they are begun."""
+    """The moves of the bodies, once they are begun."""
     begun: bool = False
-    """Whether the controllers have accepted or refused it."""
+    """True if the controllers have accepted or refused it."""
     stopping: "asyncio.Task[Any] | None" = None
 
     @property
     def under_way(self) -> bool:
-        """Whether an axis may still move."""
+        """True if an axis may still move."""
         return any(not move.status.final for move in self.moves.values())
 
 
@@ -92,9 +92,9 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
         super().__init__()
         self._moves, self._stops, self._tell = moves, stops, publish
         self._runs: dict[Body, _Run] = {}
-        """Of the members of robots that move."""
+        """The run of each member of a robot that moves."""
         self._tasks: set[asyncio.Task[Any]] = set()
-        """Those that watch over moves, and stop them."""
+        """Tasks that watch over moves, and stop them."""
 
     async def start(self, scara: Scara, request: ScaraMoveRequest, start_within_s: float = 5.0) -> ScaraMove:
         """Prepare a move and start it, undivided, and give it when the controllers have accepted it.
@@ -474,6 +474,6 @@ def _words(run: _Run, failed: Mapping[Body, Move]) -> VerdictWords:
 
 
 def _moved(moves: Iterable[Move]) -> Moved:
-    """What the robot did, by what its axes did."""
+    """The robot's verdict words, by the ends of its axes."""
     told = {"yes" if move.error is None else move.error.moved for move in moves}
     return "yes" if "yes" in told else "unknown" if "unknown" in told else "no"

@@ -1,4 +1,4 @@
-"""What goes before a move of a SCARA robot: work it out, tell the controllers, see that they agree."""
+"""The preparation of a SCARA robot's move: work it out, tell the controllers, see that they agree."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -47,7 +47,7 @@ class Plan:
 
     @property
     def addressee(self) -> Body | Group:
-        """What the motion goes to: HFM to the finger's controller alone (13.10.9), all else to the group."""
+        """The addressee of the motion: for HFM the finger's controller alone (13.10.9), else the group."""
         return self.scara.members[-1] if isinstance(self.manoeuvre.motion, TurnFinger) else self.scara.group
 
     @property
@@ -62,7 +62,7 @@ class Plan:
         return self.scara.line.frame_of(self.addressee.number, self.manoeuvre.motion)
 
     def positions(self) -> list[SetStartPosition]:
-        """What tells the controllers where all axes stand (HPS)."""
+        """The commands that tell the controllers where all axes stand (HPS)."""
         return [SetStartPosition(axis=axis, position=it) for axis, it in enumerate(self.here.pulses)]
 
     def record(self) -> PlannedScaraMove:

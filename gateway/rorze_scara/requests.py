@@ -116,13 +116,13 @@ class ViaPoint(
 
 
 class MoveStart(NamedTuple):
-    """What a move begins with."""
+    """The preparation and the motion of a move."""
 
     pulses: tuple[int, ...]
     pose: Pose
     place: FingerPlace
     points: ways.Points
-    """Of the stored path that is asked for."""
+    """Number of the stored path that is asked for."""
     own_path: int
     """The path that the gateway keeps for its lines."""
 
@@ -146,7 +146,7 @@ class Course(NamedTuple):
 
 
 class Manoeuvre(NamedTuple):
-    """What is sent for a move, and where it leads."""
+    """The commands of a move, and where it leads."""
 
     motion: StartInterpolation | TurnFinger | MoveToExtensionStart
     preparation: Sequence[RorzeCommand[Any]]
@@ -178,7 +178,7 @@ class _ScaraMoveRequest(RequestModel):
 
     @abstractmethod
     def manoeuvre(self, here: MoveStart) -> Manoeuvre:
-        """What it comes to from here."""
+        """The commands that it comes to from here."""
 
     def _to(self, here: MoveStart, end: FingerPlace) -> Manoeuvre:
         """A straight line of the finger's end, by the path that the gateway keeps for that."""

@@ -1,1 +1,1 @@
-"""What callers may ask of bodies, groups and their lines that takes the plant."""
+"""Operations on bodies, groups and their lines that take the plant."""

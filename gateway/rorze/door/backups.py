@@ -49,7 +49,7 @@ SMALL = "[body 3F]\n[settings]\n0SS10 ; origin offset, pulses\n"
 Bodies = Annotated[str | None, Field(description="These only, joined by commas: 00,3F. Left out: all.")]
 
 Held = Mapping[int, Contents]
-"""What a backup has of each body, by its number."""
+"""Content of the backup for each body, by its number."""
 
 
 def check_bodies(text: str) -> Held:
@@ -284,7 +284,7 @@ async def _for_body(plant: Plant, body_id: str, wanted: BodyComparisonRequest) -
 
 
 async def _held(plant: Plant, line_id: str, wanted: OfBodies) -> Held:
-    """What a backup has of bodies; errors as of `check_bodies` and `text_of_night`."""
+    """Read the bodies of a backup; errors as of `check_bodies` and `text_of_night`."""
     found = await aside(check_bodies, await text_of(plant, line_id, wanted))
     left = {number: it.without(wanted.without or ()) for number, it in found.items()}
     if not any(it.sections for it in left.values()):

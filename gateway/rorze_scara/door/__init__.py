@@ -1,1 +1,1 @@
-"""What callers may ask of SCARA robots."""
+"""Operations on SCARA robots."""
