@@ -78,7 +78,7 @@ class EntryToRecord(SentBack):
 
 
 class CaptureRequest(SentBack, json_schema_extra=example(edge="rising", position=25)):
-    """What an edge in the next move is to do; what is left out, it does not."""
+    """Actions of an edge in the next move; an action that is left out is not done."""
 
     read_only = frozenset(("body_id", "input", "name", "armed", "captured"))
 
@@ -136,7 +136,7 @@ class Capture(NamedTuple):
 
     input: int
     edge: Edge
-    """What it waits for; off: it is not armed, or not any more."""
+    """The edge that it waits for; off: it is not armed, or not any more."""
     between: Bounds | None
     recorded: tuple[CaptureTarget, ...]
     pulse: CapturePulse | None

@@ -78,7 +78,7 @@ class Item:
 
 
 class ChangeStep(Record):
-    """What became of one value that was asked for."""
+    """The outcome of one value that was asked for."""
 
     name: str
     command: str = Field(description="The command that sets it, without frame.")

@@ -58,7 +58,7 @@ class BodyPowerLoss(EventData):
 
 
 class PowerAcknowledged(EventData):
-    """What lets it go to places again."""
+    """The reason why it may go to places again."""
 
     by: Acknowledgement
 
@@ -97,7 +97,7 @@ class InputChange(EventData):
 
 
 class ProgramText(EventData):
-    """What a user program tells (SDC, SDD)."""
+    """Text that a user program sends (SDC, SDD)."""
 
     text: str
 
@@ -110,7 +110,7 @@ class EndFrame(EventData):
 
 
 class SettingsNews(EventData):
-    """What of its settings, speed sets or patterns is otherwise now."""
+    """Settings, speed sets or patterns that are otherwise now."""
 
     commands: list[str] = Field(description="What was sent and read back, in order, without frames.")
     saved: bool = Field(description="Whether all its settings were written to flash memory then (FIS).")
@@ -123,7 +123,7 @@ class Strangers(EventData):
 
 
 class Strictness(EventData):
-    """Whether acknowledgements are believed only between two fences."""
+    """The new strictness of a line: strict, it believes acknowledgements only between two fences."""
 
     strict: bool
 

@@ -126,7 +126,7 @@ class PatternValues(
 
 
 class PatternChange(PatternSentBack, json_schema_extra=example(deceleration_set=13)):
-    """What of a pattern shall change; the rest stays as it is."""
+    """Changes of a pattern; the rest stays as it is."""
 
     acceleration_set: AnySet | None = Field(default=None, description="0-29.")
     deceleration_set: AnySet | None = Field(default=None, description="0-29.")

@@ -76,7 +76,7 @@ class ProgramRun(Record):
 
 
 class ProgramState(Record):
-    """What a body says of its user program now, and the last run that the gateway has started."""
+    """A body's answer about its user program, and the last run that the gateway has started."""
 
     body_id: str
     running: bool

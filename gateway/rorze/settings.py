@@ -39,7 +39,7 @@ _PER: Final[Mapping[str | None, Per]] = {"pulse": "", "pps": "/s", "pps/s": "/s2
 
 
 class AboutSetting(BaseModel):
-    """What the manual says of a setting."""
+    """The manual's words on a setting."""
 
     command: str = Field(description="The code that sets it.")
     unit: str | None = Field(description="pulse, pps, pps/s, percent, ms, um, pulse/count; null for none.")
@@ -365,7 +365,7 @@ async def change_noise_filters(
 
 
 class LastHoming(BaseModel):
-    """What became of the last search."""
+    """The outcome of the last search."""
 
     homed: Homed
     distance: int = Field(description="Pulses from its end back to its start (0PD); 0 after power-on.")

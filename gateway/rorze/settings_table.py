@@ -66,7 +66,7 @@ class InterruptPulse(RequestModel):
 
 
 class HomingSettings(RequestModel):
-    """What origin searches and the centring of stall dogs go by (RC-420 manual 13.5, 13.6.2)."""
+    """Settings of origin searches and of the centring of stall dogs (RC-420 manual 13.5, 13.6.2)."""
 
     origin_offset: Annotated[int, Field(ge=1, le=65_535)] | None = Field(
         default=None, description="0SS: pulses from the CW edge of the origin sensor to the origin."
@@ -186,7 +186,7 @@ class Settings(EncoderSettings, HomingSettings):
 
 
 class HomingChange(SentBack, HomingSettings, json_schema_extra=example(origin_offset=20, homing_retries=1)):
-    """What of the set-up of homing shall change; the rest stays as it is."""
+    """Changes of the set-up of homing; the rest stays as it is."""
 
     read_only = frozenset(("body_id", "in_unit", "overrun", "last"))
     wrapped = "settings"
@@ -195,7 +195,7 @@ class HomingChange(SentBack, HomingSettings, json_schema_extra=example(origin_of
 
 
 class EncoderChange(SentBack, EncoderSettings, json_schema_extra=example(encoder_stall_threshold=128)):
-    """What of the set-up of the encoder shall change; the rest stays as it is."""
+    """Changes of the set-up of the encoder; the rest stays as it is."""
 
     read_only = frozenset(("body_id", "operating_mode", "in_unit", "unavailable", "last"))
     wrapped = "settings"

@@ -51,7 +51,7 @@ class SignalState(BaseModel):
 
 
 class SignalReading(BaseModel):
-    """What a controller has told."""
+    """Signals as a controller has told them."""
 
     body_id: str
     read_at: datetime = Field(description="When the controller's answer came.")
@@ -88,7 +88,7 @@ class BodySensors(SignalReading):
 
 
 class OutputSwitch(SentBack, json_schema_extra=example(on=True)):
-    """What an output shall be."""
+    """A level for an output."""
 
     read_only = frozenset(("number", "name"))
 

@@ -67,7 +67,7 @@ SHARES: Final = ("rising_percent", "falling_percent")
 OF_THE_SET: Final = frozenset(
     ("body_id", "number", "start_speed", "maximum_speed", "acceleration", "flash", "steps")
 )
-"""What is told of a set beside its parameters."""
+"""Facts of a speed set beside its parameters."""
 M = TypeVar("M", bound=BaseModel)
 
 

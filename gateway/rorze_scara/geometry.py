@@ -61,7 +61,7 @@ class Geometry(Record):
 
 
 class HeldGeometry(NamedTuple):
-    """What a controller holds: the axis it drives, and the mechanics."""
+    """The axis that a controller drives, and the mechanics that it holds."""
 
     axis: int
     geometry: Geometry

@@ -48,7 +48,7 @@ class _Amount(RequestModel):
 
     @property
     def thousandths(self) -> int:
-        """The same as the controllers count."""
+        """The length as the controllers count."""
         return round(self.exactly)
 
     @model_validator(mode="after")

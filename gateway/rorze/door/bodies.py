@@ -126,7 +126,7 @@ class Position(BaseModel):
 
 
 class PositionToCall(SentBack, json_schema_extra=example(value=0, unit="pulse")):
-    """What the present position shall be called: by `value` and `unit`, or by `pulses`, as GET gives it."""
+    """A number for the present position: by `value` and `unit`, or by `pulses`, as GET gives it."""
 
     read_only = frozenset(("body_id", "counted_in"))
     passing = frozenset(("read_at", "age_ms"))
@@ -149,7 +149,7 @@ class PositionToCall(SentBack, json_schema_extra=example(value=0, unit="pulse"))
         return self
 
     def pulses_of(self, body: Body) -> int:
-        """The same as the controller counts.
+        """The position as the controller counts.
 
         :raises InvalidRequest: the body has no scale for the unit, or something beside it is otherwise.
         """
@@ -418,7 +418,7 @@ class RawRequest(RequestModel, json_schema_extra=example(text="6PD")):
 
 
 class RawReply(BaseModel):
-    """What was answered."""
+    """The answer to a command as text."""
 
     body_id: str
     sent: str = Field(description="The exact bytes, CR as \\r.")

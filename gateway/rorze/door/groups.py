@@ -39,7 +39,7 @@ def _check_name(name: str) -> str:
 
 
 class GroupDefinition(SentBack, json_schema_extra=example(members=["00", "3F"], name="pair")):
-    """What a group shall be."""
+    """The definition of a group."""
 
     read_only = frozenset(("group_id", "line_id"))
     compared_whole = False

@@ -82,13 +82,13 @@ class PositionsToStore(
 
 
 class PositionName(RequestModel, json_schema_extra=example(name="unload")):
-    """What a position is called."""
+    """A name for a position."""
 
     name: Name | None = Field(description="Null takes the name away.")
 
 
 class PositionLabel(BaseModel):
-    """What a position is called now."""
+    """The name that a position has now."""
 
     body_id: str
     number: int

@@ -110,7 +110,7 @@ class Kinematics(ScaraPlace):
 
 
 class ControllerGeometry(Geometry):
-    """What a controller holds."""
+    """The mechanics that a controller holds."""
 
     body_id: str
     axis: int = Field(description="The one that it drives.")
