@@ -30,6 +30,7 @@ from gateway.rorze.knowledge import (
     SensorEdges,
     Tell,
     Tracker,
+    Trackers,
 )
 from gateway.rorze.line import Line, lane_of
 from gateway.rorze.own_refusals import OwnRefusals
@@ -194,19 +195,16 @@ class Body(Looked):
     changing: asyncio.Lock = field(default_factory=asyncio.Lock)
     """Held while its settings are being changed."""
     mark: Mark = field(init=False)
-    _edges: SensorEdges = field(init=False)
     _own_refusals: OwnRefusals = field(init=False)
+    _trackers: Trackers = field(init=False)
+    """All that hear of each exchange with it."""
 
     def __post_init__(self) -> None:
         self.power.on_news = self._power_news
         self.mark = Mark(self)
         self._own_refusals = OwnRefusals(self)
-        self._edges = SensorEdges(self.input_names, lambda kind, facts: self.on_news(kind, facts))
-
-    @cached_property
-    def _trackers(self) -> Sequence[Tracker]:
-        """All that hears what it is sent and tells."""
-        return self.flash, self.told, self.power, self.prepared, self._edges, self._own_refusals
+        edges = SensorEdges(self.input_names, lambda kind, facts: self.on_news(kind, facts))
+        self._trackers = Trackers(self.flash, self.told, self.prepared, edges, self._own_refusals, self.power)
 
     # what is known of it
 
@@ -477,7 +475,7 @@ class Body(Looked):
 
     def _power_news(self, kind: str, facts: dict[str, object]) -> None:
         if kind == "body.power_cycled":
-            for it in self._trackers:
+            for it in self._trackers.heeding(Tracker.powered_on):
                 it.powered_on(certain=bool(facts["certain"]))
         self.told.power_in_question()
         self.look_soon()
@@ -511,7 +509,7 @@ class Body(Looked):
         if row is SetUserComment:  # `isinstance` of another model takes ten times as long, at every command
             self.flash.sent(command, is_known=is_known)
             return
-        for it in self._trackers:
+        for it in self._trackers.heeding(Tracker.sent):
             it.sent(command, is_known=is_known)
         if row in RENAMING:
             self.look_soon()
@@ -520,12 +518,12 @@ class Body(Looked):
 
     def has_refused(self, command: RorzeCommand[Any]) -> None:
         """Note that it has refused a command, which leaves a command error."""
-        for it in self._trackers:
+        for it in self._trackers.heeding(Tracker.refused):
             it.refused(command)
 
     def perhaps_did(self, command: RorzeCommand[Any]) -> None:
         """Note a command that may have been executed without a reply."""
-        for it in self._trackers:
+        for it in self._trackers.heeding(Tracker.done):
             it.done(command, certain=False)
 
     def has_replied(self, command: RorzeCommand[Any], reply: Reply, at: float) -> None:
@@ -535,9 +533,9 @@ class Body(Looked):
         """
         status_before = self.told.status_bits
         if command.effect is not Effect.READ:
-            for it in self._trackers:
+            for it in self._trackers.heeding(Tracker.done):
                 it.done(command, certain=True)
-        for it in self._trackers:
+        for it in self._trackers.heeding(Tracker.replied):
             it.replied(command, reply, at)
         if self.power.signs.changed is not None:
             self.look_soon()
@@ -578,7 +576,8 @@ class Body(Looked):
 
     def reported(self, fields: Mapping[str, int]) -> None:
         """It has reported a change of its state unasked (RC-420 manual 13.11): a reason to ask, no proof."""
-        self._edges.reported(fields)
+        for it in self._trackers.heeding(Tracker.reported):
+            it.reported(fields)
         if "C" in fields:
             self.look_soon()
 
@@ -633,13 +632,13 @@ class Body(Looked):
     def may_move(self) -> None:
         """Ask for its state: if it stood still, it may move now."""
         self.life.hear(BodyNews.MAY_MOVE)
-        for it in self._trackers:
+        for it in self._trackers.heeding(Tracker.may_move):
             it.may_move()
 
     def out_of_sight(self, news: BodyNews = BodyNews.OUT_OF_REACH) -> None:
         """It cannot be asked: it may move, or lose its power."""
         self.life.hear(news)
-        for it in self._trackers:
+        for it in self._trackers.heeding(Tracker.silent):
             it.silent()
 
     def fell_silent(self) -> None:

@@ -5,7 +5,7 @@ docs/body-states.md.
 """
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple
@@ -67,6 +67,24 @@ class Tracker:
 
     def powered_on(self, *, certain: bool) -> None:
         """It was switched off and on, or seems to have been."""
+
+    def reported(self, fields: Mapping[str, int]) -> None:
+        """It has reported a change of its state unasked (RC-420 manual 13.11)."""
+
+
+class Trackers:
+    """All trackers of a body."""
+
+    def __init__(self, *trackers: Tracker) -> None:
+        self._trackers = trackers
+        self._heeding: dict[str, Sequence[Tracker]] = {}
+
+    def heeding(self, event: Callable[..., None]) -> Sequence[Tracker]:
+        """The trackers that heed an event, which is named by its method of `Tracker`."""
+        name = event.__name__
+        if name not in self._heeding:
+            self._heeding[name] = [it for it in self._trackers if getattr(type(it), name) is not event]
+        return self._heeding[name]
 
 
 # what it has told

@@ -43,6 +43,8 @@ from gateway.rorze_scara.preparation import (
     prove_power,
     trajectory_of,
     weigh,
+    wish_of,
+    with_own_pattern,
     work_out,
 )
 from gateway.rorze_scara.record import (
@@ -54,7 +56,6 @@ from gateway.rorze_scara.record import (
 )
 from gateway.rorze_scara.requests import ScaraMoveRequest
 from gateway.rorze_scara.scara import Scara
-from gateway.rorze_scara.speed import wish_of, with_own_pattern
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.status import ControllerStatus, GetControllerStatus
 

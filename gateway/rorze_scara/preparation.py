@@ -1,18 +1,30 @@
 """The preparation of a SCARA robot's move: work it out, tell the controllers, see that they agree."""
 
-from collections.abc import Callable
-from contextlib import suppress
-from dataclasses import dataclass
+import asyncio
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass, replace
 from math import ceil
 from typing import Any
 
 from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest, PowerCycled
 from gateway.core.lanes import Lane
 from gateway.rorze.bodies import Body, Group
-from gateway.rorze.plans import AlongPath, Planned, PlannedTrajectory, Wish, crossed_of, parameters_of_pattern
+from gateway.rorze.plans import (
+    AlongPath,
+    Planned,
+    PlannedTrajectory,
+    Wish,
+    crossed_of,
+    limited,
+    parameters_of_pattern,
+    slow_pattern_of,
+    standard_of,
+)
 from gateway.rorze_scara import geometry, paths
+from gateway.rorze_scara.geometry import WHOLE_TURN_MDEG
 from gateway.rorze_scara.record import PlannedScaraMove, ScaraPlace
-from gateway.rorze_scara.requests import Course, Manoeuvre, MoveStart, ScaraMoveRequest
+from gateway.rorze_scara.requests import Course, Manoeuvre, MoveStart, ScaraMoveRequest, TurnSpeed
 from gateway.rorze_scara.scara import Scara
 from protocols.rorze.interpolation import (
     SetPathPoint,
@@ -217,3 +229,49 @@ async def prove_power(scara: Scara) -> None:
 def _require_power(scara: Scara) -> None:
     for body in scara.members:
         body.require_power(StartInterpolation())
+
+
+# a speed of its own
+
+
+def wish_of(scara: Scara, request: ScaraMoveRequest) -> Wish | None:
+    """Give what the `max_speed` of a move comes to in each controller; None where it has none."""
+    limit = request.max_speed
+    if limit is None:
+        return None
+
+    async def wish(bodies: Sequence[Body]) -> Sequence[SpeedParameters]:
+        standards = await asyncio.gather(*(standard_of(body) for body in bodies))
+        if isinstance(limit, TurnSpeed):
+            tops = [round(limit.exactly * it / WHOLE_TURN_MDEG) for it in scara.robot.pulses_per_turn]
+        else:
+            standards, tops = [_gentlest(standards)] * len(bodies), [limit.thousandths] * len(bodies)
+        if min(tops) < 1:
+            raise InvalidRequest("max_speed: it comes to less than one pulse a second; nothing was sent.")
+        return [it.capped(top) for it, top in zip(standards, tops, strict=True)]
+
+    return wish
+
+
+def with_own_pattern(scara: Scara, request: ScaraMoveRequest) -> ScaraMoveRequest:
+    """The request as it is sent; errors as of `slow_pattern_of`."""
+    if request.max_speed is None:
+        return request
+    return request.model_copy(update={"pattern": slow_pattern_of(scara.members)})
+
+
+@asynccontextmanager
+async def at_own_speed(scara: Scara, request: ScaraMoveRequest) -> AsyncIterator[ScaraMoveRequest]:
+    """Give a request with the pattern that has its `max_speed`, if it has one; errors as of `limited`."""
+    wish = wish_of(scara, request)
+    if wish is None:
+        yield request
+        return
+    async with limited(scara.group, wish):
+        yield with_own_pattern(scara, request)
+
+
+def _gentlest(standards: Sequence[SpeedParameters]) -> SpeedParameters:
+    """The ramp of the axis that accelerates least, and no speed that one of them does not allow."""
+    ramp = min(standards, key=lambda it: it.acceleration)
+    return replace(ramp, low=min(it.low for it in standards), high=min(it.high for it in standards))

@@ -539,7 +539,10 @@ async def test_a_body_is_as_its_configuration_says() -> None:
     text = configuration(bodies=(), groups={}).replace("bodies = []", tables)
     plant = TestedPlant(parse(text, "test.toml"), open_transport=lambda _: Wire(build_line((0x3F,), 0.0)))
     [body] = plant.bodies()
-    assert (body.configured.position_tolerance, body.scale) == (3, UnitsTable(unit="mm", pulses_per_unit=100.0))
+    assert (body.configured.position_tolerance, body.scale) == (
+        3,
+        UnitsTable(unit="mm", pulses_per_unit=100.0),
+    )
 
 
 @in_virtual_time
