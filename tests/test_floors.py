@@ -36,10 +36,10 @@ def _name_of(file: Path) -> str:
 def _imported(file: Path, modules: Set[str]) -> Iterator[str]:
     for node in ast.walk(ast.parse(file.read_text("utf-8"))):
         if isinstance(node, ast.Import):
-            yield from {it.name for it in node.names} & modules
+            yield from {alias.name for alias in node.names} & modules
         elif isinstance(node, ast.ImportFrom) and node.module is not None:
-            for it in node.names:
-                whole = f"{node.module}.{it.name}"
+            for alias in node.names:
+                whole = f"{node.module}.{alias.name}"
                 yield from {whole if whole in modules else node.module} & modules
 
 
@@ -47,14 +47,14 @@ def floors(imports: dict[str, set[str]]) -> dict[str, int]:
     """The floor of each module: one that imports none of its package stands on the ground, 1."""
     found: dict[str, int] = {}
     for module in TopologicalSorter(imports).static_order():
-        found[module] = 1 + max((found[it] for it in imports[module]), default=0)
+        found[module] = 1 + max((found[below] for below in imports[module]), default=0)
     return found
 
 
-@pytest.mark.parametrize("package", PACKAGES, ids=lambda it: str(it.relative_to(ROOT)))
+@pytest.mark.parametrize("package", PACKAGES, ids=lambda folder: str(folder.relative_to(ROOT)))
 def test_a_package_has_ten_floors_at_most(package: Path) -> None:
     found = floors(imports_within(package))
-    highest = max(found, key=lambda it: found[it])
+    highest = max(found, key=lambda module: found[module])
     is_higher = str(package.relative_to(ROOT)) in HIGHER
     assert (found[highest] > MOST) is is_higher, (highest, found[highest])
 

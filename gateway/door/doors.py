@@ -26,7 +26,7 @@ def rows_of_door(kind: type[Registered]) -> Iterator[Rows]:
     package = door_of(kind)
     places = () if package is None else package.__path__
     for module in iter_modules(places, f"{package.__name__}." if package else ""):
-        yield from (it for it in vars(import_module(module.name)).values() if isinstance(it, Rows))
+        yield from (rows for rows in vars(import_module(module.name)).values() if isinstance(rows, Rows))
 
 
 def doors(module: str, *kinds: type[Registered]) -> Iterator[ModuleType]:

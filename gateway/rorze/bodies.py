@@ -463,7 +463,7 @@ class Body(Looked):
 
     def drop(self, unwanted: Callable[[RorzeExchange], bool], reason: GatewayError) -> None:
         """Take commands out of its queue."""
-        self.line.cancel(lambda it: it.body == self.number and unwanted(it), reason)
+        self.line.cancel(lambda exchange: exchange.body == self.number and unwanted(exchange), reason)
 
     def runs_no_program(self) -> bool:
         """True if it has said so of late, and nothing was seen since that could start one.
@@ -475,8 +475,8 @@ class Body(Looked):
 
     def _power_news(self, kind: str, facts: dict[str, object]) -> None:
         if kind == "body.power_cycled":
-            for it in self._trackers.heeding(Tracker.powered_on):
-                it.powered_on(certain=bool(facts["certain"]))
+            for tracker in self._trackers.heeding(Tracker.powered_on):
+                tracker.powered_on(certain=bool(facts["certain"]))
         self.told.power_in_question()
         self.look_soon()
         self.on_news(kind, facts)
@@ -509,8 +509,8 @@ class Body(Looked):
         if row is SetUserComment:  # `isinstance` of another model takes ten times as long, at every command
             self.flash.sent(command, is_known=is_known)
             return
-        for it in self._trackers.heeding(Tracker.sent):
-            it.sent(command, is_known=is_known)
+        for tracker in self._trackers.heeding(Tracker.sent):
+            tracker.sent(command, is_known=is_known)
         if row in RENAMING:
             self.look_soon()
         if row in STARTS_PROGRAM or not is_known:
@@ -518,13 +518,13 @@ class Body(Looked):
 
     def has_refused(self, command: RorzeCommand[Any]) -> None:
         """Note that it has refused a command, which leaves a command error."""
-        for it in self._trackers.heeding(Tracker.refused):
-            it.refused(command)
+        for tracker in self._trackers.heeding(Tracker.refused):
+            tracker.refused(command)
 
     def perhaps_did(self, command: RorzeCommand[Any]) -> None:
         """Note a command that may have been executed without a reply."""
-        for it in self._trackers.heeding(Tracker.done):
-            it.done(command, certain=False)
+        for tracker in self._trackers.heeding(Tracker.done):
+            tracker.done(command, certain=False)
 
     def has_replied(self, command: RorzeCommand[Any], reply: Reply, at: float) -> None:
         """Note what a reply tells of the motor.
@@ -533,10 +533,10 @@ class Body(Looked):
         """
         status_before = self.told.status_bits
         if command.effect is not Effect.READ:
-            for it in self._trackers.heeding(Tracker.done):
-                it.done(command, certain=True)
-        for it in self._trackers.heeding(Tracker.replied):
-            it.replied(command, reply, at)
+            for tracker in self._trackers.heeding(Tracker.done):
+                tracker.done(command, certain=True)
+        for tracker in self._trackers.heeding(Tracker.replied):
+            tracker.replied(command, reply, at)
         if self.power.signs.changed is not None:
             self.look_soon()
         if type(reply) is ControllerStatus:
@@ -576,8 +576,8 @@ class Body(Looked):
 
     def reported(self, fields: Mapping[str, int]) -> None:
         """It has reported a change of its state unasked (RC-420 manual 13.11): a reason to ask, no proof."""
-        for it in self._trackers.heeding(Tracker.reported):
-            it.reported(fields)
+        for tracker in self._trackers.heeding(Tracker.reported):
+            tracker.reported(fields)
         if "C" in fields:
             self.look_soon()
 
@@ -632,14 +632,14 @@ class Body(Looked):
     def may_move(self) -> None:
         """Ask for its state: if it stood still, it may move now."""
         self.life.hear(BodyNews.MAY_MOVE)
-        for it in self._trackers.heeding(Tracker.may_move):
-            it.may_move()
+        for tracker in self._trackers.heeding(Tracker.may_move):
+            tracker.may_move()
 
     def out_of_sight(self, news: BodyNews = BodyNews.OUT_OF_REACH) -> None:
         """It cannot be asked: it may move, or lose its power."""
         self.life.hear(news)
-        for it in self._trackers.heeding(Tracker.silent):
-            it.silent()
+        for tracker in self._trackers.heeding(Tracker.silent):
+            tracker.silent()
 
     def fell_silent(self) -> None:
         """It does not answer any more itself."""

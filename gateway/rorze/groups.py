@@ -91,7 +91,9 @@ async def define(group: Group, old: Group | None) -> None:
             raise BodyBusy(f"{body.address} is moving; nothing was sent.", "Wait for the end of its move.")
     if old is not None:
         old.in_force = False
-        group.line.cancel(lambda it: it.body == old.number and it.lane is not Lane.STOP, old.redefined())
+        group.line.cancel(
+            lambda exchange: exchange.body == old.number and exchange.lane is not Lane.STOP, old.redefined()
+        )
     try:
         await group.line.define_group(group.number, [body.number for body in group.members])
     except (

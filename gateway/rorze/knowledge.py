@@ -1,6 +1,6 @@
-"""Facts of a body, since when they are known, and what ends them: plain data that hears of each exchange.
+"""Facts of a body, with their times and their ends: plain data that hears of each exchange.
 
-A tracker asks nothing and has no clock. What ends the facts of `BodyFacts` is a table, drawn into
+A tracker asks nothing and has no clock. The ends of the facts of `BodyFacts` are a table, drawn into
 docs/body-states.md.
 """
 
@@ -83,7 +83,9 @@ class Trackers:
         """The trackers that heed an event, which is named by its method of `Tracker`."""
         name = event.__name__
         if name not in self._heeding:
-            self._heeding[name] = [it for it in self._trackers if getattr(type(it), name) is not event]
+            self._heeding[name] = [
+                tracker for tracker in self._trackers if getattr(type(tracker), name) is not event
+            ]
         return self._heeding[name]
 
 
@@ -124,7 +126,7 @@ class EndedBy(NamedTuple):
     motion: bool = False
     """Something may have set it going."""
     silence: bool = False
-    """It cannot be asked."""
+    """The body cannot be asked."""
     power: bool = False
     """Its power was lost, or a loss of it acknowledged."""
 
@@ -135,12 +137,12 @@ class EndedBy(NamedTuple):
             *["unknown ones"] * self.unknown,
         ]
         return ", ".join(codes) or "–", *(
-            "ends" if it else "–" for it in (self.motion, self.silence, self.power)
+            "ends" if ends else "–" for ends in (self.motion, self.silence, self.power)
         )
 
 
 def _codes_of(row: AnyRow) -> list[str]:
-    return [code for code, it in COMMANDS.items() if issubclass(it, row)]
+    return [code for code, known in COMMANDS.items() if issubclass(known, row)]
 
 
 ENDS: Final[Mapping[str, EndedBy]] = {
@@ -153,7 +155,7 @@ ENDS: Final[Mapping[str, EndedBy]] = {
         (ClearProgram, AddProgramInstruction, LoadProgram), unknown=True, silence=True, power=True
     ),
 }
-"""By the names of facts in `BodyFacts`. A program may start with the power (RC-420 manual 14, UAS)."""
+"""Ends of the facts in `BodyFacts`, by name. A program may start with the power (RC-420 manual 14, UAS)."""
 _UNKNOWN: Final[Mapping[str, Any]] = {"pattern_sets": MappingProxyType({}), "program_ends": False}
 _BY_MOTION: Final = [fact for fact, by in ENDS.items() if by.motion]
 _BY_SILENCE: Final = [fact for fact, by in ENDS.items() if by.silence]
@@ -220,7 +222,7 @@ class BodyFacts(Tracker):
         return None if self.place is None else self.place.position
 
     def rests(self, state: MotorState, at: float, sent_count: int) -> None:
-        """It was polled when it had been sent so many commands; only then does the answer hold."""
+        """Note the answer to a poll; it holds unless commands were sent since the count was `sent_count`."""
         self.rest = None if state.runs or self.sent_count != sent_count else state
         self.rest_at = at
 
@@ -245,7 +247,7 @@ class BodyFacts(Tracker):
         self._end(_BY_SILENCE)
 
     def power_in_question(self) -> None:
-        """End what goes with the power: it was lost, or somebody has looked after it."""
+        """End the facts that go with the power: it was lost, or the loss was acknowledged."""
         self._end(_BY_POWER)
 
     def _end(self, facts: Iterable[str]) -> None:
@@ -328,7 +330,7 @@ class FlashPositions(Tracker):
         elif type(command) is SetPositionEntry and isinstance(command.entry.position, int):
             self._set.add(command.entry.position)
         elif type(command) is SetInterruptAction:
-            self._set |= {it for it in (command.number,) if it is not None}
+            self._set |= set() if command.number is None else {command.number}
         elif command.effect is Effect.SETTING and command.code[0] == "3":
             self._same = False
 

@@ -61,7 +61,7 @@ class RollCall:
 
     def __init__(self) -> None:
         self.unasked: set[int] = set()
-        """The bodies that count as silent because nobody on the line was heard, and were not asked since."""
+        """Bodies that count as silent because the whole line fell silent, and were not asked since."""
         self.members: set[int] = set()
         """The bodies that fell silent with the whole line, and were not asked since it lives again."""
         self.due = False
@@ -86,11 +86,11 @@ class RollCall:
         self.members.discard(body)
 
     def line_fell_silent(self, heard_at: float) -> None:
-        """Nobody answers any more; somebody was heard last at that time."""
-        self.members = {it for it, since in self._silent_since.items() if since > heard_at}
+        """No body answers any more; the last answer came at `heard_at`."""
+        self.members = {body for body, since in self._silent_since.items() if since > heard_at}
 
     def line_lives(self) -> bool:
-        """The line was set up, and somebody answers; gives whether bodies are to be asked."""
+        """The line was set up and a body answers; True if bodies are to be asked."""
         self.due |= bool(self.members)
         return bool(self.members)
 
@@ -263,7 +263,9 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         link_answers = isinstance(identified, Answered | Refusal)
         if link_answers or not self._all_are_offline():
             await self._tell(SetReplyFormat(end_of_move=1))
-            for group, members in [it for it in self.groups.items() if fresh or it[0] not in self.own_groups]:
+            for group, members in [
+                group for group in self.groups.items() if fresh or group[0] not in self.own_groups
+            ]:
                 self._note_group(group, await self._tell(_group_definition(group, members)), self.set_ups)
         if self._open:
             self._begin_to_serve(link_answers=link_answers)
@@ -366,7 +368,9 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
 
     def sending(self, body: int, commands: Sequence[RorzeCommand[Any]]) -> AbstractContextManager[None]:
         """Wait for the disk once, whatever of these is sent to a body or group here and now."""
-        return self.undertaking(lambda: [self._session.exchange(body, it, Lane.COMMAND) for it in commands])
+        return self.undertaking(
+            lambda: [self._session.exchange(body, command, Lane.COMMAND) for command in commands]
+        )
 
     def probe(self, body: int, timeout_s: float, lane: Lane = Lane.READ) -> "asyncio.Future[Outcome]":
         """Ask a body, known or not, whether it is there, by a read that nothing else can be mistaken for."""
@@ -458,7 +462,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
 
     def _in_turn(self, bodies: Iterable[int]) -> list[int]:
         """Order bodies for probes: first those that fell silent with the line, the last heard in front."""
-        return sorted(self.presence.latest_first(bodies), key=lambda it: it not in self.roll.members)
+        return sorted(self.presence.latest_first(bodies), key=lambda body: body not in self.roll.members)
 
     async def _answers_probe(self, body: int, lane: Lane) -> bool:
         """True if it is there. Who was silent only with the whole line is silent itself if it is not."""
@@ -474,7 +478,9 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         with self.roll.calling(), acting(PROBE):
             await self.ask_groups()
             roll = deque(self._in_turn(self.roll.members))
-            await asyncio.gather(*(self._ask_in_turn(roll, lane, forwards=it) for it, lane in ROLL))
+            await asyncio.gather(
+                *(self._ask_in_turn(roll, lane, forwards=forwards) for forwards, lane in ROLL)
+            )
 
     async def _ask_in_turn(self, roll: deque[int], lane: Lane, *, forwards: bool) -> None:
         """Ask one after the other until one does not answer: probes of the dead are rare."""

@@ -111,9 +111,9 @@ class PowerMark:
     candidate: str | None = None
     """The comment that is being written."""
     due: bool = True
-    """It is to be written or looked at."""
+    """True while the mark is to be written or looked at."""
     taken: bool = False
-    """The comment holds somebody's own text, or there is none."""
+    """True if the comment holds a user's own text, or does not exist."""
     vouches: bool = False
     """True if it stood already when the body was last seen at rest."""
     saved: bool = False
@@ -146,7 +146,7 @@ class PowerSigns:
     """A body's answers that show a loss of power, where they do not follow from what it said before."""
 
     changed: RorzeCommand[Any] | None = None
-    """A question for a setting that was answered otherwise than before, though nobody here has changed it."""
+    """A question for a setting that was answered otherwise than before, without a command that changed it."""
     seen: bool = False
     """True if it was seen at rest."""
     _silent: bool = False
@@ -311,7 +311,7 @@ class BodyPower(Tracker):
         self.on_memory()
 
     def _was_placed(self, command: SetPosition) -> None:
-        """Somebody has said where it stands; the encoder's count, too, is lost with the power."""
+        """A caller has said where it stands; the encoder's count, too, is lost with the power."""
         if command.position == "encoder" or not self.mark.is_written:
             return
         if self.homed == "no":
@@ -319,7 +319,7 @@ class BodyPower(Tracker):
         self.acknowledge("set_position")
 
     def replied(self, question: RorzeCommand[Any], reply: Reply, at: float) -> None:  # noqa: ARG002
-        """A setting that nobody has changed, and that differs, is a sign."""
+        """A setting that differs without a command is a sign."""
         if question.code in SETTINGS_READ and self.signs.differs(question, reply):
             self.signs.changed, self.mark.due = question, True
         if type(reply) is ControllerStatus and reply.bits is not None:
@@ -417,7 +417,7 @@ class BodyPower(Tracker):
 log = logging.getLogger(__name__)
 
 TRIES = 3
-"""So often a mark is written that was not found again as it should be."""
+"""Attempts to write a mark that is not found again as it was written."""
 
 
 class MarkedBody(Protocol):

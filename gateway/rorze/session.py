@@ -54,7 +54,7 @@ class Presence:
         """The bodies that did not answer their last stop."""
         self.on_online: Callable[[int], None] = lambda _body: None
         self.on_offline: Callable[[int, bool], None] = lambda _body, _asked: None
-        """Called with a body that counts as silent; was it asked itself, or is nobody heard at all?"""
+        """Called with a body that counts as silent, and True if it was asked itself."""
         self._heard_at: dict[int, float] = {}
         self._evasive_since: dict[int, float] = {}
         self._refused_fence: dict[int, int | None] = {}
@@ -66,13 +66,13 @@ class Presence:
 
     @property
     def last_heard_at(self) -> float:
-        """When anybody but the link master last answered; a group's answer is that of its members."""
-        return max((at for it, at in self._heard_at.items() if it != LINK_MASTER), default=-inf)
+        """Time of the last answer of any body; a group's answer is that of its members."""
+        return max((at for body, at in self._heard_at.items() if body != LINK_MASTER), default=-inf)
 
     def latest_first(self, bodies: Iterable[int]) -> list[int]:
         """Order bodies by how well they can witness that the line still works."""
         return sorted(
-            bodies, key=lambda it: (it not in self.mute, self._heard_at.get(it, -inf)), reverse=True
+            bodies, key=lambda body: (body not in self.mute, self._heard_at.get(body, -inf)), reverse=True
         )
 
     def answered(self, body: int, now: float, *, fence: bool) -> None:
@@ -126,7 +126,7 @@ class Presence:
         )
 
     def break_off(self) -> None:
-        """The port has gone: nobody finds out any more who is there, but the probes."""
+        """The port has gone: only probes find out from now on which bodies are there."""
         self.mute.clear()
         self._evasive_since.clear()
         self.offline |= self.silent
@@ -373,7 +373,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
     def deadline(self) -> float | None:
         """When the next reply is overdue, or the line has been without copies for long enough."""
         overdue = super().deadline()
-        return min((it for it in (overdue, self._strict_until) if it is not None), default=None)
+        return min((at for at in (overdue, self._strict_until) if at is not None), default=None)
 
     def pass_deadlines(self, now: float, resumes_at: float | None) -> None:
         """Give up waiting for what is overdue; `resumes_at` is set while a reply has begun and may go on."""
@@ -408,8 +408,8 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         if body <= LAST_BODY:
             return body
         members = self.groups.get(body, self.bodies)
-        alive = [it for it in members if it not in self.offline] or [
-            it for it in self.bodies if it not in self.offline
+        alive = [body_left for body_left in members if body_left not in self.offline] or [
+            body_left for body_left in self.bodies if body_left not in self.offline
         ]
         return next(iter(self.presence.latest_first(alive or members)), 0)
 
@@ -448,7 +448,9 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
             return
         self.offline.add(body)
         self.cancel(
-            lambda it: it.target == body and it.lane not in STOPS and not it.self_identifying,
+            lambda exchange: (
+                exchange.target == body and exchange.lane not in STOPS and not exchange.self_identifying
+            ),
             self.presence.offline_error(body),
         )
         self.presence.call_silent(body, asked=asked)
@@ -471,4 +473,4 @@ def _evades(frame: ReplyFrame) -> bool:
 @cache
 def _questions() -> Sequence[GetNumberedPositionEntry]:
     """One of each number; they stand before the gateway runs, so that garbage is not looked for in them."""
-    return [GetNumberedPositionEntry(entry=PositionReference(position=it)) for it in range(NONCES)]
+    return [GetNumberedPositionEntry(entry=PositionReference(position=number)) for number in range(NONCES)]

@@ -15,8 +15,8 @@ STARTED = (BodyNews.STANDS, BodyNews.CLAIMED, BodyNews.SENT)
 def after(*news: BodyNews) -> BodyLife:
     """A body of which this was heard."""
     life = BodyLife()
-    for it in news:
-        life.hear(it)
+    for each in news:
+        life.hear(each)
     return life
 
 
@@ -56,8 +56,8 @@ def test_a_motor_that_may_have_been_set_going_is_asked() -> None:
 def test_it_is_moved_stopped_and_in_a_program_at_the_same_time() -> None:
     life = after(*STARTED, BodyNews.PROGRAM, BodyNews.STOP)
     assert (life.in_move, life.in_program, life.being_stopped, life.moving) == (True, True, True, True)
-    for it in (BodyNews.RESTS, BodyNews.NO_STOP, BodyNews.OVER, BodyNews.PROGRAM_OVER):
-        life.hear(it)
+    for each in (BodyNews.RESTS, BodyNews.NO_STOP, BodyNews.OVER, BodyNews.PROGRAM_OVER):
+        life.hear(each)
     assert (life.in_move, life.in_program, life.being_stopped, life.moving) == (False, False, False, False)
 
 
@@ -80,7 +80,7 @@ def test_every_news_changes_something() -> None:
 
 
 def test_the_table_of_ends_names_facts_of_a_body() -> None:
-    assert ENDS.keys() <= {it.name for it in fields(BodyFacts)}
+    assert ENDS.keys() <= {each.name for each in fields(BodyFacts)}
 
 
 def test_the_page_shows_the_tables() -> None:

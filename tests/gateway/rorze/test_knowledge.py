@@ -1,4 +1,4 @@
-"""What a body has told, and what ends each fact: by commands, motion, silence and power."""
+"""Answers of a body, and the end of each fact: by commands, motion, silence and power."""
 
 from typing import Any
 
