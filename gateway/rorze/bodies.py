@@ -1,8 +1,8 @@
 """A body as the gateway sees it: its address, what was last known of it, and how to ask it something."""
 
 import asyncio
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractAsyncContextManager, contextmanager, suppress
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping, Sequence
+from contextlib import asynccontextmanager, contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf
@@ -19,6 +19,7 @@ from gateway.rorze.body_states import BodyAction, BodyLife, BodyNews
 from gateway.rorze.config import Events
 from gateway.rorze.exchange import Answered, Outcome, RorzeExchange, refused
 from gateway.rorze.knowledge import (
+    COMMAND_ERROR,
     PROGRAM_RUNS,
     PULSES_RUNNING,
     RENAMING,
@@ -26,6 +27,7 @@ from gateway.rorze.knowledge import (
     BodyFacts,
     FlashState,
     MotorState,
+    OwnRefusals,
     Prepared,
     SensorEdges,
     Tell,
@@ -33,7 +35,6 @@ from gateway.rorze.knowledge import (
     Trackers,
 )
 from gateway.rorze.line import Line, lane_of
-from gateway.rorze.own_refusals import OwnRefusals
 from gateway.rorze.power import POWER_ON_POSITION, BodyPower, Mark
 from gateway.rorze.units import Scale
 from protocols.rorze.commands import COMMANDS
@@ -47,6 +48,7 @@ from protocols.rorze.programs import EndProgram, GetProgramStatus
 from protocols.rorze.row import ModeName, RorzeCommand
 from protocols.rorze.status import (
     CONTROLLER_STATUS_BITS,
+    ClearControllerStatus,
     ControllerStatus,
     GetControllerStatus,
     SetUserComment,
@@ -195,14 +197,13 @@ class Body(Looked):
     changing: asyncio.Lock = field(default_factory=asyncio.Lock)
     """Held while its settings are being changed."""
     mark: Mark = field(init=False)
-    _own_refusals: OwnRefusals = field(init=False)
+    _own_refusals: OwnRefusals = field(default_factory=OwnRefusals, init=False)
     _trackers: Trackers = field(init=False)
     """All that hear of each exchange with it."""
 
     def __post_init__(self) -> None:
         self.power.on_news = self._power_news
         self.mark = Mark(self)
-        self._own_refusals = OwnRefusals(self)
         edges = SensorEdges(self.input_names, lambda kind, facts: self.on_news(kind, facts))
         self._trackers = Trackers(self.flash, self.told, self.prepared, edges, self._own_refusals, self.power)
 
@@ -266,9 +267,26 @@ class Body(Looked):
 
     # asking
 
-    def looking(self) -> AbstractAsyncContextManager[None]:
-        """Leave no command error of what is asked inside."""
-        return self._own_refusals.cleared()
+    @asynccontextmanager
+    async def looking(self) -> AsyncIterator[None]:
+        """Leave no command error of questions that are refused inside, where no caller has caused one."""
+        self._own_refusals.look()
+        try:
+            yield
+        finally:
+            if self._own_refusals.have_to_be_cleared():
+                await self._clear_own_error()
+
+    async def _clear_own_error(self) -> None:
+        """Clear a command error that stands alone: 9CS clears all errors but STALL (RC-420 manual 14.9).
+
+        An error that cannot be cleared is left: nothing depends on it.
+        """
+        with suppress(GatewayError):
+            async with self.line.undivided([self.number]):
+                status, _ = await self.ask(STATUS)
+                if status.bits == COMMAND_ERROR and self._own_refusals.are_ours:
+                    await self.ask(ClearControllerStatus())
 
     async def ask(
         self,

@@ -28,7 +28,12 @@ from protocols.rorze.programs import (
 )
 from protocols.rorze.row import ModeName, RorzeCommand
 from protocols.rorze.speeds import SetFallingAccelerationShare, SetRisingAccelerationShare
-from protocols.rorze.status import SENSOR_BITS, ControllerStatus
+from protocols.rorze.status import (
+    CONTROLLER_STATUS_BITS,
+    SENSOR_BITS,
+    ClearControllerStatus,
+    ControllerStatus,
+)
 from protocols.table import Effect, Reply
 
 PULSES_RUNNING: Final = 0x01
@@ -289,7 +294,50 @@ class Prepared(Tracker):
         return pattern
 
 
-# what its flash memory holds
+# its refusals
+
+COMMAND_ERROR: Final = 1 << CONTROLLER_STATUS_BITS.index("command_error")
+
+
+class OwnRefusals(Tracker):
+    """The command error of a body, where only questions of the gateway can have caused it."""
+
+    def __init__(self) -> None:
+        self._known_clear = False
+        """True if its status had no command error when it was last read, and nothing was refused since."""
+        self._looking = 0
+        self.are_ours = False
+        """True if a command error that stands now can only be that of a question of ours."""
+        self._refused = False
+
+    def replied(self, question: RorzeCommand[Any], reply: Reply, at: float) -> None:  # noqa: ARG002
+        """Note the error bit of its status."""
+        if type(reply) is ControllerStatus and reply.bits is not None:
+            self._known_clear = not reply.bits & COMMAND_ERROR
+
+    def done(self, command: RorzeCommand[Any], *, certain: bool) -> None:
+        """Note that its errors were cleared."""
+        self._known_clear |= certain and type(command) is ClearControllerStatus
+
+    def refused(self, command: RorzeCommand[Any]) -> None:
+        """Note that it has refused a command: one that is no question was a caller's."""
+        self._known_clear = False
+        self._refused = True
+        self.are_ours = self.are_ours and command.effect is Effect.READ
+
+    def look(self) -> None:
+        """Questions begin that may be refused, such as SPD of a pattern never set."""
+        if not self._looking:
+            self.are_ours, self._refused = self._known_clear, False
+        self._looking += 1
+
+    def have_to_be_cleared(self) -> bool:
+        """These questions are over; of several who look at once the last clears."""
+        self._looking -= 1
+        return not self._looking and self._refused and self.are_ours
+
+
+# its flash memory
 
 KEPT: Final = re.compile("0[BRS]|9V|C[CEFPS]|D[CIL]|E[ADP]|H[ACFTZ]|O[ABHLS]|P[ABEJKLST]|Q[IS]|SP|UA")
 """The settings that FIS keeps, by the first two characters of the commands; but the position index (3I),

@@ -12,8 +12,8 @@ from gateway.door.calls import carry_out
 from gateway.rorze import curves, patterns, settings
 from gateway.rorze.backup import text_of
 from gateway.rorze.curves import get_curve
+from gateway.rorze.knowledge import COMMAND_ERROR
 from gateway.rorze.move_requests import BodyJogRequest
-from gateway.rorze.own_refusals import COMMAND_ERROR
 from gateway.rorze.patterns import PatternChange, PatternValues, alter_pattern, get_pattern, list_patterns
 from gateway.rorze.plans import PlannedMove, Rate
 from gateway.rorze.settings_table import BodySettingsChange
